@@ -1,0 +1,98 @@
+"""The errors that a person can do something about.
+
+The tree::
+
+    LauncherError            what, where, what to do; exit code 1
+    +-- UsageError           the command line is wrong; exit code 2
+    +-- LaunchFileError      the launch file (or what it refers to) is wrong; exit code 2
+        +-- PackageNotFoundError
+        +-- ExecutableNotFoundError
+
+They are raised anywhere and shown in exactly one place, `launcher.cli.main`.
+"""
+
+from __future__ import annotations
+
+import enum
+
+
+class ExitCode(enum.IntEnum):
+    """Every exit code of `python -m launcher`; the README and `--help` print this table."""
+
+    OK = 0
+    PROCESS_FAILED = 1
+    USAGE = 2
+    INTERRUPTED = 130
+    TERMINATED = 143
+
+    @property
+    def meaning(self) -> str:
+        """One sentence for the table."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    ExitCode.OK: "everything ended as expected, a requested stop included",
+    ExitCode.PROCESS_FAILED: "a process died, could not be started, or the launcher itself failed",
+    ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
+    ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process had to be killed",
+    ExitCode.TERMINATED: "stopped by SIGTERM or SIGHUP, and a process had to be killed",
+}
+
+
+class LauncherError(Exception):
+    """A failure with its place and its repair.
+
+    `message` is one sentence; `hint` says what to do next; `where` names the place as
+    `file:line` where there is one; `source_line` and `column` (from 1) let the reader see it.
+    """
+
+    exit_code: ExitCode = ExitCode.PROCESS_FAILED
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        hint: str | None = None,
+        where: str | None = None,
+        source_line: str | None = None,
+        column: int | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+        self.where = where
+        self.source_line = source_line
+        self.column = column
+
+    def render(self) -> str:
+        """The error as it is printed, without colour, over one to four lines."""
+        head = f"{self.where}: {self.message}" if self.where else self.message
+        lines = [f"error: {head}"]
+        if self.source_line is not None:
+            lines.append(f"    {self.source_line}")
+            if self.column is not None:
+                lines.append("    " + " " * (self.column - 1) + "^")
+        if self.hint:
+            lines.append(f"hint: {self.hint}")
+        return "\n".join(lines)
+
+
+class UsageError(LauncherError):
+    """The words on the command line are wrong."""
+
+    exit_code = ExitCode.USAGE
+
+
+class LaunchFileError(LauncherError):
+    """The launch file, or something that it refers to, is wrong."""
+
+    exit_code = ExitCode.USAGE
+
+
+class PackageNotFoundError(LaunchFileError):
+    """No prefix and no installed distribution has this package."""
+
+
+class ExecutableNotFoundError(LaunchFileError):
+    """The package exists and has no such executable."""

@@ -1,0 +1,158 @@
+"""ProcessSpec: everything that is known about a process before it starts. Final, plain strings."""
+
+from __future__ import annotations
+
+import enum
+import signal
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+class Sink(enum.Flag):
+    """Where a stream of a process goes; ROS 2's words for it are in `OutputPolicy`."""
+
+    NONE = 0
+    SCREEN = enum.auto()
+    LOG = enum.auto()
+    OWN_LOG = enum.auto()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutputPolicy:
+    """Sinks of each stream, as ROS 2's `output=` means them (CONFORMANCE 1.30).
+
+    `combined` is the file that holds both streams in order of arrival, `stdout` and `stderr`
+    those of one stream.
+    """
+
+    stdout: Sink = Sink.LOG
+    stderr: Sink = Sink.LOG | Sink.SCREEN
+    combined: Sink = Sink.NONE
+
+    @classmethod
+    def named(cls, name: str) -> OutputPolicy:
+        """The policy for `screen`, `log`, `both`, `own_log` or `full`; ValueError otherwise."""
+        try:
+            return _NAMED_POLICIES[name]()
+        except KeyError:
+            raise ValueError(
+                f"{name} is not a valid standard output config i.e. "
+                f'"screen", "log", "both", "own_log" or "full"'
+            ) from None
+
+
+def _both(sinks: Sink, combined: Sink = Sink.NONE) -> OutputPolicy:
+    return OutputPolicy(stdout=sinks, stderr=sinks, combined=combined)
+
+
+_NAMED_POLICIES = {
+    "screen": lambda: _both(Sink.SCREEN),
+    "log": lambda: OutputPolicy(stdout=Sink.LOG, stderr=Sink.LOG | Sink.SCREEN),
+    "both": lambda: _both(Sink.SCREEN | Sink.LOG),
+    "own_log": lambda: _both(Sink.OWN_LOG, combined=Sink.OWN_LOG),
+    "full": lambda: _both(Sink.SCREEN | Sink.LOG | Sink.OWN_LOG, combined=Sink.OWN_LOG),
+}
+
+
+class RestartMode(enum.Enum):
+    """When a process that ended is started again."""
+
+    NEVER = "never"
+    ON_FAILURE = "on-failure"
+    ALWAYS = "always"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestartPolicy:
+    """Whether, when and how often a process is started again; all times in seconds.
+
+    ROS 2's `respawn=True, respawn_delay=d, respawn_max_retries=n` is
+    `RestartPolicy(mode=ALWAYS, delay_s=d, max_restarts=n)`; None means without limit.
+    """
+
+    mode: RestartMode = RestartMode.NEVER
+    delay_s: float = 0.0
+    max_restarts: int | None = None
+
+    def wants_restart(self, *, failed: bool, restarts: int) -> bool:
+        """Whether the next start is due after an end; `restarts` counts those made so far."""
+        if self.mode is RestartMode.NEVER or (self.mode is RestartMode.ON_FAILURE and not failed):
+            return False
+        return self.max_restarts is None or restarts < self.max_restarts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StopPolicy:
+    """The way from a polite request to SIGKILL; ROS 2's `sigterm_timeout`, `sigkill_timeout`.
+
+    `sigterm_timeout_s` is the time from SIGINT to SIGTERM, `sigkill_timeout_s` that from SIGTERM
+    to SIGKILL, in seconds.
+    """
+
+    sigterm_timeout_s: float = 5.0
+    sigkill_timeout_s: float = 5.0
+
+    @property
+    def steps(self) -> tuple[tuple[signal.Signals, float], ...]:
+        """(signal, seconds until the next step) in order; the last step has no successor."""
+        return (
+            (signal.SIGINT, self.sigterm_timeout_s),
+            (signal.SIGTERM, self.sigkill_timeout_s),
+            (signal.SIGKILL, float("inf")),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParameterSource:
+    """One element of a node's parameters on its command line, in the plan document's terms.
+
+    Exactly one of the three is set: `file` is a path that was given, `rule` is `name:=value`,
+    `generated` is the content of a file that the launcher wrote.
+    """
+
+    file: str | None = None
+    rule: str | None = None
+    generated: Mapping[str, object] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RosIdentity:
+    """What makes a process a ROS node, for people and for the plan document.
+
+    `namespace` is absolute, None where the launch file gives none; `remappings` are
+    (from, to) in the order of the command line.
+    """
+
+    package: str | None = None
+    executable: str | None = None
+    node_name: str | None = None
+    namespace: str | None = None
+    remappings: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[ParameterSource, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProcessSpec:
+    """One process, final: argv, environment, names are plain strings.
+
+    `name` is the label with its running number (`robot_1-2`), unique in a run; `label` is the
+    same without it. `output_given` is the launch file's own spelling of `output`, for the plan.
+    """
+
+    name: str
+    label: str
+    argv: tuple[str, ...]
+    env: Mapping[str, str]
+    cwd: str | None = None
+    shell: bool = False
+    emulate_tty: bool = False
+    output: OutputPolicy = field(default_factory=OutputPolicy)
+    output_given: str | Mapping[str, object] = "log"
+    restart: RestartPolicy = field(default_factory=RestartPolicy)
+    stop: StopPolicy = field(default_factory=StopPolicy)
+    ros: RosIdentity | None = None
+
+    @property
+    def command_line(self) -> str:
+        """The words as ROS 2 prints them in `process has died`: joined by a blank, unquoted."""
+        return " ".join(self.argv)
