@@ -1,0 +1,63 @@
+# Two commands for a newcomer: `make run` and `make test`. Both create the environment they need.
+
+PYTHON ?= python3
+VENV   := .venv
+PY     := $(VENV)/bin/python
+ARGS   ?=
+
+SHELL  := /bin/bash
+
+.PHONY: run test lint types unit env dev picture overflow lock clean
+
+## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
+# With a terminal, job control (-m) gives the launcher a process group of its own, so that Ctrl-C
+# reaches the launcher and not make, and the exit code that you see is the launcher's.
+run: $(VENV)/.run
+	@if [ -t 0 ]; then set -m; fi; $(PY) -m launcher system $(ARGS)
+
+## test: lint, types and every test
+test: lint types unit
+
+lint: $(VENV)/.dev
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+
+types: $(VENV)/.dev
+	$(PY) -m mypy
+
+unit: $(VENV)/.dev
+	$(PY) -m pytest $(ARGS)
+
+## overflow: measure how many tasks the slow robot loses
+overflow: $(VENV)/.run
+	@$(PY) -m group_gp1.queue_overflow $(ARGS)
+
+env: $(VENV)/.run
+dev: $(VENV)/.dev
+
+# The lists of pinned versions decide: a changed list brings the environment up to date.
+$(VENV)/.python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' \
+	  || { echo "error: Python 3.10 or newer is needed; name one: make PYTHON=python3.12 ..."; exit 2; }
+	@$(PYTHON) -m venv $(VENV) \
+	  || { rm -rf $(VENV); echo "hint: on Debian and Ubuntu: sudo apt-get install python3-venv"; exit 2; }
+	@touch $@
+
+$(VENV)/.run: $(VENV)/.python requirements/run.txt setup.py pyproject.toml
+	$(PY) -m pip install --quiet --disable-pip-version-check -r requirements/run.txt
+	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --editable .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.run requirements/dev.txt
+	$(PY) -m pip install --quiet --disable-pip-version-check -r requirements/dev.txt
+	@touch $@
+
+## lock: choose and pin new versions (needs uv)
+lock:
+	uv pip compile --universal --python-version 3.10 --no-header --no-emit-index-url --no-annotate \
+	  --upgrade requirements/run.in -o requirements/run.txt
+	uv pip compile --universal --python-version 3.10 --no-header --no-emit-index-url --no-annotate \
+	  --upgrade requirements/dev.in -o requirements/dev.txt
+
+clean:
+	rm -rf $(VENV) build install log *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

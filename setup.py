@@ -1,0 +1,30 @@
+"""Install the launcher and the fleet: from pip as well as from colcon (ament_python)."""
+
+from glob import glob
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = "group_gp1"
+HERE = Path(__file__).parent
+REQUIREMENTS = (HERE / "requirements" / "run.in").read_text(encoding="utf-8").splitlines()
+NODES = ["dispatcher", "robot_1", "robot_2", "robot_3", "monitor", "debug_logger", "qos_probe"]
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    # `launch/` is data and never a package: a top-level `launch` package would be installed ahead
+    # of ROS's own for everything in the workspace.
+    packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
+    python_requires=">=3.10",
+    install_requires=[line for line in REQUIREMENTS if line and not line.startswith("#")],
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/launch", sorted(glob("launch/*.launch.*"))),
+    ],
+    entry_points={"console_scripts": [f"{node} = {PACKAGE}.{node}:main" for node in NODES]},
+    description="A warehouse robot fleet on ROS 2, and the launcher that runs it without apt",
+    license="Apache-2.0",
+    zip_safe=False,
+)
