@@ -13,7 +13,6 @@ from typing import Union
 
 from launcher.model.spec import ProcessSpec
 
-
 # ---- effects: interpreter -> driver
 
 

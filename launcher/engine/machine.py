@@ -1,0 +1,251 @@
+"""ProcessMachine: the life of one process as a pure state machine.
+
+Time is an argument (seconds on the monotonic clock) and nothing happens in here: `handle()`
+returns what the supervisor has to do. `deadline` tells when it has to send a `Tick`.
+
+    STOPPED --start--> STARTING --started--> RUNNING --exit--> EXITED | BACKOFF | FATAL
+       ^                  |  spawn failed: as an exit            |
+       |                  v                                      v
+       +---- exit --- STOPPING <--stop-- RUNNING     BACKOFF --tick--> STARTING
+"""
+
+from __future__ import annotations
+
+import enum
+import errno
+import os
+import signal
+from dataclasses import dataclass
+from typing import Union
+
+from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
+
+# Refusals of the system that may be over soon: too many processes or files, too little memory.
+TRANSIENT = frozenset({errno.EAGAIN, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
+SPAWN_RETRY_S = 1.0  # such a refusal is not asked for again at once
+
+
+class ProcessState(enum.Enum):
+    """The states, by the names that operators know from supervisord."""
+
+    STOPPED = "STOPPED"  # never started, or stopped because somebody asked
+    STARTING = "STARTING"  # a spawn is on its way
+    RUNNING = "RUNNING"
+    BACKOFF = "BACKOFF"  # ended, and waits for its restart
+    STOPPING = "STOPPING"  # signalled, and not gone yet
+    EXITED = "EXITED"  # ended by itself, and stays so
+    FATAL = "FATAL"  # failed, and its restarts are used up or it cannot be started
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether a process may exist in this state."""
+        return self in (ProcessState.STARTING, ProcessState.RUNNING, ProcessState.STOPPING)
+
+
+# ---- events
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Somebody, or the launch file, wants it to run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Started:
+    """The spawn succeeded."""
+
+    pid: int
+
+
+@dataclass(frozen=True, slots=True)
+class SpawnError:
+    """The spawn failed with this errno."""
+
+    errno: int
+
+
+@dataclass(frozen=True, slots=True)
+class Exited:
+    """The process ended; negative for a signal."""
+
+    returncode: int
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """Somebody wants it gone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hurry:
+    """Do not wait for the deadline: take the next step of the stop now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """Time has passed."""
+
+
+MachineEvent = Union[Start, Started, SpawnError, Exited, Stop, Hurry, Tick]
+
+
+# ---- actions
+
+
+@dataclass(frozen=True, slots=True)
+class Spawn:
+    """Start the process now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """Send this signal to its group."""
+
+    signum: signal.Signals
+
+
+@dataclass(frozen=True, slots=True)
+class Escalate:
+    """Say that it did not go after `after`, within `waited_s`, and that `to` comes next."""
+
+    after: signal.Signals
+    waited_s: float
+    to: signal.Signals
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """Say how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted."""
+
+    outcome: Outcome
+    asked: bool
+    retry_in_s: float | None
+
+
+Action = Union[Spawn, Signal, Escalate, Ended]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How one life of a process ended: exactly one of the two is set."""
+
+    returncode: int | None = None
+    spawn_errno: int | None = None
+
+    @property
+    def failed(self) -> bool:
+        """Whether this is a death (a code other than 0, a signal, or no start at all)."""
+        return self.returncode != 0
+
+    def __str__(self) -> str:
+        if self.spawn_errno is not None:
+            return f"could not be started: {os.strerror(self.spawn_errno)}"
+        if self.returncode is not None and self.returncode < 0:
+            return signal_name(-self.returncode)
+        return f"exit code {self.returncode}"
+
+
+def signal_name(signum: int) -> str:
+    """`SIGSEGV` for 11; `signal 40` for one without a name."""
+    try:
+        return signal.Signals(signum).name
+    except ValueError:
+        return f"signal {signum}"
+
+
+class ProcessMachine:
+    """One process: feed it events, do what it returns."""
+
+    def __init__(self, restart: RestartPolicy, stop: StopPolicy) -> None:
+        self.restart = restart
+        self.stop = stop
+        self.state = ProcessState.STOPPED
+        self.deadline: float | None = None
+        self.restarts = 0
+        self.last: Outcome | None = None
+        self._step = 0
+
+    def handle(self, event: MachineEvent, now: float) -> list[Action]:
+        """What has to be done about `event`, in order. An event that does not fit is ignored."""
+        match event, self.state:
+            case Start(), state if not state.is_alive:
+                return self._start()
+            case Started(), ProcessState.STARTING:
+                # STARTING -> RUNNING
+                self._enter(ProcessState.RUNNING)
+            case Started(), ProcessState.STOPPING:
+                return self._signal(0, now)
+            case SpawnError(errno=number), ProcessState.STARTING | ProcessState.STOPPING:
+                return self._end(Outcome(spawn_errno=number), now)
+            case Exited(returncode=code), state if state.is_alive:
+                return self._end(Outcome(returncode=code), now)
+            case Stop(), ProcessState.RUNNING:
+                return self._signal(0, now)
+            case Stop(), ProcessState.STARTING:
+                # STARTING -> STOPPING: the signal follows when there is somebody to get it
+                self._enter(ProcessState.STOPPING)
+            case Stop(), ProcessState.BACKOFF:
+                # BACKOFF -> STOPPED
+                self._enter(ProcessState.STOPPED)
+            case Hurry(), ProcessState.STOPPING:
+                return self._escalate(now)
+            case Tick(), _ if self.deadline is not None and now >= self.deadline:
+                return self._due(now)
+        return []
+
+    def _enter(self, state: ProcessState, deadline: float | None = None) -> None:
+        self.state = state
+        self.deadline = deadline
+
+    def _start(self) -> list[Action]:
+        # STOPPED, EXITED, FATAL, BACKOFF -> STARTING: a start that was asked for counts afresh
+        self.restarts = 0
+        self._enter(ProcessState.STARTING)
+        return [Spawn()]
+
+    def _due(self, now: float) -> list[Action]:
+        if self.state is ProcessState.BACKOFF:
+            # BACKOFF -> STARTING
+            self.restarts += 1
+            self._enter(ProcessState.STARTING)
+            return [Spawn()]
+        return self._escalate(now)
+
+    def _signal(self, step: int, now: float) -> list[Action]:
+        """Take this step of the stop: RUNNING -> STOPPING, or on to the next signal."""
+        self._step = step
+        signum, wait_s = self.stop.steps[step]
+        last = step + 1 == len(self.stop.steps)
+        self._enter(ProcessState.STOPPING, None if last else now + wait_s)
+        return [Signal(signum)]
+
+    def _escalate(self, now: float) -> list[Action]:
+        if self._step + 1 == len(self.stop.steps) or self.deadline is None:
+            return []
+        after, wait_s = self.stop.steps[self._step]
+        waited_s = wait_s - max(0.0, self.deadline - now)
+        to = self.stop.steps[self._step + 1][0]
+        return [Escalate(after, waited_s, to), *self._signal(self._step + 1, now)]
+
+    def _end(self, outcome: Outcome, now: float) -> list[Action]:
+        self.last = outcome
+        if self.state is ProcessState.STOPPING:
+            # STOPPING -> STOPPED
+            self._enter(ProcessState.STOPPED)
+            return [Ended(outcome, asked=True, retry_in_s=None)]
+        if self._retries(outcome):
+            # RUNNING, STARTING -> BACKOFF, even without a delay: a stop must find its way in
+            pause_s = SPAWN_RETRY_S if outcome.spawn_errno is not None else 0.0
+            delay_s = max(self.restart.delay_s, pause_s)
+            self._enter(ProcessState.BACKOFF, now + delay_s)
+            return [Ended(outcome, asked=False, retry_in_s=delay_s)]
+        gave_up = outcome.failed and self.restart.mode is not RestartMode.NEVER
+        # RUNNING, STARTING -> FATAL or EXITED
+        is_fatal = gave_up or outcome.spawn_errno is not None
+        self._enter(ProcessState.FATAL if is_fatal else ProcessState.EXITED)
+        return [Ended(outcome, asked=False, retry_in_s=None)]
+
+    def _retries(self, outcome: Outcome) -> bool:
+        if outcome.spawn_errno is not None and outcome.spawn_errno not in TRANSIENT:
+            return False  # a program that is not there will not be there in a second
+        return self.restart.wants_restart(failed=outcome.failed, restarts=self.restarts)

@@ -1,0 +1,71 @@
+"""Process: what the supervisor knows about one process of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from launcher.engine.lines import LineBuffer
+from launcher.engine.machine import ProcessMachine
+from launcher.engine.reactor import Timer
+from launcher.engine.spawn import Child
+from launcher.model.spec import ProcessSpec, Sink
+
+
+class Process:
+    """A spec, the machine that decides about it, and the child that runs now (if one does).
+
+    `number` counts from 0 in order of first start; it picks the colour.
+    """
+
+    def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
+        self.process_id = process_id
+        self.spec = spec
+        self.number = number
+        self.prefix = prefix
+        self.machine = ProcessMachine(spec.restart, spec.stop)
+        self.child: Child | None = None
+        self.buffers: dict[int, LineBuffer] = {}
+        self.timer: Timer | None = None
+        self.idle_timer: Timer | None = None
+
+    @property
+    def name(self) -> str:
+        """`robot_1-2`."""
+        return self.spec.name
+
+    def shows(self, stream: str) -> bool:
+        """Whether this stream goes to the screen."""
+        policy = self.spec.output
+        return Sink.SCREEN in (policy.stderr if stream == "stderr" else policy.stdout)
+
+    @property
+    def streams_can_merge(self) -> bool:
+        """Whether both streams go to the same places, so that one descriptor may carry both."""
+        policy = self.spec.output
+        return policy.stdout == policy.stderr and Sink.OWN_LOG not in policy.stdout
+
+
+def child_environment(
+    spec: ProcessSpec, *, run_id_entry: tuple[str, str], log_dir: str | None, colour: bool
+) -> dict[str, str]:
+    """What the process gets besides what its launch file says; the launch file's word stands.
+
+    The run id lets the sweep find it; ROS_LOG_DIR collects the node's own logs; Python flushes
+    each line although it writes to a pipe, and rcutils colours although it does, or does not
+    although it writes to a pseudo-terminal, as our own output wants it.
+    """
+    return {
+        "PYTHONUNBUFFERED": "1",
+        "RCUTILS_COLORIZED_OUTPUT": "1" if colour else "0",
+        **({"ROS_LOG_DIR": log_dir} if log_dir is not None else {}),
+        **_without_inherited_log_dir(spec.env, log_dir),
+        run_id_entry[0]: run_id_entry[1],
+    }
+
+
+def _without_inherited_log_dir(env: Mapping[str, str], log_dir: str | None) -> Mapping[str, str]:
+    """The launch file's environment; ROS_LOG_DIR only where the run's folder is not below it."""
+    root = env.get("ROS_LOG_DIR")
+    if root is None or log_dir is None or not log_dir.startswith(root.rstrip("/") + "/"):
+        return env
+    return {name: value for name, value in env.items() if name != "ROS_LOG_DIR"}

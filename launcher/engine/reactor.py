@@ -1,0 +1,147 @@
+"""Reactor: waits for file descriptors, timers and signals, and calls back. One thread.
+
+asyncio would do the same; importing it takes longer than starting the first process
+(docs/architecture.md has the numbers).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+import itertools
+import os
+import selectors
+import signal
+import time
+from collections.abc import Callable, Iterable
+from types import FrameType
+
+Callback = Callable[[], None]
+
+
+class Timer:
+    """One call in the future; `cancel()` is idempotent."""
+
+    __slots__ = ("callback", "when")
+
+    def __init__(self, when: float, callback: Callback) -> None:
+        self.when = when
+        self.callback: Callback | None = callback
+
+    def cancel(self) -> None:
+        """Forget the call."""
+        self.callback = None
+
+
+class Reactor:
+    """A selector, a heap of timers and a wake-up pipe for signals. Close it, or use `with`."""
+
+    def __init__(self) -> None:
+        self._selector = selectors.DefaultSelector()
+        self._timers: list[tuple[float, int, Timer]] = []
+        self._order = itertools.count()
+        self._running = False
+        self._handlers: dict[int, Callable[[int], None]] = {}
+        self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
+        self._wakeup: tuple[int, int] | None = None
+
+    def __enter__(self) -> Reactor:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    @staticmethod
+    def now() -> float:
+        """Seconds on the monotonic clock, the only one that deadlines are made of."""
+        return time.monotonic()
+
+    # ---- what to wait for
+
+    def add_reader(self, fd: int, callback: Callback) -> None:
+        """Call back whenever `fd` can be read."""
+        self._selector.register(fd, selectors.EVENT_READ, callback)
+
+    def add_writer(self, fd: int, callback: Callback) -> None:
+        """Call back whenever `fd` can be written to."""
+        self._selector.register(fd, selectors.EVENT_WRITE, callback)
+
+    def remove(self, fd: int) -> None:
+        """Forget `fd`; not an error if it is not known."""
+        with contextlib.suppress(KeyError):
+            self._selector.unregister(fd)
+
+    def call_later(self, delay_s: float, callback: Callback) -> Timer:
+        """Call back once, `delay_s` seconds from now, or as soon as possible if that is past."""
+        timer = Timer(self.now() + delay_s, callback)
+        heapq.heappush(self._timers, (timer.when, next(self._order), timer))
+        return timer
+
+    def on_signals(self, signums: Iterable[int], callback: Callable[[int], None]) -> None:
+        """Call back, outside of signal context, when one of these signals arrives.
+
+        A disposition `ignored` that was inherited is replaced, too: a shell that starts us with
+        `&` ignores SIGINT for us (CONFORMANCE 1.27).
+        """
+        if self._wakeup is None:
+            read_end, write_end = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+            self._wakeup = (read_end, write_end)
+            signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
+            self.add_reader(read_end, self._deliver_signals)
+        for signum in signums:
+            self._handlers[signum] = callback
+            self._before[signum] = signal.signal(signum, _noted)
+
+    def _deliver_signals(self) -> None:
+        assert self._wakeup is not None
+        for signum in os.read(self._wakeup[0], 512):
+            handler = self._handlers.get(signum)
+            if handler is not None:
+                handler(signum)
+
+    # ---- running
+
+    def run(self) -> None:
+        """Serve until `stop()` is called."""
+        self._running = True
+        while self._running:
+            for key, _ in self._selector.select(self._patience_s()):
+                # An earlier callback of this round may have removed this one, or closed the file
+                # and opened another that got the same number.
+                if self._selector.get_map().get(key.fd) is key:
+                    key.data()
+            self._fire_timers()
+
+    def stop(self) -> None:
+        """Let `run()` return after the current round."""
+        self._running = False
+
+    def _patience_s(self) -> float | None:
+        while self._timers and self._timers[0][2].callback is None:
+            heapq.heappop(self._timers)
+        if not self._timers:
+            return None
+        return max(0.0, self._timers[0][0] - self.now())
+
+    def _fire_timers(self) -> None:
+        now = self.now()
+        while self._timers and self._timers[0][0] <= now:
+            callback = heapq.heappop(self._timers)[2].callback
+            if callback is not None:
+                callback()
+
+    def close(self) -> None:
+        """Put the signal handlers back and close what is ours."""
+        for signum, before in self._before.items():
+            signal.signal(signum, signal.SIG_DFL if before is None else before)
+        self._before.clear()
+        if self._wakeup is not None:
+            signal.set_wakeup_fd(-1)
+            for fd in self._wakeup:
+                os.close(fd)
+            self._wakeup = None
+        self._selector.close()
+
+
+def _noted(signum: int, frame: FrameType | None) -> None:
+    """The handler that Python runs; the number has gone through the wake-up pipe already."""

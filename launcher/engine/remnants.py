@@ -1,0 +1,97 @@
+"""Remnants: what processes left behind when they ended, stopped as politely as they were."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from launcher.engine import sweep
+from launcher.engine.machine import (
+    Action,
+    Escalate,
+    Exited,
+    Hurry,
+    MachineEvent,
+    ProcessMachine,
+    Signal,
+    Start,
+    Started,
+    Stop,
+    Tick,
+)
+from launcher.engine.reactor import Reactor
+from launcher.model.spec import RestartPolicy, StopPolicy
+
+POLL_S = 0.02  # nobody tells us when somebody else's child ends
+
+
+class Remnants:
+    """Grandchildren and daemons that carry the run id, treated as one process that is stopped.
+
+    `on_done` is called when there are none (any more), or when SIGKILL has not helped either.
+    """
+
+    def __init__(
+        self,
+        run_id: str,
+        *,
+        reactor: Reactor,
+        ignore: frozenset[int],
+        say: Callable[[str, str], None],
+        on_done: Callable[[], None],
+    ) -> None:
+        self._run_id = run_id
+        self._reactor = reactor
+        self._ignore = ignore
+        self._say = say
+        self._on_done = on_done
+        self._machine = ProcessMachine(RestartPolicy(), StopPolicy())
+        self._kill_polls = 0
+
+    def check(self) -> None:
+        """Look, stop what is there, and look again until nothing is."""
+        pids = sweep.find(self._run_id, ignore=self._ignore)
+        if not pids:
+            self._on_done()
+            return
+        if not self._machine.state.is_alive:
+            self._say("INFO", f"stopping what processes left behind: {_names(pids)}")
+            for event in (Start(), Started(0), Stop()):
+                self._advance(event)
+        else:
+            self._advance(Tick())
+        if self._machine.deadline is None:
+            self._kill_polls += 1
+            sweep.signal_all(self._run_id, 9, ignore=self._ignore)  # something may have forked
+        if self._kill_polls * POLL_S > StopPolicy().sigkill_timeout_s:
+            self._say("ERROR", f"could not be killed: {_names(pids)}")
+            self._machine.handle(Exited(-9), self._reactor.now())
+            self._on_done()
+            return
+        self._reactor.call_later(POLL_S, self.check)
+
+    def hurry(self) -> None:
+        """Do not wait: take the next step now."""
+        self._advance(Hurry())
+
+    def _advance(self, event: MachineEvent) -> None:
+        for action in self._machine.handle(event, self._reactor.now()):
+            self._do(action)
+
+    def _do(self, action: Action) -> None:
+        if isinstance(action, Signal):
+            sweep.signal_all(self._run_id, action.signum, ignore=self._ignore)
+        elif isinstance(action, Escalate):
+            left = _names(sweep.find(self._run_id, ignore=self._ignore))
+            self._say("ERROR", f"left behind and still there, now {action.to.name}: {left}")
+
+
+def _names(pids: list[int]) -> str:
+    return ", ".join(f"{_command(pid)} [{pid}]" for pid in pids)
+
+
+def _command(pid: int) -> str:
+    try:
+        with open(f"/proc/{pid}/comm", encoding="utf-8", errors="replace") as file:
+            return file.read().strip()
+    except OSError:
+        return "?"

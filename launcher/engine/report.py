@@ -1,0 +1,63 @@
+"""Report: the sentences that the supervisor says about a process, with their levels.
+
+The texts are ROS 2's (CONFORMANCE 1.16, 1.22, 1.23) where ROS 2 has one: scripts and eyes look
+for them.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+from launcher.engine.machine import Ended, Escalate, signal_name
+from launcher.model.spec import ProcessSpec
+
+
+class Line(NamedTuple):
+    """A level (INFO, WARNING, ERROR) and a text without a newline."""
+
+    level: str
+    text: str
+
+
+def started(pid: int) -> Line:
+    """It runs."""
+    return Line("INFO", f"process started with pid [{pid}]")
+
+
+def signalled(name: str, signum: int) -> Line:
+    """It was signalled."""
+    return Line("INFO", f"sending signal '{signal_name(signum)}' to process[{name}]")
+
+
+def escalated(name: str, step: Escalate) -> Line:
+    """It did not go."""
+    return Line(
+        "ERROR",
+        f"process[{name}] failed to terminate '{step.waited_s:g}' seconds after receiving "
+        f"'{step.after.name}', escalating to '{step.to.name}'",
+    )
+
+
+def ended(spec: ProcessSpec, pid: int, end: Ended) -> Line:
+    """It is gone: cleanly, because we asked, or dead."""
+    code = end.outcome.returncode
+    if code == 0:
+        return Line("INFO", f"process has finished cleanly [pid {pid}]")
+    if end.asked and code != -9:
+        return Line("INFO", f"process was stopped [pid {pid}, {end.outcome}]")
+    return Line(
+        "ERROR", f"process has died [pid {pid}, exit code {code}, cmd '{spec.command_line}']."
+    )
+
+
+def not_started(spec: ProcessSpec, errno: int) -> Line:
+    """The system refused to run it."""
+    return Line(
+        "ERROR", f"process could not be started: {os.strerror(errno)}, cmd '{spec.command_line}'"
+    )
+
+
+def gave_up(restarts: int) -> Line:
+    """Its restarts are used up."""
+    return Line("ERROR", f"process is given up after {restarts} restarts")

@@ -1,0 +1,193 @@
+"""Screen: the one writer of our standard output. Prefixes, colours, and push-back when slow."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import stat
+from collections import deque
+from collections.abc import Callable, Mapping
+
+from launcher.engine.lines import for_screen, with_prefix
+from launcher.engine.reactor import Reactor
+
+HIGH_WATER = 1024 * 1024  # bytes that wait; above it the children are not read any more
+LOW_WATER = 256 * 1024
+
+# Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
+_PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 117, 99)
+_LEVELS = {"WARNING": b"\x1b[33m", "ERROR": b"\x1b[31m", "FATAL": b"\x1b[31m", "INFO": b"\x1b[2m"}
+_RESET = b"\x1b[0m"
+
+
+def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
+    """Whether output to `fd` is coloured: NO_COLOR, then FORCE_COLOR, then whether it is a tty."""
+    if env.get("NO_COLOR"):
+        return False
+    if env.get("FORCE_COLOR"):
+        return env["FORCE_COLOR"] != "0"
+    return os.isatty(fd) and env.get("TERM") != "dumb"
+
+
+class Screen:
+    """Writes whole blocks to a descriptor, never blocks, and keeps what could not be written.
+
+    `on_pressure(True)` is called when much waits, `on_pressure(False)` when it has gone;
+    `on_closed()` once when nobody reads any more (`| head`).
+    """
+
+    def __init__(self, reactor: Reactor, fd: int = 1, *, colour: bool) -> None:
+        self._reactor = reactor
+        self.fd, self._own = _non_blocking(fd)
+        self.colour = colour
+        self.is_tty = os.isatty(fd)
+        self.closed = False
+        self.dropped_bytes = 0
+        self._waiting: deque[bytes] = deque()
+        self._waiting_bytes = 0
+        self._pressed = False
+        self._partial_of: object = None
+        self.on_pressure: Callable[[bool], None] = lambda pressed: None
+        self.on_closed: Callable[[], None] = lambda: None
+
+    # ---- what to show
+
+    def prefix(self, name: str, index: int) -> bytes:
+        """`[name] `, in the colour of the process with this number where there are colours."""
+        text = f"[{name}]".encode()
+        if not self.colour:
+            return text + b" "
+        return b"\x1b[38;5;%dm%s\x1b[0m " % (_PALETTE[index % len(_PALETTE)], text)
+
+    def write_lines(self, source: object, prefix: bytes, lines: bytes, shown: int = 0) -> None:
+        """Show whole lines of a process. `shown` is as in `LineBuffer`."""
+        continues = shown and self._partial_of is source
+        text = for_screen(lines[shown:] if continues else lines)
+        block = with_prefix(prefix, text)
+        if continues:
+            block = block[len(prefix) :]
+        elif self._partial_of is not None:
+            block = b"\n" + block
+        self._partial_of = None
+        self._write(block)
+
+    def write_partial(self, source: object, prefix: bytes, partial: bytes, shown: int) -> int:
+        """Show the beginning of a line that waits for its end; how much of it is shown now."""
+        if b"\r" in partial[shown:] and (not self.is_tty or self._partial_of is not source):
+            return shown
+        if self._partial_of is source:
+            text = partial[shown:]
+            if b"\r" in text:  # a progress bar: write over what is there
+                text = b"\r\x1b[K" + prefix + for_screen(text.rstrip(b"\r") + b"\n")[:-1]
+            self._write(text)
+        else:
+            newline = b"\n" if self._partial_of is not None else b""
+            self._write(newline + prefix + for_screen(partial + b"\n")[:-1])
+        self._partial_of = source
+        return len(partial)
+
+    def log(self, level: str, logger: str, text: str) -> None:
+        """Show a line of our own: `[INFO] [launch]: text`, as ROS 2 does."""
+        head = f"[{level}] [{logger}]:".encode()
+        if self.colour:
+            head = _LEVELS.get(level, b"") + head + _RESET
+        newline = b"\n" if self._partial_of is not None else b""
+        self._partial_of = None
+        self._write(newline + head + b" " + text.encode(errors="surrogateescape") + b"\n")
+
+    # ---- writing
+
+    def _write(self, block: bytes) -> None:
+        if self.closed:
+            return
+        if not self._waiting:
+            block = self._try(block)
+            if not block:
+                return
+            if not self.closed:
+                self._reactor.add_writer(self.fd, self._flush)
+        if self.closed:
+            return
+        self._waiting.append(block)
+        self._waiting_bytes += len(block)
+        if not self._pressed and self._waiting_bytes > HIGH_WATER:
+            self._pressed = True
+            self.on_pressure(True)
+
+    def _flush(self) -> None:
+        while self._waiting:
+            block = self._waiting.popleft()
+            rest = self._try(block)
+            self._waiting_bytes -= len(block) - len(rest)
+            if rest:
+                self._waiting.appendleft(rest)
+                break
+        if not self._waiting:
+            self._reactor.remove(self.fd)
+        if self._pressed and self._waiting_bytes < LOW_WATER:
+            self._pressed = False
+            self.on_pressure(False)
+
+    def _try(self, block: bytes) -> bytes:
+        """Write what goes; the rest."""
+        try:
+            while block:
+                block = block[os.write(self.fd, block) :]
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            if error.errno == errno.ENOSPC:
+                self.dropped_bytes += len(block)  # a full disk is no reason to stop robots
+            else:
+                self._close_output()  # EPIPE, EIO: nobody reads any more
+            return b""
+        return block
+
+    def _close_output(self) -> None:
+        self.closed = True
+        self._waiting.clear()
+        self._waiting_bytes = 0
+        self._reactor.remove(self.fd)
+        if self._pressed:
+            self._pressed = False
+            self.on_pressure(False)
+        self.on_closed()
+
+    @property
+    def pending_bytes(self) -> int:
+        """How much waits to be written."""
+        return self._waiting_bytes
+
+    def finish(self, patience_s: float) -> None:
+        """Write what waits, giving a slow reader `patience_s` seconds, and let go of the output."""
+        deadline = self._reactor.now() + patience_s
+        while self._waiting and (left_s := deadline - self._reactor.now()) > 0:
+            _wait_writable(self.fd, left_s)
+            self._flush()
+        self._reactor.remove(self.fd)
+        if self._own:
+            os.close(self.fd)
+            self._own = False
+
+
+def _wait_writable(fd: int, seconds: float) -> None:
+    import select
+
+    poll = select.poll()
+    poll.register(fd, select.POLLOUT)
+    poll.poll(seconds * 1000)
+
+
+def _non_blocking(fd: int) -> tuple[int, bool]:
+    """A descriptor for the same output that never blocks, and whether it is ours to close.
+
+    O_NONBLOCK on a descriptor that we inherited would change the shell's as well, so terminals
+    and pipes are opened again. Files do not block, and a second opening would lose the offset.
+    """
+    mode = os.fstat(fd).st_mode
+    if stat.S_ISFIFO(mode) or stat.S_ISCHR(mode):
+        with contextlib.suppress(OSError):
+            flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
+            return os.open(f"/proc/self/fd/{fd}", flags), True
+    return fd, False

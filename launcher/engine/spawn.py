@@ -1,0 +1,145 @@
+"""Child: one running process, its streams and its end. The only place that starts processes."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import pty
+import struct
+import subprocess
+import termios
+from collections.abc import Mapping
+
+from launcher.model.spec import ProcessSpec
+
+READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
+
+STDOUT, STDERR, BOTH = "stdout", "stderr", "both"
+
+
+class Child:
+    """A process that runs, or has just ended.
+
+    `streams` maps the file descriptors that its output is read from to `stdout`, `stderr`, or
+    `both` where one descriptor carries both in the order in which they were written. The child
+    leads a session and a process group of its own, so that signals reach its children too and
+    the terminal's Ctrl-C reaches only us. Owns every descriptor; `close()` is idempotent.
+    """
+
+    def __init__(
+        self, popen: subprocess.Popen[bytes], streams: dict[int, str], pidfd: int, stdin: int
+    ) -> None:
+        self._popen = popen
+        self.streams = streams
+        self.pidfd = pidfd
+        self._stdin = stdin
+
+    @property
+    def pid(self) -> int:
+        """Also the id of its process group and session."""
+        return self._popen.pid
+
+    def signal_group(self, signum: int) -> None:
+        """Signal the process and what it started; a group that is gone is not an error."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, signum)
+
+    def group_lives(self) -> bool:
+        """Whether anything is left in its process group (zombies that nobody reaped included)."""
+        try:
+            os.killpg(self.pid, 0)
+        except ProcessLookupError:
+            return False
+        return True
+
+    def reap(self) -> int:
+        """The return code of a process whose pidfd has become readable; never blocks for long."""
+        return self._popen.wait()
+
+    def read(self, fd: int) -> bytes | None:
+        """What one read returns: b'' at the end of the stream, None if there is nothing yet."""
+        try:
+            return os.read(fd, READ_BYTES)
+        except BlockingIOError:
+            return None
+        except OSError:
+            return b""  # a pseudo-terminal ends with EIO
+
+    def write_stdin(self, data: bytes) -> None:
+        """Hand `data` to the process; BrokenPipeError or BlockingIOError if it does not read."""
+        os.write(self._stdin, data)
+
+    def close_stream(self, fd: int) -> None:
+        """Close one output stream."""
+        if self.streams.pop(fd, None) is not None:
+            os.close(fd)
+
+    def close(self) -> None:
+        """Close every descriptor that is left."""
+        for fd in list(self.streams):
+            self.close_stream(fd)
+        for name in ("pidfd", "_stdin"):
+            fd = getattr(self, name)
+            if fd >= 0:
+                setattr(self, name, -1)
+                os.close(fd)
+
+
+def spawn(
+    spec: ProcessSpec, *, env: Mapping[str, str], merge: bool, terminal_size: tuple[int, int]
+) -> Child:
+    """Start a process; OSError if the system refuses.
+
+    `env` is complete. `merge` gives stdout and stderr one descriptor, which keeps their order.
+    `terminal_size` is (columns, rows) of the pseudo-terminal that `emulate_tty` asks for.
+    """
+    theirs: list[int] = []
+    ours: dict[int, str] = {}
+    open_pair = _open_pty if spec.emulate_tty else os.pipe
+    try:
+        for name in (BOTH,) if merge else (STDOUT, STDERR):
+            read_end, write_end = open_pair()
+            ours[read_end] = name
+            theirs.append(write_end)
+            os.set_blocking(read_end, False)
+            if spec.emulate_tty:
+                _set_terminal_size(write_end, terminal_size)
+        stdin_read, stdin_write = os.pipe()
+        theirs.append(stdin_read)
+        ours[stdin_write] = "stdin"
+        popen = subprocess.Popen(
+            " ".join(spec.argv) if spec.shell else spec.argv,
+            stdin=stdin_read,
+            stdout=theirs[0],
+            stderr=theirs[0] if merge else theirs[1],
+            env=dict(env),
+            cwd=spec.cwd,
+            shell=spec.shell,
+            start_new_session=True,
+        )
+        pidfd = os.pidfd_open(popen.pid)
+    except BaseException:
+        for fd in ours:
+            os.close(fd)
+        raise
+    finally:
+        for fd in theirs:
+            os.close(fd)
+    del ours[stdin_write]
+    os.set_blocking(stdin_write, False)
+    return Child(popen, ours, pidfd, stdin_write)
+
+
+def _open_pty() -> tuple[int, int]:
+    """(our end, the child's end), without output processing: lines end in \\n, not in \\r\\n."""
+    ours, theirs = pty.openpty()
+    attributes = termios.tcgetattr(theirs)
+    attributes[1] &= ~termios.OPOST
+    termios.tcsetattr(theirs, termios.TCSANOW, attributes)
+    return ours, theirs
+
+
+def _set_terminal_size(fd: int, size: tuple[int, int]) -> None:
+    columns, rows = size
+    fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))

@@ -1,0 +1,59 @@
+"""Sweep: find and end what is left of a run, by the run id in each process's environment.
+
+Process groups miss a daemon that made a session of its own; the environment is inherited by
+everything. What clears its environment *and* leaves its session is not found.
+Standard library only, and nothing of ours: the watchdog runs this file without site-packages.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+from collections.abc import Iterator
+
+RUN_ID_VARIABLE = "LAUNCHER_RUN_ID"
+
+
+def find(run_id: str, *, ignore: frozenset[int] = frozenset()) -> list[int]:
+    """Pids, other than ours and those in `ignore`, that carry this run id and are not zombies."""
+    wanted = f"{RUN_ID_VARIABLE}={run_id}".encode()
+    skipped = ignore | {os.getpid()}
+    return [pid for pid in _pids() if pid not in skipped and _carries(pid, wanted)]
+
+
+def signal_all(run_id: str, signum: int, *, ignore: frozenset[int] = frozenset()) -> list[int]:
+    """Signal each of them; the pids that were signalled.
+
+    A pidfd is opened first and the environment read again through it being open, so that a pid
+    which was given to somebody else in between is left alone.
+    """
+    return [pid for pid in find(run_id, ignore=ignore) if _signal(pid, signum, run_id)]
+
+
+def _signal(pid: int, signum: int, run_id: str) -> bool:
+    try:
+        pidfd = os.pidfd_open(pid)
+    except OSError:
+        return False
+    try:
+        if _carries(pid, f"{RUN_ID_VARIABLE}={run_id}".encode()):
+            with contextlib.suppress(OSError):
+                signal.pidfd_send_signal(pidfd, signum)
+                return True
+        return False
+    finally:
+        os.close(pidfd)
+
+
+def _pids() -> Iterator[int]:
+    return (int(name) for name in os.listdir("/proc") if name.isdigit())
+
+
+def _carries(pid: int, wanted: bytes) -> bool:
+    # The environment of a zombie and of a kernel thread is empty, so neither is ever found.
+    try:
+        with open(f"/proc/{pid}/environ", "rb") as file:
+            return wanted in file.read().split(b"\0")
+    except OSError:
+        return False

@@ -1,0 +1,42 @@
+"""Watchdog: a process that outlives a killed launcher for the moment it takes to clean up.
+
+It waits on a pipe. The launcher writes one byte there when it ends in order; the end of the pipe
+without that byte means that the launcher died, and everything that carries its run id is killed.
+Started as a script with `-I -S`: it must not depend on anything that can be broken or slow.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+
+GOODBYE = b"."
+CLEAN_SCANS = 2  # a process that was forking during one scan shows in the next
+SCAN_PAUSE_S = 0.01
+PATIENCE_S = 10.0  # a process in uninterruptible sleep cannot be killed; do not wait for ever
+
+
+def end_run(run_id: str) -> None:
+    """Kill everything of the run until two scans in a row find nothing."""
+    import sweep  # type: ignore[import-not-found]  # beside this file, which runs as a script
+
+    deadline = time.monotonic() + PATIENCE_S
+    clean = 0
+    while clean < CLEAN_SCANS and time.monotonic() < deadline:
+        clean = 0 if sweep.signal_all(run_id, signal.SIGKILL) else clean + 1
+        time.sleep(SCAN_PAUSE_S)
+
+
+def main() -> None:
+    """Wait for the end of standard input."""
+    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(signum, signal.SIG_IGN)
+    if os.read(0, 1) != GOODBYE:
+        end_run(sys.argv[1])
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+    main()
