@@ -1,0 +1,1 @@
+"""A small warehouse fleet: dispatcher, robots, monitor, and two nodes for looking in."""

@@ -1,0 +1,138 @@
+"""The monitor's books: completed tasks and silence of every robot."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from group_gp1.messages import RobotStatus, Status
+
+REMEMBERED_IDS = 1000  # per robot; a repeat comes from the last 10 statuses or a backlog of 5
+MAX_WARNING_GAP_S = 60.0  # a robot that is away for the night is worth one line a minute
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Silence:
+    """A robot has not reported for `silent_s`, rounded down to the mark that was passed."""
+
+    robot_id: str
+    silent_s: float
+
+    def __str__(self) -> str:
+        return f"{self.robot_id} has not reported in {self.silent_s:.1f} s"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arrival:
+    """A robot reports for the first time, or again after `silent_s` of noticed silence."""
+
+    robot_id: str
+    silent_s: float | None = None
+
+    def __str__(self) -> str:
+        if self.silent_s is None:
+            return f"{self.robot_id} is reporting"
+        return f"{self.robot_id} is reporting again after {self.silent_s:.1f} s"
+
+
+@dataclass(slots=True)
+class _Account:
+    """What is known of one robot; all times are seconds of one monotonic clock."""
+
+    last_seen_s: float
+    next_mark_s: float  # length of silence at which the next warning is due
+    heard: bool = False
+    warned: bool = False
+    count: int = 0
+    ids: dict[str, None] = field(default_factory=dict)  # a set that remembers its order
+    done_without_id: str | None = None
+
+
+class FleetBooks:
+    """Counts and times of the fleet, safe to use from several threads.
+
+    The monitor's status, report and silence callbacks run at the same time in different threads
+    and callback groups, and no group keeps two of them apart; so every method takes the lock, and
+    what it returns shares nothing with the books. Nothing slow happens inside.
+
+    `now_s` is always a time of one monotonic clock. Silence is warned about when it reaches
+    `silence_timeout_s`, then after gaps that double, up to MAX_WARNING_GAP_S.
+    """
+
+    def __init__(self, robot_ids: Sequence[str], *, silence_timeout_s: float, now_s: float) -> None:
+        self._lock = threading.Lock()
+        self._silence_timeout_s = silence_timeout_s
+        # expected robots first and in order: the report lists them before they ever reported
+        self._accounts = {robot_id: self._new_account(now_s) for robot_id in robot_ids}
+
+    def record(self, status: RobotStatus, *, now_s: float) -> Arrival | None:
+        """Enter one status; tells if the robot was away or is new."""
+        with self._lock:
+            if status.robot_id not in self._accounts:
+                self._accounts[status.robot_id] = self._new_account(now_s)
+            account = self._accounts[status.robot_id]
+            _count(account, status)
+            return self._note_seen(status.robot_id, account, now_s)
+
+    def counts(self) -> dict[str, int]:
+        """Completed tasks of every robot, each task once."""
+        with self._lock:
+            return {robot_id: account.count for robot_id, account in self._accounts.items()}
+
+    def new_silences(self, *, now_s: float) -> list[Silence]:
+        """The warnings that are due now; each is given once."""
+        with self._lock:
+            silences = []
+            for robot_id, account in self._accounts.items():
+                passed_s = self._pass_mark(account, now_s - account.last_seen_s)
+                if passed_s is not None:
+                    silences.append(Silence(robot_id=robot_id, silent_s=passed_s))
+            return silences
+
+    def _new_account(self, now_s: float) -> _Account:
+        return _Account(last_seen_s=now_s, next_mark_s=self._silence_timeout_s)
+
+    def _note_seen(self, robot_id: str, account: _Account, now_s: float) -> Arrival | None:
+        first, warned = not account.heard, account.warned
+        silent_s = now_s - account.last_seen_s
+        account.heard, account.warned = True, False
+        account.last_seen_s = now_s
+        account.next_mark_s = self._silence_timeout_s
+        if first:
+            return Arrival(robot_id=robot_id)
+        return Arrival(robot_id=robot_id, silent_s=silent_s) if warned else None
+
+    def _pass_mark(self, account: _Account, silent_s: float) -> float | None:
+        """The last mark that the silence has passed, if it is a new one."""
+        passed_s = None
+        while silent_s >= account.next_mark_s:
+            passed_s = account.next_mark_s
+            account.next_mark_s += min(passed_s, MAX_WARNING_GAP_S)
+            account.warned = True
+        return passed_s
+
+
+def _count(account: _Account, status: RobotStatus) -> None:
+    """Count what the status says is completed and was not counted before."""
+    if status.completed is None and status.task_id is None:
+        _count_without_id(account, status)
+        return
+    done = list(status.completed or ())
+    if status.status is Status.DONE and status.task_id is not None:
+        done.append(status.task_id)
+    for task_id in done:
+        if task_id not in account.ids:
+            account.ids[task_id] = None
+            account.count += 1
+    while len(account.ids) > REMEMBERED_IDS:
+        del account.ids[next(iter(account.ids))]
+
+
+def _count_without_id(account: _Account, status: RobotStatus) -> None:
+    """A sender that tells only the named fields: a done counts until it is repeated."""
+    if status.status is Status.BUSY:
+        account.done_without_id = None
+    elif status.task and status.task != account.done_without_id:
+        account.done_without_id = status.task
+        account.count += 1

@@ -1,0 +1,104 @@
+"""The monitor: counts what the robots complete and notices when one falls silent."""
+
+from __future__ import annotations
+
+import time
+
+import rclpy
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.executors import Executor, ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from group_gp1 import qos, runner, settings, topics
+from group_gp1.bookkeeping import FleetBooks
+from group_gp1.messages import MessageError, RobotStatus, report_text
+from group_gp1.rejects import Rejects
+
+REPORT_PERIOD_S = 2.0  # 0.5 Hz
+SILENCE_CHECK_PERIOD_S = 0.1  # how late a silence may be noticed
+THREADS = 3  # one for each callback below, whatever the number of cores
+
+
+class Monitor(Node):
+    """Reads `/fleet/status`, publishes `/fleet/report`, warns about silent robots."""
+
+    def __init__(self) -> None:
+        super().__init__("monitor")
+        self._books = self._open_books()
+        self._rejects = Rejects(self.get_logger(), topics.STATUS)
+        # Guards the dictionaries of counts and times: one status at a time, in order of arrival.
+        # It does not keep the two timers out; that is what the lock in FleetBooks is for.
+        status_group = MutuallyExclusiveCallbackGroup()
+        # The report is independent of the subscription: it takes a copy of the counts and may
+        # run while a status is being entered, so a flood of statuses cannot delay it.
+        report_group = ReentrantCallbackGroup()
+        # A group of its own: neither a status nor a report that takes long can hold the check
+        # back, and it never overlaps itself, so no warning is given twice.
+        silence_group = MutuallyExclusiveCallbackGroup()
+        self._reports = self.create_publisher(String, topics.REPORT, qos.REPORT)
+        self._statuses = self.create_subscription(
+            String, topics.STATUS, self._enter_status, qos.STATUS, callback_group=status_group
+        )
+        self._report_timer = self.create_timer(
+            REPORT_PERIOD_S, self._report, callback_group=report_group
+        )
+        self._silence_timer = self.create_timer(
+            SILENCE_CHECK_PERIOD_S, self._check_silence, callback_group=silence_group
+        )
+
+    def _open_books(self) -> FleetBooks:
+        robot_ids = settings.names(
+            self,
+            "robot_ids",
+            ["robot_1", "robot_2", "robot_3"],
+            about="Robots that are expected to report; others are counted once they do",
+        )
+        silence_timeout_s = settings.number(
+            self,
+            "silence_timeout_s",
+            5.0,
+            low=0.1,
+            high=3600.0,
+            unit="s",
+            about="Silence of a robot after which the monitor warns",
+        )
+        return FleetBooks(robot_ids, silence_timeout_s=silence_timeout_s, now_s=time.monotonic())
+
+    def _enter_status(self, message: String) -> None:
+        try:
+            status = RobotStatus.from_json(message.data)
+        except MessageError as error:
+            self._rejects.add(error)
+            return
+        arrival = self._books.record(status, now_s=time.monotonic())
+        if arrival is not None:
+            self.get_logger().info(str(arrival))
+
+    def _report(self) -> None:
+        text = report_text(self._books.counts())
+        self._reports.publish(String(data=text))
+        self.get_logger().info(text)
+
+    def _check_silence(self) -> None:
+        for silence in self._books.new_silences(now_s=time.monotonic()):
+            self.get_logger().warn(str(silence))
+
+
+def _make_executor() -> Executor:
+    return MultiThreadedExecutor(num_threads=THREADS)
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the monitor until SIGINT or SIGTERM."""
+    try:
+        runner.run(Monitor, args, make_executor=_make_executor)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # the usual end; the node is destroyed already
+    finally:
+        if rclpy.ok():
+            rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

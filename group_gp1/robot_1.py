@@ -1,0 +1,26 @@
+"""robot_1, the ordinary robot: half a second for a task."""
+
+from __future__ import annotations
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+
+from group_gp1 import runner
+from group_gp1.robot import Robot, RobotProfile
+
+PROFILE = RobotProfile(robot_id="robot_1", task_duration_s=0.5)
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run robot_1 until SIGINT or SIGTERM."""
+    try:
+        runner.run(lambda: Robot(PROFILE), args)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # the usual end; the node is destroyed already
+    finally:
+        if rclpy.ok():
+            rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,26 @@
+"""robot_2, the slow robot: two seconds for a task, so that its queue builds up."""
+
+from __future__ import annotations
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+
+from group_gp1 import runner
+from group_gp1.robot import Robot, RobotProfile
+
+PROFILE = RobotProfile(robot_id="robot_2", task_duration_s=2.0)
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run robot_2 until SIGINT or SIGTERM."""
+    try:
+        runner.run(lambda: Robot(PROFILE), args)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # the usual end; the node is destroyed already
+    finally:
+        if rclpy.ok():
+            rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,26 @@
+"""robot_3, the fast robot: 0.3 seconds for a task; the launch file starts it late."""
+
+from __future__ import annotations
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+
+from group_gp1 import runner
+from group_gp1.robot import Robot, RobotProfile
+
+PROFILE = RobotProfile(robot_id="robot_3", task_duration_s=0.3)
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run robot_3 until SIGINT or SIGTERM."""
+    try:
+        runner.run(lambda: Robot(PROFILE), args)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # the usual end; the node is destroyed already
+    finally:
+        if rclpy.ok():
+            rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

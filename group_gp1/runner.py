@@ -1,0 +1,99 @@
+"""The life of a node process: init, construct, spin, clean up, on every way out.
+
+A stop is asked for by SIGINT or SIGTERM, and both mean the same. rclpy's own handlers (in C)
+shut the context down, which ends the spinning; a Python handler beside them only takes note, so
+that no KeyboardInterrupt can burst into a destructor, a half-built node or the clean-up.
+"""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable
+from types import FrameType
+
+import rclpy
+from rclpy.exceptions import InvalidHandle, NotInitializedException
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+
+from group_gp1.settings import SettingError
+
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_NAP_S = 0.05  # how late a sleeper may notice the stop
+
+# What rclpy raises where it is used after its context went down.
+_AFTER_SHUTDOWN = (rclpy_implementation.RCLError, InvalidHandle, NotInitializedException)
+
+
+class _StopNote:
+    """A signal handler that remembers the stop and raises nothing."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def __call__(self, signum: int, frame: FrameType | None) -> None:
+        self.asked = True
+
+
+def run(
+    make_node: Callable[[], Node],
+    args: list[str] | None = None,
+    *,
+    make_executor: Callable[[], Executor] = SingleThreadedExecutor,
+) -> None:
+    """Spin one node until SIGINT or SIGTERM.
+
+    Raises ExternalShutdownException, or returns, once the context is down; SystemExit with a
+    sentence where the arguments or a parameter are wrong. The node is destroyed in every case;
+    shutting the context down where it is still up is left to the caller. For the main thread.
+    """
+    stop = _StopNote()
+    for signum in _STOP_SIGNALS:
+        signal.signal(signum, stop)
+    try:
+        _init(args)
+        if stop.asked:  # before rclpy's handlers were there
+            raise ExternalShutdownException
+        _spin(make_node, make_executor)
+    except SettingError as error:
+        raise SystemExit(f"error: {error}") from None
+    except _AFTER_SHUTDOWN:
+        if rclpy.ok():
+            raise
+        raise ExternalShutdownException from None  # a stop in the middle of something
+    finally:
+        for signum in _STOP_SIGNALS:  # the end has begun: a second Ctrl-C must not tear it
+            signal.signal(signum, signal.SIG_IGN)
+
+
+def nap(duration_s: float) -> bool:
+    """Sleep, but not beyond a stop; tells whether the time was slept in full.
+
+    A plain sleep would hold back the end of the process for its whole length.
+    """
+    deadline_s = time.monotonic() + duration_s
+    while rclpy.ok():
+        left_s = deadline_s - time.monotonic()
+        if left_s <= 0:
+            return True
+        time.sleep(min(left_s, _NAP_S))
+    return False
+
+
+def _init(args: list[str] | None) -> None:
+    try:
+        rclpy.init(args=args)
+    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+        raise SystemExit(f"error: {error}") from None
+
+
+def _spin(make_node: Callable[[], Node], make_executor: Callable[[], Executor]) -> None:
+    node = make_node()
+    try:
+        executor = make_executor()
+        executor.add_node(node)
+        executor.spin()
+    finally:
+        node.destroy_node()

@@ -1,0 +1,79 @@
+"""The settings of a node: ROS parameters with type, default, range and unit, read once.
+
+All are read-only: a node takes them at its start, and `ros2 param set` says so instead of
+changing a value that nobody reads again.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+
+class SettingError(Exception):
+    """A parameter has a value that the node cannot work with; the text is for the user."""
+
+
+def number(
+    node: Node, name: str, default: float, *, low: float, high: float, unit: str, about: str
+) -> float:
+    """Declare a floating point parameter and read it; `low` and `high` are allowed."""
+    descriptor = ParameterDescriptor(
+        type=Parameter.Type.DOUBLE.value,
+        description=f"{about} [{unit}]",
+        additional_constraints="finite",
+        floating_point_range=[FloatingPointRange(from_value=low, to_value=high)],
+        read_only=True,
+    )
+    rule = f"a number from {low:g} to {high:g} {unit}, written with a point"
+    value = float(_declare(node, name, default, descriptor, rule))
+    if not math.isfinite(value):  # NaN passes any range
+        raise _error(node, name, rule, value)
+    return value
+
+
+def whole_number(
+    node: Node, name: str, default: int, *, low: int, high: int, unit: str, about: str
+) -> int:
+    """Declare an integer parameter and read it; `low` and `high` are allowed."""
+    descriptor = ParameterDescriptor(
+        type=Parameter.Type.INTEGER.value,
+        description=f"{about} [{unit}]",
+        integer_range=[IntegerRange(from_value=low, to_value=high)],
+        read_only=True,
+    )
+    rule = f"a whole number from {low} to {high} ({unit})"
+    return int(_declare(node, name, default, descriptor, rule))
+
+
+def names(node: Node, name: str, default: list[str], *, about: str) -> list[str]:
+    """Declare a list of distinct, non-empty names and read it."""
+    descriptor = ParameterDescriptor(
+        type=Parameter.Type.STRING_ARRAY.value,
+        description=about,
+        additional_constraints="at least one name, no empty one, none twice",
+        read_only=True,
+    )
+    rule = "a list of distinct names such as [robot_1,robot_2]"
+    values = [str(value) for value in _declare(node, name, default, descriptor, rule)]
+    if not values or not all(values) or len(set(values)) != len(values):
+        raise _error(node, name, rule, values)
+    return values
+
+
+def _declare(
+    node: Node, name: str, default: Any, descriptor: ParameterDescriptor, rule: str
+) -> Any:
+    try:
+        return node.declare_parameter(name, default, descriptor).value
+    except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+        raise _error(node, name, rule, str(error)) from None
+
+
+def _error(node: Node, name: str, rule: str, found: object) -> SettingError:
+    return SettingError(f"{node.get_name()}: parameter '{name}' must be {rule}. Found: {found}")
