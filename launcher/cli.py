@@ -1,0 +1,88 @@
+"""The command line: a table of verbs; what is no verb is a launch target."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.packages import ament_environment
+
+
+@dataclass(frozen=True)
+class Verb:
+    """A verb's name, one line of help, and how it is called. Its module is imported when used.
+
+    `module` has `main(words: list[str]) -> int`.
+    """
+
+    name: str
+    usage: str
+    help: str
+
+    @property
+    def module(self) -> str:
+        """Where it is written."""
+        return f"launcher.commands.{self.name}"
+
+
+VERBS = (
+    Verb("launch", "TARGET [name:=value ...]", "run a launch file; `launch` may be left out"),
+    Verb("run", "PACKAGE EXECUTABLE [ARG ...]", "run one program of a package in this terminal"),
+)
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one command line (without the program's name); the exit code."""
+    words = list(words)
+    # What ROS's own tools get from sourcing a set-up file; children inherit it.
+    os.environ.update(ament_environment(os.environ))
+    # What follows the executable of `run` is not ours to read.
+    debug = "--debug" in (words[:2] if words[:1] == ["run"] else words)
+    try:
+        return _dispatch(words)
+    except LauncherError as error:
+        if debug:
+            raise
+        print(error.render(), file=sys.stderr)
+        return error.exit_code
+
+
+def _dispatch(words: list[str]) -> int:
+    if not words or words[0] in ("-h", "--help"):
+        print(overview())
+        return ExitCode.OK if words else ExitCode.USAGE
+    if words[0] == "--version":
+        print(importlib.import_module("launcher").__version__)
+        return ExitCode.OK
+    verb = next((v for v in VERBS if v.name == words[0]), None)
+    if verb is None:
+        verb, rest = VERBS[0], words
+    else:
+        rest = words[1:]
+    code: int = importlib.import_module(verb.module).main(rest)
+    return code
+
+
+def overview() -> str:
+    """What `--help` prints: the verbs and the exit codes."""
+    lines = [
+        "usage: python -m launcher TARGET [name:=value ...]",
+        "       python -m launcher VERB ...        (python -m launcher VERB --help tells more)",
+        "",
+        "TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or",
+        "PACKAGE FILE as with `ros2 launch`.",
+        "",
+        "verbs:",
+        *(f"  {verb.name:8} {verb.help}" for verb in VERBS),
+        "",
+        "exit codes:",
+        *(f"  {code.value:<8} {code.meaning}" for code in ExitCode),
+    ]
+    return "\n".join(lines)
+
+
+__all__ = ["VERBS", "UsageError", "Verb", "main", "overview"]

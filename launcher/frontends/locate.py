@@ -1,0 +1,104 @@
+"""Locate: from what a person typed to the launch file that is meant."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from launcher.errors import UsageError
+from launcher.packages import search_prefixes, share_directory
+
+SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
+
+
+def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
+    """The launch file that `TARGET` or `PACKAGE FILE` means; UsageError if there is none.
+
+    TARGET is a path, or the name of a launch file without its suffix: in `launch/` below the
+    working directory or one of the folders above it, then in the share folders of the packages
+    that are installed. PACKAGE FILE is looked up as `ros2 launch` does: by the file's name
+    anywhere below the package's share folder.
+    """
+    if len(words) == 2:
+        return _in_package(words[0], words[1], env)
+    (target,) = words
+    path = Path(target)
+    if path.is_file():
+        return path.absolute()
+    if path.suffix or os.sep in target:
+        folder = path.parent
+        names = sorted(p.name for p in folder.glob("*.launch.*")) if folder.is_dir() else []
+        raise UsageError(f"there is no launch file '{target}'", hint=_near(path.name, names))
+    found = _by_name(target, env)
+    if not found:
+        known = sorted({_stem(file) for file in _all_launch_files(env)})
+        raise UsageError(f"there is no launch file '{target}'", hint=_near(target, known))
+    return _only(target, found)
+
+
+def _by_name(name: str, env: Mapping[str, str]) -> list[Path]:
+    for folder in _source_folders():
+        found = [folder / f"{name}{suffix}" for suffix in SUFFIXES]
+        found = [file for file in found if file.is_file()]
+        if found:
+            return found
+    return [file for file in _installed_launch_files(env) if _stem(file) == name]
+
+
+def _source_folders() -> Iterator[Path]:
+    """`launch/` of the project that the working directory is in, the nearest first."""
+    here = Path.cwd()
+    for folder in (here, *here.parents):
+        yield folder / "launch"
+        if (folder / "package.xml").is_file():
+            return
+
+
+def _installed_launch_files(env: Mapping[str, str]) -> list[Path]:
+    files: list[Path] = []
+    for prefix in search_prefixes(env):
+        for suffix in SUFFIXES:
+            files += sorted(prefix.glob(f"share/*/launch/*{suffix}"))
+    return files
+
+
+def _all_launch_files(env: Mapping[str, str]) -> Iterator[Path]:
+    for folder in _source_folders():
+        for suffix in SUFFIXES:
+            yield from folder.glob(f"*{suffix}")
+    yield from _installed_launch_files(env)
+
+
+def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
+    share = share_directory(package, env)
+    found = sorted(share.rglob(file)) if os.sep not in file else []
+    if not found:
+        names = sorted({p.name for suffix in SUFFIXES for p in share.rglob(f"*{suffix}")})
+        raise UsageError(
+            f"file '{file}' was not found in the share directory of package '{package}' "
+            f"which is at '{share}'",
+            hint=_near(file, names),
+        )
+    return _only(file, found)
+
+
+def _only(name: str, found: list[Path]) -> Path:
+    if len(found) > 1:
+        raise UsageError(
+            f"'{name}' is found more than once: {', '.join(map(str, found))}",
+            hint="name the one that you mean by its path",
+        )
+    return found[0]
+
+
+def _stem(file: Path) -> str:
+    return file.name.partition(".launch.")[0]
+
+
+def _near(name: str, known: Sequence[str]) -> str | None:
+    near = difflib.get_close_matches(name, known, n=1)
+    if near:
+        return f"did you mean '{near[0]}'?"
+    return f"there is: {', '.join(known)}" if known else None

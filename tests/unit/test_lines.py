@@ -1,0 +1,80 @@
+"""Bytes into lines: nothing lost, nothing torn, nothing that moves the reader's cursor."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from launcher.engine.lines import CUT_MARK, LINE_LIMIT, LineBuffer, for_screen, with_prefix
+
+
+def feed_all(chunks: list[bytes]) -> bytes:
+    buffer = LineBuffer()
+    out = b"".join(buffer.feed(chunk)[0] for chunk in chunks)
+    return out + buffer.take_partial()[0]
+
+
+def test_a_line_that_comes_in_two_parts_is_one_line():
+    assert feed_all([b"par", b"tial\nnext", b"\n"]) == b"partial\nnext\n"
+
+
+def test_the_last_line_without_a_newline_gets_one():
+    assert feed_all([b"a\nb"]) == b"a\nb\n"
+
+
+@given(st.lists(st.binary(max_size=30), max_size=20))
+def test_however_it_is_cut_into_reads_the_bytes_come_out(chunks):
+    whole = b"".join(chunks)
+    expected = whole if whole.endswith(b"\n") or not whole else whole + b"\n"
+    assert feed_all(chunks) == expected
+
+
+def test_a_line_of_the_limit_is_whole():
+    line = b"x" * LINE_LIMIT + b"\n"
+    assert feed_all([line[:1000], line[1000:]]) == line
+
+
+@pytest.mark.parametrize("size", [7, 4096, 10 * LINE_LIMIT])
+def test_a_longer_line_is_cut_visibly_and_the_next_one_is_whole(size):
+    data = b"x" * (3 * LINE_LIMIT) + b"\nnext\n"
+    chunks = [data[i : i + size] for i in range(0, len(data), size)]
+    assert feed_all(chunks) == b"x" * LINE_LIMIT + CUT_MARK + b"\nnext\n"
+
+
+def test_an_endless_line_does_not_grow_in_memory():
+    buffer = LineBuffer()
+    for _ in range(100):
+        buffer.feed(b"x" * LINE_LIMIT)
+    assert len(buffer.partial) <= LINE_LIMIT + len(CUT_MARK)
+
+
+def test_a_line_tells_how_much_of_it_was_shown():
+    buffer = LineBuffer()
+    buffer.feed(b"name? ")
+    buffer.shown = 6
+    assert buffer.feed(b"bob\nmore\n") == (b"name? bob\nmore\n", 6)
+    assert buffer.feed(b"x\n") == (b"x\n", 0)
+
+
+@pytest.mark.parametrize(
+    ("written", "shown"),
+    [
+        (b"plain\n", b"plain\n"),
+        (b"\x1b[31mred\x1b[0m\n", b"\x1b[31mred\x1b[0m\n"),
+        (b"\x1b[1;38;5;208mx\x1b[m\n", b"\x1b[1;38;5;208mx\x1b[m\n"),
+        (b"a\x1b[2Kb\x1b[10;3Hc\n", b"abc\n"),
+        (b"\x1b]0;title\x07text\n", b"text\n"),
+        (b"\x1b]8;;http://x\x1b\\link\x1b]8;;\x1b\\\n", b"link\n"),
+        (b"\x1bcreset\n", b"reset\n"),
+        (b"\x1b[?25lhidden cursor\n", b"hidden cursor\n"),
+        (b"crlf\r\n", b"crlf\n"),
+        (b"10%\r20%\r30%\n", b"30%\n"),
+        (b"nul\0 bad \xff\xfe\n", b"nul\0 bad \xff\xfe\n"),
+        ("größe\n".encode(), "größe\n".encode()),
+    ],
+)
+def test_colour_passes_and_cursor_movement_does_not(written, shown):
+    assert for_screen(written) == shown
+
+
+def test_every_line_gets_the_prefix():
+    assert with_prefix(b"[a] ", b"1\n\n2\n") == b"[a] 1\n[a] \n[a] 2\n"

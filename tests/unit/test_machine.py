@@ -1,0 +1,215 @@
+"""The state machine of one process: every promise of stopping and restarting, without waiting."""
+
+import errno
+import signal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from launcher.engine.machine import (
+    Ended,
+    Escalate,
+    Exited,
+    Hurry,
+    Outcome,
+    ProcessMachine,
+    ProcessState,
+    Signal,
+    Spawn,
+    SpawnError,
+    Start,
+    Started,
+    Stop,
+    Tick,
+)
+from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
+
+INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
+
+
+def machine(**restart: object) -> ProcessMachine:
+    return ProcessMachine(RestartPolicy(**restart), StopPolicy())
+
+
+def running(**restart: object) -> ProcessMachine:
+    one = machine(**restart)
+    one.handle(Start(), 0.0)
+    one.handle(Started(7), 0.0)
+    return one
+
+
+def test_a_start_spawns_and_a_started_process_runs():
+    one = machine()
+    assert one.handle(Start(), 0.0) == [Spawn()]
+    assert one.state is ProcessState.STARTING
+    assert one.handle(Started(7), 0.0) == []
+    assert one.state is ProcessState.RUNNING
+
+
+def test_a_stubborn_process_is_killed_after_both_grace_periods():
+    one = running()
+    assert one.handle(Stop(), 1.0) == [Signal(INT)]
+    assert one.handle(Tick(), 5.9) == []
+    assert one.handle(Tick(), 6.0) == [Escalate(INT, 5.0, TERM), Signal(TERM)]
+    assert one.handle(Tick(), 11.0) == [Escalate(TERM, 5.0, KILL), Signal(KILL)]
+    assert one.deadline is None
+
+
+def test_hurrying_takes_the_next_step_at_once_and_says_how_long_it_waited():
+    one = running()
+    one.handle(Stop(), 1.0)
+    assert one.handle(Hurry(), 3.0) == [Escalate(INT, 2.0, TERM), Signal(TERM)]
+    assert one.handle(Hurry(), 3.5) == [Escalate(TERM, 0.5, KILL), Signal(KILL)]
+    assert one.handle(Hurry(), 3.6) == []
+
+
+def test_an_end_that_was_asked_for_is_no_death_and_never_restarts():
+    one = running(mode=RestartMode.ALWAYS)
+    one.handle(Stop(), 0.0)
+    assert one.handle(Exited(-2), 0.1) == [Ended(Outcome(returncode=-2), True, None)]
+    assert one.state is ProcessState.STOPPED
+
+
+def test_a_stop_that_overtakes_the_spawn_is_delivered_when_there_is_a_process():
+    one = machine()
+    one.handle(Start(), 0.0)
+    assert one.handle(Stop(), 0.0) == []
+    assert one.handle(Started(7), 0.1) == [Signal(INT)]
+
+
+@pytest.mark.parametrize(
+    ("mode", "code", "state"),
+    [
+        (RestartMode.NEVER, 0, ProcessState.EXITED),
+        (RestartMode.NEVER, 1, ProcessState.EXITED),
+        (RestartMode.ON_FAILURE, 0, ProcessState.EXITED),
+        (RestartMode.ON_FAILURE, -11, ProcessState.BACKOFF),
+        (RestartMode.ALWAYS, 0, ProcessState.BACKOFF),
+    ],
+)
+def test_the_restart_mode_decides_after_an_end(mode, code, state):
+    one = running(mode=mode)
+    one.handle(Exited(code), 1.0)
+    assert one.state is state
+
+
+def test_a_restart_waits_for_its_delay_in_backoff():
+    one = running(mode=RestartMode.ALWAYS, delay_s=1.5)
+    one.handle(Exited(1), 2.0)
+    assert one.handle(Tick(), 3.4) == []
+    assert one.handle(Tick(), 3.5) == [Spawn()]
+    assert one.restarts == 1
+
+
+def test_a_stop_in_backoff_ends_it_without_a_signal():
+    one = running(mode=RestartMode.ALWAYS, delay_s=1.5)
+    one.handle(Exited(1), 2.0)
+    assert one.handle(Stop(), 2.1) == []
+    assert one.state is ProcessState.STOPPED
+    assert one.handle(Tick(), 9.0) == []
+
+
+def test_used_up_restarts_are_fatal():
+    one = running(mode=RestartMode.ALWAYS, max_restarts=1)
+    one.handle(Exited(1), 1.0)
+    one.handle(Tick(), 1.0)
+    one.handle(Started(8), 1.0)
+    assert one.handle(Exited(1), 2.0) == [Ended(Outcome(returncode=1), False, None)]
+    assert one.state is ProcessState.FATAL
+
+
+def test_a_program_that_is_missing_is_fatal_at_once_even_with_restarts():
+    one = machine(mode=RestartMode.ALWAYS)
+    one.handle(Start(), 0.0)
+    one.handle(SpawnError(errno.ENOENT), 0.0)
+    assert one.state is ProcessState.FATAL
+
+
+def test_too_many_open_files_are_tried_again_but_not_in_a_busy_loop():
+    one = machine(mode=RestartMode.ALWAYS)
+    one.handle(Start(), 0.0)
+    one.handle(SpawnError(errno.EMFILE), 0.0)
+    assert one.handle(Tick(), 0.9) == []
+    assert one.handle(Tick(), 1.0) == [Spawn()]
+
+
+@pytest.mark.parametrize(
+    ("outcome", "text"),
+    [
+        (Outcome(returncode=3), "exit code 3"),
+        (Outcome(returncode=-11), "SIGSEGV"),
+        (Outcome(returncode=-40), "signal 40"),
+        (Outcome(spawn_errno=errno.EACCES), "could not be started: Permission denied"),
+    ],
+)
+def test_an_outcome_reads_as_a_person_would_say_it(outcome, text):
+    assert str(outcome) == text
+
+
+COMMANDS = st.lists(
+    st.sampled_from(["start", "stop", "hurry", "tick", "exit 0", "exit 1", "kill", "refuse"]),
+    max_size=40,
+)
+
+
+class World:
+    """Carries out what the machine says, as the supervisor does, on a clock that only we turn."""
+
+    def __init__(self, one: ProcessMachine) -> None:
+        self.one = one
+        self.alive = 0
+        self.refuses = False
+        self.now = 0.0
+
+    def feed(self, event: object) -> None:
+        for action in self.one.handle(event, self.now):
+            if isinstance(action, Spawn):
+                self.spawn()
+            elif action == Signal(KILL):
+                self.die(-9)
+
+    def spawn(self) -> None:
+        if self.refuses:
+            self.feed(SpawnError(errno.EAGAIN))
+            return
+        self.alive += 1
+        assert self.alive == 1, "two live children of one spec"
+        self.feed(Started(7))
+
+    def die(self, code: int) -> None:
+        if self.alive:
+            self.alive -= 1
+            self.feed(Exited(code))
+
+    def do(self, command: str) -> None:
+        self.now += 0.7
+        self.refuses = command == "refuse"
+        match command:
+            case "start":
+                self.feed(Start())
+            case "stop":
+                self.feed(Stop())
+            case "hurry":
+                self.feed(Hurry())
+            case "tick":
+                self.feed(Tick())
+            case "exit 0" | "exit 1" | "kill":
+                self.die({"exit 0": 0, "exit 1": 1, "kill": -9}[command])
+            case "refuse":
+                self.feed(Start())
+
+
+@given(COMMANDS, st.sampled_from(RestartMode), st.sampled_from([None, 0, 2]))
+def test_there_are_never_two_children_and_every_stop_ends_dead(commands, mode, most):
+    world = World(machine(mode=mode, delay_s=0.5, max_restarts=most))
+    for command in commands:
+        world.do(command)
+    world.refuses = False
+    world.feed(Stop())
+    for _ in range(3):
+        world.now += 10.0
+        world.feed(Tick())
+    assert world.alive == 0
+    assert not world.one.state.is_alive
+    assert world.one.state is not ProcessState.BACKOFF
