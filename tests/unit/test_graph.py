@@ -1,0 +1,57 @@
+"""Snapshots of a graph and their drawing; no ROS is needed for either."""
+
+import pytest
+
+from launcher.graph.dot import to_dot
+from launcher.graph.snapshot import Endpoint, Snapshot, mismatched_policy, silent_subscriptions
+
+
+def endpoint(node: str, direction: str, **changes: str) -> Endpoint:
+    fields = {
+        "topic": "/t",
+        "type": "std_msgs/msg/String",
+        "reliability": "RELIABLE",
+        "durability": "VOLATILE",
+    }
+    return Endpoint(node=node, direction=direction, **{**fields, **changes})
+
+
+@pytest.mark.parametrize(
+    ("offered", "asked", "policy"),
+    [
+        ({}, {}, None),
+        ({}, {"reliability": "BEST_EFFORT"}, None),
+        ({"durability": "TRANSIENT_LOCAL"}, {}, None),
+        ({"reliability": "BEST_EFFORT"}, {}, "RELIABILITY"),
+        ({}, {"durability": "TRANSIENT_LOCAL"}, "DURABILITY"),
+        ({}, {"type": "std_msgs/msg/Bool"}, "TYPE"),
+    ],
+)
+def test_a_subscription_may_not_ask_for_more_than_is_offered(offered, asked, policy):
+    publisher = endpoint("/a", "publisher", **offered)
+    subscription = endpoint("/b", "subscription", **asked)
+    assert mismatched_policy(publisher, subscription) == policy
+
+
+def test_a_subscription_is_silent_only_if_no_publisher_suits_it():
+    weak = endpoint("/a", "publisher", reliability="BEST_EFFORT")
+    strong = endpoint("/c", "publisher")
+    subscription = endpoint("/b", "subscription")
+    alone = Snapshot(nodes=("/a", "/b"), endpoints=(weak, subscription))
+    both = Snapshot(nodes=("/a", "/b", "/c"), endpoints=(weak, strong, subscription))
+    assert silent_subscriptions(alone) == {subscription: "RELIABILITY"}
+    assert silent_subscriptions(both) == {}
+
+
+def test_the_drawing_shows_nodes_topics_and_the_edge_on_which_nothing_arrives():
+    weak = endpoint("/a", "publisher", reliability="BEST_EFFORT")
+    subscription = endpoint("/b", "subscription")
+    dot = to_dot(Snapshot(nodes=("/a", "/b"), endpoints=(weak, subscription)))
+    assert '"node /a" -> "topic /t";' in dot
+    assert '"topic /t" -> "node /b" [color="#c53030"' in dot
+    assert "nothing arrives: RELIABILITY" in dot
+
+
+def test_names_cannot_break_out_of_the_drawing():
+    dot = to_dot(Snapshot(nodes=('/a"];evil[',), endpoints=()))
+    assert '"node /a\\"];evil["' in dot

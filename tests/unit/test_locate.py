@@ -1,0 +1,76 @@
+"""From what a person typed to the launch file."""
+
+from pathlib import Path
+
+import pytest
+
+from launcher.errors import PackageNotFoundError, UsageError
+from launcher.frontends.locate import locate
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A project with one launch file; the working directory is inside it."""
+    (tmp_path / "package.xml").write_text("<package><name>demo</name></package>")
+    (tmp_path / "launch").mkdir()
+    (tmp_path / "launch" / "plant.launch.py").touch()
+    (tmp_path / "src").mkdir()
+    monkeypatch.chdir(tmp_path / "src")
+    return tmp_path
+
+
+@pytest.fixture
+def prefix(tmp_path: Path) -> dict[str, str]:
+    """An environment whose ament index holds the package `shop`."""
+    root = tmp_path / "prefix"
+    marker = root / "share/ament_index/resource_index/packages/shop"
+    marker.parent.mkdir(parents=True)
+    marker.touch()
+    launch = root / "share/shop/launch"
+    launch.mkdir(parents=True)
+    (launch / "till.launch.xml").touch()
+    return {"AMENT_PREFIX_PATH": str(root)}
+
+
+def test_a_path_is_taken_as_it_is(project):
+    assert locate(["../launch/plant.launch.py"], {}).samefile(project / "launch/plant.launch.py")
+
+
+def test_a_name_is_found_in_the_project_around_the_working_directory(project):
+    assert locate(["plant"], {}) == project / "launch" / "plant.launch.py"
+
+
+def test_a_name_is_found_in_an_installed_package(project, prefix):
+    assert locate(["till"], prefix).name == "till.launch.xml"
+
+
+def test_package_and_file_are_looked_up_as_ros2_launch_does(project, prefix):
+    assert locate(["shop", "till.launch.xml"], prefix).parent.name == "launch"
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["plnat"], "did you mean 'plant'?"),
+        (["../launch/plan.launch.py"], "did you mean 'plant.launch.py'?"),
+        (["shop", "til.launch.xml"], "did you mean 'till.launch.xml'?"),
+    ],
+)
+def test_a_misspelt_target_gets_the_nearest_one(project, prefix, words, hint):
+    with pytest.raises(UsageError) as caught:
+        locate(words, prefix)
+    assert caught.value.hint == hint
+
+
+def test_a_misspelt_package_gets_the_nearest_one(project, prefix):
+    with pytest.raises(PackageNotFoundError) as caught:
+        locate(["shopp", "till.launch.xml"], prefix)
+    assert caught.value.hint == "did you mean 'shop'?"
+
+
+def test_a_name_that_two_packages_have_is_not_guessed(project, prefix):
+    other = Path(prefix["AMENT_PREFIX_PATH"]) / "share/other/launch"
+    other.mkdir(parents=True)
+    (other / "till.launch.py").touch()
+    with pytest.raises(UsageError, match="found more than once"):
+        locate(["till"], prefix)
