@@ -7,6 +7,11 @@ ARGS   ?=
 
 SHELL  := /bin/bash
 
+PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --use-pep517
+# Build tools are pinned, too; the two names are those of older and newer versions of pip.
+export PIP_CONSTRAINT       := requirements/build.txt
+export PIP_BUILD_CONSTRAINT := requirements/build.txt
+
 .PHONY: run test lint types unit env dev picture overflow lock clean
 
 ## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
@@ -44,12 +49,12 @@ $(VENV)/.python:
 	@touch $@
 
 $(VENV)/.run: $(VENV)/.python requirements/run.txt setup.py pyproject.toml
-	$(PY) -m pip install --quiet --disable-pip-version-check -r requirements/run.txt
-	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --editable .
+	$(PIP_INSTALL) -r requirements/run.txt
+	$(PIP_INSTALL) --no-deps --editable .
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
-	$(PY) -m pip install --quiet --disable-pip-version-check -r requirements/dev.txt
+	$(PIP_INSTALL) -r requirements/dev.txt
 	@touch $@
 
 ## lock: choose and pin new versions (needs uv)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import difflib
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,7 +49,7 @@ def package_prefix(name: str, env: Mapping[str, str]) -> Path:
     for prefix in search_prefixes(env):
         if (prefix / _MARKERS / name).is_file():
             return prefix
-    if _distribution(name) is not None or _source_tree(name) is not None:
+    if _distributions(name) or _source_tree(name) is not None:
         return Path(sys.prefix)
     raise _package_not_found(name, env)
 
@@ -65,7 +65,7 @@ def share_directory(name: str, env: Mapping[str, str]) -> Path:
     source = _source_tree(name)
     if source is not None:
         return source
-    if _distribution(name) is not None:
+    if _distributions(name):
         return Path(sys.prefix) / "share" / name
     raise _package_not_found(name, env)
 
@@ -119,25 +119,26 @@ def _programs(libexec: Path) -> list[str]:
         return []
 
 
-def _distribution(name: str) -> Distribution | None:
+def _distributions(name: str) -> list[Distribution]:
+    """Every installed distribution of this name.
+
+    More than one: a source tree in the working directory has an egg-info that knows no files,
+    beside what is really installed from it.
+    """
     # importlib.metadata costs some 20 ms to import: only packages outside the index pay it.
     from importlib import metadata
 
-    try:
-        return metadata.distribution(name)
-    except (metadata.PackageNotFoundError, ValueError):
-        return None
+    return list(metadata.distributions(name=name))
 
 
-def _console_scripts(package: str) -> Iterable[tuple[str, Path]]:
-    """(name, path) of the console scripts that the distribution of this name installed."""
-    distribution = _distribution(package)
-    if distribution is None:
-        return
-    names = {e.name for e in distribution.entry_points if e.group == "console_scripts"}
-    for file in distribution.files or ():
-        if file.name in names and file.parent.name == "bin":
-            yield file.name, Path(os.path.normpath(str(distribution.locate_file(file))))
+def _console_scripts(package: str) -> Iterator[tuple[str, Path]]:
+    """(name, path) of the console scripts that distributions of this name installed."""
+    for distribution in _distributions(package):
+        names = {e.name for e in distribution.entry_points if e.group == "console_scripts"}
+        for file in distribution.files or ():
+            path = Path(os.path.normpath(str(distribution.locate_file(file))))
+            if path.name in names and path.parent.name == "bin" and path.is_file():
+                yield path.name, path
 
 
 def _source_tree(name: str) -> Path | None:
