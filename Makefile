@@ -59,10 +59,9 @@ $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 
 ## lock: choose and pin new versions (needs uv)
 lock:
-	uv pip compile --universal --python-version 3.10 --no-header --no-emit-index-url --no-annotate \
-	  --upgrade requirements/run.in -o requirements/run.txt
-	uv pip compile --universal --python-version 3.10 --no-header --no-emit-index-url --no-annotate \
-	  --upgrade requirements/dev.in -o requirements/dev.txt
+	for list in run dev; do uv pip compile --universal --python-version 3.10 --upgrade \
+	  --no-header --no-emit-index-url --no-annotate -c requirements/build.txt \
+	  requirements/$$list.in -o requirements/$$list.txt; done
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
