@@ -1,0 +1,94 @@
+"""Entity: one tag of an XML launch file, or one key of a YAML launch file, as parsers see it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from launcher.frontends.entity_errors import Place
+
+
+class SourceText:
+    """The text of a launch file, for messages, and which attribute was read last."""
+
+    def __init__(self, path: str, text: str) -> None:
+        self.path = path
+        self.text = text
+        self._lines: list[str] | None = None
+        self._last_read: tuple[str, Place] | None = None
+
+    @property
+    def lines(self) -> list[str]:
+        """The lines without their ends."""
+        if self._lines is None:
+            self._lines = self.text.splitlines()
+        return self._lines
+
+    def place(self, line: int, column: int | None = None) -> Place:
+        """A spot with the text of its line; line and column from 1."""
+        source_line = self.lines[line - 1] if 0 < line <= len(self.lines) else None
+        return Place(self.path, line, column, source_line)
+
+    def note_read(self, value: object, place: Place) -> None:
+        """Remember where a text came from: whoever read it will parse it next."""
+        if isinstance(value, str):
+            self._last_read = (value, place)
+
+    def place_of(self, value: str) -> Place | None:
+        """Where this text came from, if it is the one that was read last."""
+        if self._last_read is not None and self._last_read[0] == value:
+            return self._last_read[1]
+        return None
+
+
+class Entity:
+    """Interface of the entities of all front ends.
+
+    An entity notes what was asked of it, so that attributes and tags that nobody knows are found.
+    """
+
+    @property
+    def type_name(self) -> str:
+        """The tag, or the key."""
+        raise NotImplementedError
+
+    @property
+    def parent(self) -> Entity | None:
+        """The entity around this one; None as in ROS 2, where no front end tells."""
+        raise NotImplementedError
+
+    @property
+    def children(self) -> Sequence[Entity]:
+        """The entities within this one."""
+        raise NotImplementedError
+
+    @property
+    def place(self) -> Place | None:
+        """Where it stands, if it comes from a file."""
+        return None
+
+    @property
+    def source(self) -> SourceText | None:
+        """The file that it comes from, if any."""
+        return None
+
+    def assert_entity_completely_parsed(self) -> None:
+        """ValueError if there is an attribute or a nested entity that nobody asked for."""
+        raise NotImplementedError
+
+    def get_attr(
+        self,
+        name: str,
+        *,
+        data_type: Any = str,
+        optional: bool = False,
+        can_be_str: bool = True,
+    ) -> Any:
+        """The value of an attribute as a `data_type`; None if it is optional and not there.
+
+        `data_type` is bool, int, float, str, a `List` of one of these, `List[Entity]` for nested
+        entities of this name, or None for whatever YAML would make of the text. With `can_be_str`
+        a text that is no such value stays a text: it may hold substitutions.
+        AttributeError if it is missing, TypeError if it has another type.
+        """
+        raise NotImplementedError

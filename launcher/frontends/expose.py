@@ -1,0 +1,107 @@
+"""Which tags and substitutions there are: the built-in ones, then those of installed packages.
+
+Packages that expose their own are found by the entry points of the group
+`launch.frontend.launch_extension`. Importing them takes time, so it is done when a name turns up
+that nobody knows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.frontends import parsers
+from launcher.frontends.entity import Entity
+from launcher.frontends.entity_errors import StructureError, did_you_mean
+from launcher.language import frontend_registry
+
+if TYPE_CHECKING:
+    from launcher.frontends.parser import Parser
+    from launcher.language.action import Action
+
+EXTENSION_GROUP = "launch.frontend.launch_extension"
+
+_ParseMethod = Callable[..., Any]
+
+# What people who come from ROS 1 write, and what they want.
+_ROS_1_TAGS = {
+    "param": "in ROS 2 a <param> stands within its <node>",
+    "rosparam": 'ROS 2 writes <param from="FILE"/> within the <node>',
+    "remap": "ROS 2 writes <set_remap from=... to=.../> outside of a <node>",
+    "env": "ROS 2 writes <set_env name=... value=.../> outside of a <node>",
+    "machine": "ROS 2 starts processes on this machine only",
+    "test": "ROS 2 has launch_testing for this",
+}
+
+
+def instantiate_action(entity: Entity, parser: Parser) -> Action:
+    """The action that an entity stands for; RuntimeError if its name is unknown."""
+    method = action_parser(entity.type_name)
+    if method is None:
+        raise _unknown_tag(entity)
+    action_type, arguments = method(entity, parser)
+    entity.assert_entity_completely_parsed()
+    action: Action = action_type(**arguments)
+    return action
+
+
+def instantiate_substitution(type_name: str, args: Iterable[Any] | None = None) -> Any:
+    """The substitution `$(type_name args...)`; RuntimeError if its name is unknown."""
+    method = substitution_parser(type_name)
+    if method is None:
+        raise StructureError(f"Unknown substitution: {type_name}")
+    substitution_type, arguments = method([] if args is None else list(args))
+    return substitution_type(**arguments)
+
+
+def action_parser(name: str) -> _ParseMethod | None:
+    """What parses entities of this name."""
+    return _find(name, frontend_registry.action_parse_methods, parsers.builtin_action)
+
+
+def substitution_parser(name: str) -> _ParseMethod | None:
+    """What parses substitutions of this name."""
+    return _find(name, frontend_registry.substitution_parse_methods, parsers.builtin_substitution)
+
+
+def action_names() -> list[str]:
+    """All tags that are known now."""
+    return sorted({*parsers.ACTIONS, *frontend_registry.action_parse_methods})
+
+
+def substitution_names() -> list[str]:
+    """All substitutions that are known now."""
+    return sorted({*parsers.SUBSTITUTIONS, *frontend_registry.substitution_parse_methods})
+
+
+def load_extensions() -> list[str]:
+    """Import the packages that expose something; the failures, one text each."""
+    from importlib.metadata import entry_points
+
+    failures = []
+    for point in entry_points(group=EXTENSION_GROUP):
+        if point.value.split(":")[0].split(".")[0] in ("launch", "launch_ros"):
+            continue  # a real ROS 2 beside us; its vocabulary is built in here
+        try:
+            point.load()
+        except Exception as problem:  # one broken package must not hide the others
+            failures.append(f"{point.name}: {problem}")
+    return failures
+
+
+def _find(
+    name: Any, exposed: dict[str, _ParseMethod], builtin: Callable[[str], _ParseMethod | None]
+) -> _ParseMethod | None:
+    if not isinstance(name, str):
+        return None
+    method = exposed.get(name) or builtin(name)
+    if method is None:
+        load_extensions()
+        method = exposed.get(name)
+    return method
+
+
+def _unknown_tag(entity: Entity) -> StructureError:
+    name = str(entity.type_name)
+    hint = _ROS_1_TAGS.get(name) or did_you_mean(name, action_names())
+    return StructureError(f"there is no action '{name}'", place=entity.place, hint=hint)

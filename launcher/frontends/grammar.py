@@ -1,0 +1,182 @@
+"""The `$(...)` language: text of a launch file to a tree of texts and calls, and back.
+
+Three kinds of context exist: bare (the words of a call), and between single or double quotes. A
+backslash takes the meaning from the character after it. One space separates the words of a call;
+a word is either quoted as a whole or holds no quote, space or bare parenthesis.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NoReturn, Union
+
+MAX_DEPTH = 40  # of calls in calls; a recursive parser needs a bound, no person comes near it
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+_ESCAPED = re.compile(r"\\(.)")
+
+# What counts as one run of text, by context. A dollar sign is text unless an unescaped `(`
+# follows it; only in words does a parenthesis need a backslash.
+_DOLLAR = r"\$(?!\()|(?<=\\)\$"
+_TEMPLATE_TEXT = re.compile(rf"(?:[^$]|{_DOLLAR})+")
+_QUOTED_TEXT = {quote: re.compile(rf"(?:\\{quote}|[^{quote}\\$]|{_DOLLAR}|\\)+") for quote in "'\""}
+_WORD_TEXT = {
+    "": re.compile(rf"(?:\\[\"']|[^ '\\\"$()]|(?<=\\)[()]|{_DOLLAR}|\\)+"),
+    "'": re.compile(rf"(?:\\'|[^ '\\$()]|(?<=\\)[()]|{_DOLLAR}|\\)+"),
+    '"': re.compile(rf"(?:\\\"|[^ \"\\$()]|(?<=\\)[()]|{_DOLLAR}|\\)+"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """Literal text, escapes taken away; `position` is its place in the source text."""
+
+    text: str
+    position: int
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """`$(name word word)`; a word is a sequence of parts, and may be empty."""
+
+    name: str
+    words: tuple[tuple[Part, ...], ...]
+    position: int
+
+
+Part = Union[Text, Call]
+
+
+class GrammarError(ValueError):
+    """The text is no template; `position` counts from 0, `at_end` if more text was expected."""
+
+    def __init__(self, message: str, *, position: int, at_end: bool) -> None:
+        super().__init__(message)
+        self.position = position
+        self.at_end = at_end
+
+
+def parse_template(source: str) -> tuple[Part, ...]:
+    """The parts of an attribute's value; GrammarError if it is none. Never empty."""
+    if not source:
+        return (Text("", 0),)
+    return _Reader(source).template()
+
+
+def unescape(text: str) -> str:
+    """Take one level of backslashes away."""
+    return _ESCAPED.sub(r"\1", text)
+
+
+class _Reader:
+    """One pass over a source text, left to right, without backtracking."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._at = 0
+        self._depth = 0
+
+    def template(self) -> tuple[Part, ...]:
+        parts: list[Part] = []
+        while self._at < len(self._source):
+            parts.append(self._call_or_text(_TEMPLATE_TEXT, ""))
+        return tuple(parts)
+
+    def _call_or_text(self, text: re.Pattern[str], quote: str) -> Part:
+        found = text.match(self._source, self._at)
+        if found is None:
+            return self._call(quote)
+        start, self._at = self._at, found.end()
+        return Text(unescape(found.group()), start)
+
+    def _call(self, quote: str) -> Call:
+        start = self._at
+        self._take("$(", "a substitution")
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            self._fail(f"substitutions are nested more than {MAX_DEPTH} deep")
+        name = _NAME.match(self._source, self._at)
+        if name is None:
+            self._fail("expected the name of a substitution after '$('")
+        self._at = name.end()
+        words = self._words(quote)
+        self._take(")", f"')' to close '$({name.group()}'")
+        self._depth -= 1
+        return Call(name.group(), words, start)
+
+    def _words(self, quote: str) -> tuple[tuple[Part, ...], ...]:
+        words = []
+        while self._next_is(" "):
+            self._at += 1
+            words.append(self._word(quote))
+        return tuple(words)
+
+    def _word(self, quote: str) -> tuple[Part, ...]:
+        if not quote and self._at < len(self._source) and self._source[self._at] in "'\"":
+            return self._quoted_word(self._source[self._at])
+        parts: list[Part] = []
+        text = _WORD_TEXT[quote]
+        while text.match(self._source, self._at) or self._next_is("$("):
+            parts.append(self._call_or_text(text, quote))
+        if not parts:
+            self._fail("expected a word (words are separated by exactly one space)")
+        return tuple(parts)
+
+    def _quoted_word(self, quote: str) -> tuple[Part, ...]:
+        self._at += 1
+        parts: list[Part] = []
+        text = _QUOTED_TEXT[quote]
+        while text.match(self._source, self._at) or self._next_is("$("):
+            parts.append(self._call_or_text(text, quote))
+        self._take(quote, f"a closing {quote}")
+        return tuple(parts)
+
+    def _next_is(self, token: str) -> bool:
+        return self._source.startswith(token, self._at)
+
+    def _take(self, token: str, expected: str) -> None:
+        if not self._next_is(token):
+            self._fail(f"expected {expected}")
+        self._at += len(token)
+
+    def _fail(self, message: str) -> NoReturn:
+        at_end = self._at >= len(self._source)
+        found = "the text ends here" if at_end else f"found {self._source[self._at]!r}"
+        raise GrammarError(f"{message}, {found}", position=self._at, at_end=at_end)
+
+
+def render_template(parts: Sequence[Part]) -> str:
+    """A source text that parses to these parts again (neighbouring texts become one)."""
+    return "".join(
+        _escape(part.text, r"\$") if isinstance(part, Text) else _render_call(part, "")
+        for part in parts
+    )
+
+
+def _render_call(call: Call, quote: str) -> str:
+    words = [_render_word(word, quote) for word in call.words]
+    return "$(" + " ".join([call.name, *words]) + ")"
+
+
+def _render_word(word: Sequence[Part], quote: str) -> str:
+    inner = quote or _quote_for(word)
+    if quote:  # a word in a call between quotes cannot be quoted once more
+        return "".join(_render_part(part, quote, rf"\$(){quote}") for part in word)
+    if not inner:
+        return "".join(_render_part(part, "", r"\$()'" + '"') for part in word)
+    return inner + "".join(_render_part(part, inner, rf"\${inner}") for part in word) + inner
+
+
+def _render_part(part: Part, quote: str, special: str) -> str:
+    return _escape(part.text, special) if isinstance(part, Text) else _render_call(part, quote)
+
+
+def _quote_for(word: Sequence[Part]) -> str:
+    needs_quotes = not word or any(isinstance(p, Text) and " " in p.text for p in word)
+    return "'" if needs_quotes else ""
+
+
+def _escape(text: str, special: str) -> str:
+    return "".join(f"\\{character}" if character in special else character for character in text)

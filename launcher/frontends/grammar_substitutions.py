@@ -1,0 +1,107 @@
+"""From the text of an attribute to substitutions that can be performed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from launcher.frontends import expose
+from launcher.frontends.entity_errors import FrontendError, Place, did_you_mean, locate
+from launcher.frontends.grammar import Call, GrammarError, Part, Text, parse_template
+from launcher.language.origin import Origin
+from launcher.language.substitution import Substitution
+from launcher.language.substitutions.text import TextSubstitution
+
+# What people who come from ROS 1 write, and what they want.
+_ROS_1_WORDS = {
+    "find": "ROS 2 writes $(find-pkg-share PACKAGE)",
+    "arg": "ROS 2 writes $(var NAME)",
+    "optenv": "ROS 2 writes $(env NAME DEFAULT)",
+}
+
+
+def parse_substitution(value: str, place: Place | None = None) -> list[Substitution]:
+    """The substitutions of a template; `place` is where it begins in the launch file.
+
+    FrontendError if it is no template, or a substitution is unknown or has the wrong words.
+    """
+    try:
+        parts = parse_template(value)
+    except GrammarError as problem:
+        raise _syntax_error(value, problem, place) from None
+    return [_build(part, place) for part in parts]
+
+
+def parse_if_substitutions(value: Any) -> Any:
+    """Substitutions for a text that holds some; the text itself, or another value, as it is.
+
+    In a list each item is treated alone; ValueError if it then holds values of several types.
+    """
+    kinds: set[type] = set()
+    if isinstance(value, list):
+        output: Any = [_parse_if(item, kinds) for item in value]
+    else:
+        output = _parse_if(value, kinds)
+    if len(kinds) > 1:
+        raise ValueError("The result is a non-uniform list")
+    return output
+
+
+def _parse_if(value: Any, kinds: set[type]) -> Any:
+    if not isinstance(value, str):
+        kinds.add(type(value))
+        return value
+    substitutions = parse_substitution(value)
+    if len(substitutions) == 1 and isinstance(substitutions[0], TextSubstitution):
+        kinds.add(str)
+        return substitutions[0].text
+    return substitutions
+
+
+def _build(part: Part, place: Place | None) -> Substitution:
+    if isinstance(part, Text):
+        substitution: Substitution = TextSubstitution(text=part.text)
+    else:
+        words = [[_build(piece, place) for piece in word] for word in part.words]
+        substitution = _call(part, words, place)
+    if place is not None:
+        substitution._origin = Origin(place.path, place.line)
+    return substitution
+
+
+def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) -> Substitution:
+    here = _shifted(place, call.position)
+    method = expose.substitution_parser(call.name)
+    if method is None:
+        hint = _ROS_1_WORDS.get(call.name) or did_you_mean(call.name, expose.substitution_names())
+        message = f"there is no substitution $({call.name} ...)"
+        raise FrontendError(message, place=here, hint=hint, ros_type="VisitError")
+    try:
+        substitution_type, arguments = method(words)
+        made: Substitution = substitution_type(**arguments)
+    except FrontendError as error:
+        locate(error, here)
+        raise
+    except Exception as problem:  # third-party code may raise whatever it likes
+        message = f"$({call.name} ...): {problem}"
+        raise FrontendError(message, place=here, ros_type="VisitError") from problem
+    return made
+
+
+def _syntax_error(value: str, problem: GrammarError, place: Place | None) -> FrontendError:
+    return FrontendError(
+        f"in '{value}': {problem}",
+        place=_shifted(place, problem.position),
+        hint=r"a '$(' that is meant as text is written '\$('" if problem.at_end else None,
+        ros_type="UnexpectedEOF" if problem.at_end else "UnexpectedCharacters",
+    )
+
+
+def _shifted(place: Place | None, characters: int) -> Place | None:
+    """The place some characters on, if the line shows them; escapes may shift it a little."""
+    if place is None or place.column is None or place.source_line is None:
+        return place
+    column = place.column + characters
+    if column > len(place.source_line) + 1:
+        return place
+    return Place(place.path, place.line, column, place.source_line)

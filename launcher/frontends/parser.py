@@ -1,0 +1,167 @@
+"""Parser: from entities to actions, and from a file to the parser that understands it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from launcher.errors import LauncherError, LaunchFileError
+from launcher.frontends import expose, grammar, grammar_substitutions
+from launcher.frontends.entity import Entity, SourceText
+from launcher.frontends.entity_errors import FrontendError, StructureError, first_of, locate
+from launcher.language.description import LaunchDescription
+from launcher.language.origin import Origin
+
+if TYPE_CHECKING:
+    from launcher.language.action import Action
+    from launcher.language.substitution import Substitution
+
+PARSER_GROUP = "launch.frontend.parser"
+BUILTIN_SUFFIXES = ("xml", "yaml")
+
+
+class Parser:
+    """Turns entities into actions; subclasses read one format each and override `load`."""
+
+    source: SourceText | None = None  # of the file that this parser was made for
+
+    @classmethod
+    def load(cls, file: Any) -> tuple[Entity, Parser]:
+        """(root entity, parser) of a path or an open file.
+
+        The format that the name suggests is tried first, then the others. If none fits, the
+        error is that of the first one.
+        """
+        path = str(getattr(file, "name", file))
+        problems: list[LaunchFileError] = []
+        for implementation in cls._by_likelihood(path):
+            try:
+                return implementation.load(file)
+            except LaunchFileError as problem:
+                problems.append(problem)
+                if hasattr(file, "seek"):
+                    file.seek(0)
+        raise problems[0]
+
+    @classmethod
+    def _by_likelihood(cls, path: str) -> Iterator[type[Parser]]:
+        suffix = Path(path).suffix[1:]
+        builtin = sorted(BUILTIN_SUFFIXES, key=lambda name: (name != suffix, name))
+        yield from map(cls.get_parser_from_extension, builtin)
+        for name in cls.get_available_extensions():  # slow, and nearly never needed
+            if name not in builtin:
+                yield cls.get_parser_from_extension(name)
+
+    @classmethod
+    def get_available_extensions(cls) -> list[str]:
+        """Suffixes that have a parser, without the dot."""
+        from importlib.metadata import entry_points
+
+        installed = [point.name for point in entry_points(group=PARSER_GROUP)]
+        return sorted({*BUILTIN_SUFFIXES, *installed})
+
+    @classmethod
+    def is_extension_valid(cls, extension: str) -> bool:
+        """Whether there is a parser for files with this suffix."""
+        return extension in cls.get_available_extensions()
+
+    @classmethod
+    def get_parser_from_extension(cls, extension: str) -> type[Parser]:
+        """The parser class for a suffix; RuntimeError if there is none."""
+        if extension == "xml":
+            from launcher.frontends.xml import XmlParser
+
+            return XmlParser
+        if extension == "yaml":
+            from launcher.frontends.yaml import YamlParser
+
+            return YamlParser
+        from importlib.metadata import entry_points
+
+        for point in entry_points(group=PARSER_GROUP, name=extension):
+            parser: type[Parser] = point.load()
+            return parser
+        raise StructureError("Not recognized frontend implementation")
+
+    @classmethod
+    def load_launch_extensions(cls) -> None:
+        """Import the packages that expose actions or substitutions."""
+        expose.load_extensions()
+
+    def parse_description(self, entity: Entity) -> LaunchDescription:
+        """The launch description of a root entity; the mistakes of all actions at once."""
+        if entity.type_name != "launch":
+            raise StructureError(
+                f"a launch file begins with 'launch', not with '{entity.type_name}'",
+                place=entity.place,
+            )
+        deprecated = entity.get_attr("deprecated", optional=True)
+        actions = self.parse_actions(entity.children)
+        return LaunchDescription(actions, deprecated_reason=deprecated)
+
+    def parse_actions(self, entities: Iterable[Entity]) -> list[Action]:
+        """The actions of entities side by side; the mistakes of all of them at once."""
+        actions: list[Action] = []
+        problems: list[LaunchFileError] = []
+        for entity in entities:
+            try:
+                actions.append(self.parse_action(entity))
+            except LaunchFileError as problem:
+                problems.append(problem)
+        if problems:
+            raise first_of(problems)
+        return actions
+
+    def parse_action(self, entity: Entity) -> Action:
+        """The action of one entity; whatever goes wrong is told with its place."""
+        place = entity.place
+        try:
+            action = expose.instantiate_action(entity, self)
+        except LaunchFileError as error:
+            locate(error, place)
+            raise
+        except LauncherError:
+            raise
+        except Exception as problem:  # third-party code may raise whatever it likes
+            message = f"<{entity.type_name}>: {problem}"
+            ros_type = type(problem).__name__
+            raise FrontendError(message, place=place, ros_type=ros_type) from problem
+        if place is not None:
+            action._origin = Origin(place.path, place.line)
+        return action
+
+    def parse_substitution(self, value: str) -> list[Substitution]:
+        """The substitutions of a text."""
+        place = self.source.place_of(value) if self.source is not None else None
+        return grammar_substitutions.parse_substitution(value, place)
+
+    def parse_if_substitutions(self, value: Any) -> Any:
+        """Substitutions where a value is a text that holds some, else the value as it is."""
+        return grammar_substitutions.parse_if_substitutions(value)
+
+    def escape_characters(self, value: str) -> str:
+        """A text without its backslashes."""
+        return grammar.unescape(value)
+
+
+def read_text(file: Any) -> SourceText:
+    """The text of a path or of an open file; FrontendError if it is not UTF-8, or not there."""
+    path = str(getattr(file, "name", file))
+    try:
+        if hasattr(file, "read"):
+            return SourceText(path, file.read())
+        with open(file, encoding="utf-8") as stream:
+            return SourceText(path, stream.read())
+    except UnicodeDecodeError as problem:
+        message = f"{path} is not UTF-8 text: byte {problem.start} is not"
+        raise FrontendError(message, ros_type="UnicodeDecodeError") from problem
+    except OSError as problem:
+        message = f"cannot read {path}: {problem.strerror}"
+        raise FrontendError(message, ros_type=type(problem).__name__) from problem
+
+
+def load_markup(path: str) -> LaunchDescription:
+    """The launch description of an XML or YAML file, whichever it is."""
+    entity, parser = Parser.load(path)
+    return parser.parse_description(entity)

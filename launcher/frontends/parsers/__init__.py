@@ -1,0 +1,139 @@
+"""The tables of tags and substitutions, and of what parses them.
+
+Classes and parse functions are named by module, and imported when they turn up in a launch file.
+Importing this package registers the parse functions with the language, whose classes delegate
+their `parse` methods here.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from launcher.language import frontend_registry
+
+# Tag -> (module below launcher.language, class).
+ACTIONS = {
+    "append_env": ("actions.configuration", "AppendEnvironmentVariable"),
+    "arg": ("actions.arguments", "DeclareLaunchArgument"),
+    "executable": ("actions.process", "ExecuteProcess"),
+    "group": ("actions.group", "GroupAction"),
+    "include": ("actions.include", "IncludeLaunchDescription"),
+    "let": ("actions.configuration", "SetLaunchConfiguration"),
+    "load_composable_node": ("ros.composition", "LoadComposableNodes"),
+    "log": ("actions.events", "LogInfo"),
+    "node": ("ros.node", "Node"),
+    "node_container": ("ros.composition", "ComposableNodeContainer"),
+    "push-ros-namespace": ("ros.scope", "PushROSNamespace"),
+    "push_ros_namespace": ("ros.scope", "PushROSNamespace"),
+    "reset": ("actions.configuration", "ResetLaunchConfigurations"),
+    "reset_env": ("actions.configuration", "ResetEnvironment"),
+    "ros_timer": ("ros.timer", "RosTimer"),
+    "set_env": ("actions.configuration", "SetEnvironmentVariable"),
+    "set_parameter": ("ros.scope", "SetParameter"),
+    "set_parameters_from_file": ("ros.scope", "SetParametersFromFile"),
+    "set_remap": ("ros.scope", "SetRemap"),
+    "set_ros_log_dir": ("ros.scope", "SetROSLogDir"),
+    "set_use_sim_time": ("ros.scope", "SetUseSimTime"),
+    "shutdown": ("actions.events", "Shutdown"),
+    "timer": ("actions.timer", "TimerAction"),
+    "unset": ("actions.configuration", "UnsetLaunchConfiguration"),
+    "unset_env": ("actions.configuration", "UnsetEnvironmentVariable"),
+}
+
+# Name of `$(name ...)` -> (module below launcher.language, class).
+SUBSTITUTIONS = {
+    "all": ("substitutions.logic", "AllSubstitution"),
+    "and": ("substitutions.logic", "AndSubstitution"),
+    "anon": ("substitutions.names", "AnonName"),
+    "any": ("substitutions.logic", "AnySubstitution"),
+    "command": ("substitutions.command", "Command"),
+    "dirname": ("substitutions.files", "ThisLaunchFileDir"),
+    "env": ("substitutions.environment", "EnvironmentVariable"),
+    "equals": ("substitutions.logic", "EqualsSubstitution"),
+    "eval": ("substitutions.python", "PythonExpression"),
+    "exec-in-pkg": ("ros.packages", "ExecutableInPackage"),
+    "file-content": ("substitutions.files", "FileContent"),
+    "filename": ("substitutions.files", "ThisLaunchFile"),
+    "find-exec": ("substitutions.files", "FindExecutable"),
+    "find-pkg-prefix": ("ros.packages", "FindPackagePrefix"),
+    "find-pkg-share": ("ros.packages", "FindPackageShare"),
+    "if": ("substitutions.logic", "IfElseSubstitution"),
+    "launch_log_dir": ("substitutions.files", "LaunchLogDir"),
+    "log_dir": ("substitutions.files", "LaunchLogDir"),
+    "not": ("substitutions.logic", "NotSubstitution"),
+    "not-equals": ("substitutions.logic", "NotEqualsSubstitution"),
+    "or": ("substitutions.logic", "OrSubstitution"),
+    "param": ("ros.scope", "Parameter"),
+    "var": ("substitutions.configuration", "LaunchConfiguration"),
+}
+
+# Class -> (module of this package, parse function).
+_PARSE_FUNCTIONS = {
+    "Action": ("base", "parse_action"),
+    "AppendEnvironmentVariable": ("environment", "parse_append"),
+    "ComposableNode": ("composition", "parse_composable_node"),
+    "ComposableNodeContainer": ("composition", "parse_container"),
+    "DeclareLaunchArgument": ("arguments", "parse_argument"),
+    "ExecuteProcess": ("process", "parse_process"),
+    "ExecuteProcess.cmdline": ("process", "parse_words"),
+    "GroupAction": ("groups", "parse_group"),
+    "IncludeLaunchDescription": ("includes", "parse_include"),
+    "LoadComposableNodes": ("composition", "parse_load"),
+    "LogInfo": ("events", "parse_log"),
+    "Node": ("node", "parse_node"),
+    "Node.parameters": ("node", "parse_parameters"),
+    "PopEnvironment": ("base", "parse_action"),
+    "PopLaunchConfigurations": ("base", "parse_action"),
+    "PushEnvironment": ("base", "parse_action"),
+    "PushLaunchConfigurations": ("base", "parse_action"),
+    "PushROSNamespace": ("ros_scope", "parse_namespace"),
+    "ResetEnvironment": ("base", "parse_action"),
+    "ResetLaunchConfigurations": ("groups", "parse_reset"),
+    "RosTimer": ("groups", "parse_timer"),
+    "SetEnvironmentVariable": ("environment", "parse_set"),
+    "SetLaunchConfiguration": ("arguments", "parse_let"),
+    "SetParameter": ("ros_scope", "parse_set_parameter"),
+    "SetParametersFromFile": ("ros_scope", "parse_parameters_from_file"),
+    "SetROSLogDir": ("ros_scope", "parse_log_dir"),
+    "SetRemap": ("ros_scope", "parse_remap"),
+    "SetUseSimTime": ("ros_scope", "parse_use_sim_time"),
+    "Shutdown": ("events", "parse_shutdown"),
+    "Substitution": ("substitutions", "parse_substitution"),
+    "TimerAction": ("groups", "parse_timer"),
+    "UnsetEnvironmentVariable": ("environment", "parse_unset"),
+    "UnsetLaunchConfiguration": ("arguments", "parse_unset"),
+}
+
+
+def builtin_action(tag: str) -> Callable[..., Any] | None:
+    """The `parse` method of the action behind a tag; None if it is no tag of ours."""
+    return _parse_method(ACTIONS.get(tag))
+
+
+def builtin_substitution(name: str) -> Callable[..., Any] | None:
+    """The parse function of a substitution; None if it is none of ours."""
+    return _parse_method(SUBSTITUTIONS.get(name))
+
+
+def _parse_method(entry: tuple[str, str] | None) -> Callable[..., Any] | None:
+    if entry is None:
+        return None
+    module, class_name = entry
+    owner = getattr(importlib.import_module(f"launcher.language.{module}"), class_name)
+    method: Callable[..., Any] = owner.parse
+    return method
+
+
+def _call_lazily(key: str, cls: type, *args: Any, **kwargs: Any) -> Any:
+    module, function = _PARSE_FUNCTIONS[key]
+    parse = getattr(importlib.import_module(f"{__name__}.{module}"), function)
+    frontend_registry.class_parsers[key] = parse  # the next call goes there directly
+    return parse(cls, *args, **kwargs)
+
+
+frontend_registry.class_parsers.update(
+    {key: partial(_call_lazily, key) for key in _PARSE_FUNCTIONS}
+)

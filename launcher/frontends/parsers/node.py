@@ -1,0 +1,117 @@
+"""`node` with its parameters and remappings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from launcher.frontends.entity import Entity
+from launcher.frontends.entity_errors import StructureError, UnexpectedContentError
+from launcher.frontends.parsers.base import ENTITIES, Parsed, add_texts, name_value_pairs
+from launcher.frontends.parsers.process import parse_process
+
+# Keyword of the constructor -> attribute. `node-name` is read, then refused by the constructor.
+_TEXTS = {
+    "node_name": "node-name",
+    "name": "name",
+    "exec_name": "exec_name",
+    "package": "pkg",
+}
+_WORDS = {"arguments": "args", "ros_arguments": "ros_args"}
+
+
+def parse_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
+    """`node`."""
+    _, arguments = parse_process(cls, entity, parser, ["cmd", "name"])
+    for keyword, attribute in _WORDS.items():
+        text = entity.get_attr(attribute, optional=True)
+        if text is not None:
+            arguments[keyword] = cls._parse_cmdline(text, parser)
+    add_texts(arguments, entity, parser, _TEXTS, optional=True)
+    add_texts(arguments, entity, parser, {"executable": "exec"}, optional=False)
+    add_texts(arguments, entity, parser, {"namespace": "namespace"}, optional=True)
+    remappings = name_value_pairs(entity, parser, "remap", names=("from", "to"))
+    if remappings is not None:
+        arguments["remappings"] = remappings
+    parameters = entity.get_attr("param", data_type=ENTITIES, optional=True)
+    if parameters is not None:
+        arguments["parameters"] = cls.parse_nested_parameters(parameters, parser)
+    return cls, arguments
+
+
+def parse_parameters(cls: type, params: Iterable[Entity], parser: Any) -> list[Any]:
+    """Parameter files and dictionaries, one for each `param`, in order."""
+    return [_file_or_dictionary(param, parser) for param in params]
+
+
+def _file_or_dictionary(param: Entity, parser: Any) -> Any:
+    file = param.get_attr("from", optional=True)
+    allow_substs = param.get_attr("allow_substs", data_type=bool, optional=True)
+    name = param.get_attr("name", optional=True)
+    if file is not None and name is not None:
+        raise StructureError("'name' and 'from' exclude each other", place=param.place)
+    if file is not None:
+        return _parameter_file(param, parser, file, allow_substs)
+    if name is None:
+        message = "a parameter needs a 'name', or 'from' with a file"
+        raise UnexpectedContentError(message, place=param.place)
+    if allow_substs is not None:
+        message = "'allow_substs' has a meaning together with 'from' only"
+        raise StructureError(message, place=param.place)
+    return _dictionary([param], parser)
+
+
+def _parameter_file(param: Entity, parser: Any, file: str, allow_substs: Any) -> Any:
+    from launcher.language.ros.parameter_descriptions import ParameterFile
+
+    allowed = (
+        parser.parse_substitution(allow_substs)
+        if isinstance(allow_substs, str)
+        else bool(allow_substs)
+    )
+    param.assert_entity_completely_parsed()
+    return ParameterFile(parser.parse_substitution(file), allow_substs=allowed)
+
+
+def _dictionary(params: Iterable[Entity], parser: Any) -> dict[Any, Any]:
+    """The values of parameters, those of nested parameters in nested dictionaries."""
+    values: dict[Any, Any] = {}
+    for param in params:
+        name = tuple(parser.parse_substitution(param.get_attr("name")))
+        data_type = _data_type(param)
+        value = param.get_attr("value", data_type=data_type, optional=True)
+        nested = param.get_attr("param", data_type=ENTITIES, optional=True)
+        param.assert_entity_completely_parsed()
+        _check_shape(param, value, nested, data_type)
+        values[name] = (
+            _dictionary(nested, parser) if nested else _value(param, value, data_type, parser)
+        )
+    return values
+
+
+def _data_type(param: Entity) -> Any:
+    identifier = param.get_attr("type", data_type=None, optional=True)
+    if identifier is None:
+        return None
+    from launcher.language.ros.parameter_values import get_data_type_from_identifier
+
+    return get_data_type_from_identifier(identifier)
+
+
+def _check_shape(param: Entity, value: Any, nested: Any, data_type: Any) -> None:
+    if nested and (value is not None or data_type is not None):
+        message = "a parameter that holds parameters has neither a 'value' nor a 'type'"
+        raise StructureError(message, place=param.place)
+    if value is None and not nested:
+        message = "a parameter needs a 'value', or parameters within it"
+        raise StructureError(message, place=param.place)
+
+
+def _value(param: Entity, value: Any, data_type: Any, parser: Any) -> Any:
+    from launcher.language.ros.parameter_descriptions import ParameterValue
+
+    try:
+        some_value = parser.parse_if_substitutions(value)
+    except ValueError as problem:
+        raise UnexpectedContentError(str(problem), place=param.place) from problem
+    return ParameterValue(some_value, value_type=data_type)

@@ -1,0 +1,81 @@
+"""The words of `$(name word word)` as keyword arguments of substitutions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from launcher.frontends.entity_errors import AttributeTypeError
+from launcher.frontends.parsers.base import Parsed
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Which keyword each word stands for, in order; the optional ones come last."""
+
+    name: str
+    required: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
+
+    def described(self) -> str:
+        """Like `$(env NAME [DEFAULT_VALUE])`."""
+        words = [self.name, *map(str.upper, self.required)]
+        words += [f"[{keyword.upper()}]" for keyword in self.optional]
+        return f"$({' '.join(words)})"
+
+
+_WORDS = {
+    "AndSubstitution": Words("and", ("left", "right")),
+    "AnonName": Words("anon", ("name",)),
+    "Command": Words("command", ("command",), ("on_stderr",)),
+    "EnvironmentVariable": Words("env", ("name",), ("default_value",)),
+    "EqualsSubstitution": Words("equals", ("left", "right")),
+    "ExecutableInPackage": Words("exec-in-pkg", ("executable", "package")),
+    "FileContent": Words("file-content", ("path",)),
+    "FindExecutable": Words("find-exec", ("name",)),
+    "FindPackagePrefix": Words("find-pkg-prefix", ("package",)),
+    "FindPackageShare": Words("find-pkg-share", ("package",)),
+    "IfElseSubstitution": Words("if", ("condition", "if_value"), ("else_value",)),
+    "LaunchConfiguration": Words("var", ("variable_name",), ("default",)),
+    "LaunchLogDir": Words("log_dir"),
+    "NotEqualsSubstitution": Words("not-equals", ("left", "right")),
+    "NotSubstitution": Words("not", ("value",)),
+    "OrSubstitution": Words("or", ("left", "right")),
+    "Parameter": Words("param", ("name",)),
+    "PythonExpression": Words("eval", ("expression",), ("python_modules",)),
+    "ThisLaunchFile": Words("filename"),
+    "ThisLaunchFileDir": Words("dirname"),
+}
+
+
+def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
+    """The class and its keyword arguments, for any substitution of ours or a subclass of one."""
+    for ancestor in cls.__mro__:
+        if ancestor.__name__ in _WORDS:
+            return cls, _keywords(_WORDS[ancestor.__name__], data)
+    # $(any ...) and $(all ...) hand their words over by a name that the constructor does not
+    # know: ROS 2 Jazzy rejects them, and so do we.
+    return cls, {"args": data}
+
+
+def _keywords(words: Words, data: Sequence[Any]) -> dict[str, Any]:
+    keywords = (*words.required, *words.optional)
+    if not len(words.required) <= len(data) <= len(keywords):
+        raise AttributeTypeError(
+            f"$({words.name} ...) has {len(data)} words",
+            hint=f"it is written {words.described()}",
+            ros_type="VisitError",
+        )
+    arguments = dict(zip(keywords, data, strict=False))
+    if "python_modules" in arguments:
+        arguments["python_modules"] = _modules(arguments["python_modules"])
+    return arguments
+
+
+def _modules(word: Sequence[Any]) -> list[str]:
+    """The names of modules, which stand in one word, separated by commas."""
+    if not word:
+        return []
+    names: str = word[0].perform(None)
+    return [name.strip() for name in names.split(",")]

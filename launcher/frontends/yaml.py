@@ -1,0 +1,41 @@
+"""YAML launch files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from launcher.frontends.entity_errors import AttributeTypeError, StructureError
+from launcher.frontends.entity_yaml import YamlEntity, node_of_key, parse_yaml
+from launcher.frontends.parser import Parser, read_text
+from launcher.language.description import LaunchDescription
+
+
+class YamlParser(Parser):
+    """Reads YAML."""
+
+    @classmethod
+    def load(cls, file: Any) -> tuple[YamlEntity, YamlParser]:
+        """(root entity, parser) of a path or an open file; FrontendError if it is no YAML."""
+        source = read_text(file)
+        tree, node = parse_yaml(source)
+        if not isinstance(tree, dict):
+            message = "a YAML launch file is a mapping with the one key 'launch'"
+            raise AttributeTypeError(message, place=source.place(1))
+        if len(tree) != 1:
+            raise StructureError("Expected only one root", place=source.place(1))
+        ((type_name, element),) = tree.items()
+        entity = YamlEntity(element, type_name, source, node=node_of_key(node, type_name))
+        parser = cls()
+        parser.source = source
+        return entity, parser
+
+    @classmethod
+    def get_file_extensions(cls) -> set[str]:
+        """How the names of such files end."""
+        return {"launch.yaml"}
+
+
+def load_yaml(path: str) -> LaunchDescription:
+    """The launch description of a YAML file."""
+    entity, parser = YamlParser.load(path)
+    return parser.parse_description(entity)
