@@ -78,6 +78,52 @@ class RequestShutdown:
     reason: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoadRequest:
+    """A composable node for a container; parameters and extra arguments are (name, value)."""
+
+    container: str
+    package: str
+    plugin: str
+    name: str | None = None
+    namespace: str | None = None
+    remappings: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[tuple[str, object], ...] = ()
+    extra_arguments: tuple[tuple[str, object], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoadComponent:
+    """Ask the container to load the node; answer with ComponentLoaded(request_id)."""
+
+    request_id: int
+    request: LoadRequest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StateRequest:
+    """A transition of the lifecycle node with this full name, by id and by label."""
+
+    node: str
+    transition_id: int
+    transition: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChangeState:
+    """Ask the lifecycle node for the transition; answer with StateChanged(request_id)."""
+
+    request_id: int
+    request: StateRequest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WatchLifecycle:
+    """From now on tell the transitions of this node as TransitionSeen."""
+
+    node: str
+
+
 # ---- events: driver -> interpreter
 
 
@@ -137,6 +183,34 @@ class SignalReceived:
     signum: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComponentLoaded:
+    """The container answered a LoadComponent; `error` is None if the node was loaded."""
+
+    request_id: int
+    full_node_name: str = ""
+    unique_id: int = 0
+    error: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StateChanged:
+    """The lifecycle node answered a ChangeState; `error` is None if it accepted it."""
+
+    request_id: int
+    error: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TransitionSeen:
+    """A lifecycle node went from one state to another, by their labels (`inactive`)."""
+
+    node: str
+    transition: str
+    start_state: str
+    goal_state: str
+
+
 Effect = Union[
     StartProcess,
     SignalProcess,
@@ -146,6 +220,9 @@ Effect = Union[
     CancelTimer,
     LogMessage,
     RequestShutdown,
+    LoadComponent,
+    ChangeState,
+    WatchLifecycle,
 ]
 Event = Union[
     ProcessStarted,
@@ -154,4 +231,7 @@ Event = Union[
     ProcessOutput,
     TimerFired,
     SignalReceived,
+    ComponentLoaded,
+    StateChanged,
+    TransitionSeen,
 ]

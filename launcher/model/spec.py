@@ -106,8 +106,8 @@ class StopPolicy:
 class ParameterSource:
     """One element of a node's parameters on its command line, in the plan document's terms.
 
-    Exactly one of the three is set: `file` is a path that was given, `rule` is `name:=value`,
-    `generated` is the content of a file that the launcher wrote.
+    Either `file` or `rule` is set: `file` is a path, `rule` is `name:=value`. `generated` is the
+    content of `file` where the launcher wrote it, else None.
     """
 
     file: str | None = None
@@ -136,7 +136,8 @@ class ProcessSpec:
     """One process, final: argv, environment, names are plain strings.
 
     `name` is the label with its running number (`robot_1-2`), unique in a run; `label` is the
-    same without it. `output_given` is the launch file's own spelling of `output`, for the plan.
+    same without it. `output_given` is the launch file's own spelling of `output`, for the plan,
+    and so are the two timeouts `..._given`.
     """
 
     name: str
@@ -151,6 +152,8 @@ class ProcessSpec:
     restart: RestartPolicy = field(default_factory=RestartPolicy)
     stop: StopPolicy = field(default_factory=StopPolicy)
     ros: RosIdentity | None = None
+    sigterm_timeout_given: str = "5"
+    sigkill_timeout_given: str = "5"
 
     @property
     def command_line(self) -> str:

@@ -1,0 +1,33 @@
+"""Launch files of any kind at the command line's end: loading one, with errors for people."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from launcher.errors import LaunchFileError
+from launcher.interpreter import faults
+from launcher.language.description import LaunchDescription
+from launcher.language.sources import get_launch_description_from_any_launch_file
+
+if TYPE_CHECKING:
+    pass
+
+
+def load(path: str) -> LaunchDescription:
+    """The description in the file; LaunchFileError with place and cause."""
+    try:
+        description = get_launch_description_from_any_launch_file(path)
+    except Exception as error:
+        raise faults.explain(error, path) from _cause(error)
+    if not isinstance(description, LaunchDescription):
+        raise LaunchFileError(
+            f"generate_launch_description() returned {type(description).__name__}, "
+            "not a LaunchDescription",
+            where=f"{path}:1",
+            hint="end it with `return LaunchDescription([...])`",
+        )
+    return description
+
+
+def _cause(error: Exception) -> BaseException:
+    return error.__cause__ or error

@@ -1,0 +1,32 @@
+"""The interpreter: a launch description becomes effects, step by step. It does no I/O itself.
+
+How a driver uses it::
+
+    from launcher.language.compat import vocabulary
+    from launcher import frontends
+    from launcher.interpreter import Interpreter
+
+    with vocabulary():                       # `import launch` works while this is open
+        description = frontends.load(path)   # LaunchFileError: file:line, exit code 2
+        interpreter = Interpreter(description, path=path, arguments=[("name", "value")])
+        try:
+            effects = interpreter.start()    # the whole static part; LaunchFileError
+            while running:
+                for effect in effects:       # carry them out in order (launcher.model.events)
+                    ...                      # e.g. StartProcess -> remember effect.process_id
+                effects = interpreter.handle(event)   # ProcessStarted, ProcessExited, TimerFired
+        finally:
+            interpreter.close()              # deletes generated files, restores os.environ
+
+`handle` never raises for a fault of the launch file: it sets `interpreter.failure` and asks for
+the shutdown of the system, as ROS 2 does. ProcessExited(will_restart=True) keeps the action
+alive; ProcessStarted comes again after each restart. Ctrl-C is `handle(SignalReceived(...))`,
+which answers with RequestShutdown among others. A StartProcess after a RequestShutdown comes
+from an OnShutdown handler: start it and let it end by itself. When nothing lives any more the
+interpreter itself asks for the shutdown (reason `idle`). `watches_output(process_id)` tells
+whether the launch file wants the output of a process. `warnings` holds surprises of the file.
+"""
+
+from launcher.interpreter.core import Interpreter
+
+__all__ = ["Interpreter"]

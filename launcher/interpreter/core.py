@@ -1,0 +1,249 @@
+"""Interpreter: the event queue of a run, from the first visit to the last event."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from launcher.errors import LaunchFileError
+from launcher.interpreter import faults
+from launcher.interpreter.host import Answer, RunHost, Surprise
+from launcher.language import events as language
+from launcher.language import process_events
+from launcher.language.actions.include import IncludeLaunchDescription
+from launcher.language.context import LaunchContext, replace_environment
+from launcher.language.description import LaunchDescription
+from launcher.language.entity import LaunchDescriptionEntity
+from launcher.language.handlers import OnIncludeLaunchDescription, OnShutdown
+from launcher.language.sources import LaunchDescriptionSource
+from launcher.language.utilities import (
+    is_a_subclass,
+    visit_all_entities_and_collect_futures,
+)
+from launcher.model import events as model
+
+_STREAMS = {
+    "stdout": process_events.ProcessStdout,
+    "stderr": process_events.ProcessStderr,
+}
+
+
+class Interpreter:
+    """Walks a launch description; see the package's docstring for the use.
+
+    `path` is the launch file (for `ThisLaunchFileDir` and messages); `environment` replaces
+    `os.environ` for the run; `answer` belongs to drivers in virtual time (see RunHost).
+    """
+
+    def __init__(
+        self,
+        description: LaunchDescription,
+        *,
+        path: str = "<script>",
+        arguments: Iterable[tuple[str, str]] | Mapping[str, str] = (),
+        environment: Mapping[str, str] | None = None,
+        noninteractive: bool = False,
+        answer: Answer | None = None,
+        shutdown_when_idle: bool = True,
+    ) -> None:
+        self._environment_before = dict(os.environ)
+        if environment is not None:
+            replace_environment(environment)
+        self.environment = dict(os.environ)
+        pairs = arguments.items() if isinstance(arguments, Mapping) else arguments
+        self.arguments = dict(pairs)
+        self._path = path
+        self._description = description
+        self._shutdown_when_idle = shutdown_when_idle
+        self.failure: LaunchFileError | None = None
+        self.context = LaunchContext(
+            argv=[f"{name}:={value}" for name, value in self.arguments.items()],
+            noninteractive=noninteractive,
+        )
+        self.host = RunHost(self.context, answer)
+        self.context._host = self.host
+        self.context.register_event_handler(OnIncludeLaunchDescription())
+        self.context.register_event_handler(OnShutdown(on_shutdown=self._on_shutdown))
+
+    @property
+    def warnings(self) -> Sequence[Surprise]:
+        """Surprises of the launch file so far, each once."""
+        return tuple(self.host.surprises)
+
+    # ---- the driver's side
+
+    def start(self) -> list[model.Effect]:
+        """Visit the whole static part; the effects of it, in order.
+
+        Raises LaunchFileError; what was collected before the fault is dropped.
+        """
+        self.begin()
+        if self.failure is not None:
+            raise self.failure
+        return self.take_effects()
+
+    def begin(self) -> None:
+        """Like `start`, for drivers that want the effects before a fault: see `failure`."""
+        source = LaunchDescriptionSource(self._description, self._path)
+        include = IncludeLaunchDescription(source, launch_arguments=self.arguments.items())
+        event = language.IncludeLaunchDescription(LaunchDescription([include]))
+        self.context.emit_event_sync(event)
+        try:
+            self._drain()
+        except Exception as error:
+            self.failure = faults.explain(error, self._path)
+
+    def take_effects(self) -> list[model.Effect]:
+        """The effects that were not taken yet."""
+        return self.host.take_effects()
+
+    def handle(self, event: model.Event) -> list[model.Effect]:
+        """Take in what happened; the effects of it, in order."""
+        try:
+            self._take_in(event)
+            self._drain()
+        except Exception as error:
+            self._fail(error)
+        return self.take_effects()
+
+    def watches_output(self, process_id: int) -> bool:
+        """Whether a handler of the launch file wants the output of this process."""
+        process = self.host.processes.get(process_id)
+        if process is None:
+            return False
+        probe = process_events.ProcessStdout(text=b"", **self._details(process_id))
+        return self.context.would_handle_event(probe)
+
+    def close(self) -> None:
+        """Delete generated files and give `os.environ` back; more than once does no harm."""
+        self.host.close()
+        replace_environment(self._environment_before)
+
+    # ---- events of the driver become events of the language
+
+    def _take_in(self, event: model.Event) -> None:
+        match event:
+            case model.TimerFired(timer_id=timer_id):
+                callback = self.host.timers.pop(timer_id, None)
+                if callback is not None:
+                    callback()
+            case model.ProcessStarted(process_id=process_id, pid=pid):
+                details = self.host.processes[process_id].action._started(pid)
+                self.context.emit_event_sync(process_events.ProcessStarted(**details))
+            case model.ProcessExited():
+                self._process_exited(event)
+            case model.SpawnFailed(process_id=process_id):
+                self._process_ended(process_id)
+            case model.ProcessOutput(process_id=process_id, stream=stream, data=data):
+                kind = _STREAMS[stream]
+                self.context.emit_event_sync(kind(text=data, **self._details(process_id)))
+            case model.SignalReceived(signum=signum):
+                self._signal_received(signum)
+            case _:
+                self._answered(event)
+
+    def _details(self, process_id: int) -> dict[str, Any]:
+        details = self.host.processes[process_id].action.process_details
+        return {"pid": 0, **(details or {})}
+
+    def _process_exited(self, event: model.ProcessExited) -> None:
+        action = self.host.processes[event.process_id].action
+        action._exited(event.returncode)
+        details = self._details(event.process_id)
+        self.context.emit_event_sync(
+            process_events.ProcessExited(returncode=event.returncode, **details)
+        )
+        if not event.will_restart:
+            self._process_ended(event.process_id)
+
+    def _process_ended(self, process_id: int) -> None:
+        process = self.host.processes[process_id]
+        process.alive = False
+        process.action._completed()
+
+    def _signal_received(self, signum: int) -> None:
+        name = signal.Signals(signum).name
+        interrupted = signum == signal.SIGINT
+        reason = "ctrl-c (SIGINT)" if interrupted else name
+        event = language.Shutdown(reason=reason, due_to_sigint=interrupted)
+        self._begin_shutdown(event)
+
+    def _answered(self, event: Any) -> None:
+        done = self.host.waiting.pop(getattr(event, "request_id", -1), None)
+        if done is not None:
+            done(event)
+        self._state_events(event)
+
+    def _state_events(self, event: Any) -> None:
+        """Events of lifecycle nodes; see launcher.interpreter.lifecycle."""
+
+    # ---- the queue
+
+    def _drain(self) -> None:
+        while True:
+            self._run_steps()
+            if self.context._event_queue:
+                self._process(self.context._event_queue.popleft())
+            elif self.host.answers:
+                self._take_in(self.host.answers.popleft())
+            elif not self._becomes_idle():
+                return
+
+    def _run_steps(self) -> None:
+        while self.host.steps:
+            self.host.steps.popleft()()
+        # What the world answered at once came about before the next event of the queue.
+        while self.host.answers:
+            self._take_in(self.host.answers.popleft())
+
+    def _becomes_idle(self) -> bool:
+        if not self._shutdown_when_idle or self.host.is_busy or self.host.shutdown_pending:
+            return False
+        self._begin_shutdown(language.Shutdown(reason="idle"))
+        return True
+
+    def _process(self, event: Any) -> None:
+        for handler in tuple(self.context._event_handlers):
+            if not handler.matches(event):
+                continue
+            self.context._push_locals()
+            entities = handler.handle(event, self.context)
+            many = entities if isinstance(entities, Iterable) else (entities,)
+            for entity in [entity for entity in many if entity is not None]:
+                if not is_a_subclass(entity, LaunchDescriptionEntity):
+                    raise RuntimeError(
+                        "expected a LaunchDescriptionEntity from event_handler, "
+                        f"got '{entity}'"
+                    )
+                visit_all_entities_and_collect_futures(entity, self.context)
+            self.context._pop_locals()
+
+    # ---- the end
+
+    def _begin_shutdown(self, event: language.Shutdown) -> None:
+        if not self.context.is_shutdown:
+            self.context.emit_event_sync(event)
+
+    def _on_shutdown(self, event: Any, context: LaunchContext) -> None:
+        # Registered first, so asked last: handlers of the launch file have run.
+        if not context.is_shutdown:
+            context._set_is_shutdown(True)
+            self.host.request(model.RequestShutdown(reason=event.reason))
+        self.host.shutdown_pending = False
+
+    def _fail(self, error: Exception) -> None:
+        self.failure = self.failure or faults.explain(error, self._path)
+        text = f"Caught exception in launch (see debug for traceback): {error}"
+        self.host.log("launch", "ERROR", text)
+        self.context._event_queue.clear()
+        self.host.steps.clear()
+        self._begin_shutdown(language.Shutdown(reason="exception in the launch file"))
+        try:
+            self._drain()
+        except Exception:
+            # A handler fails again: the system is stopped without asking it further.
+            if not self.context.is_shutdown:
+                self.context._set_is_shutdown(True)
+                self.host.request(model.RequestShutdown(reason="exception in the launch file"))

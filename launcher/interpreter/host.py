@@ -1,0 +1,189 @@
+"""RunHost: what entities ask for during a run, collected as effects for the driver."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from launcher.interpreter.specs import make_spec
+from launcher.language.events import Shutdown
+from launcher.model import events as model
+
+if TYPE_CHECKING:
+    from launcher.language.actions.process import ExecuteLocal
+    from launcher.language.context import LaunchContext
+    from launcher.language.event import Event
+    from launcher.language.origin import Origin
+
+Answer = Callable[[model.Effect], Iterable[model.Event]]
+
+
+@dataclass(slots=True)
+class Process:
+    """A process that was asked for; `alive` from StartProcess to its last end."""
+
+    action: ExecuteLocal
+    alive: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Surprise:
+    """Behaviour copied from ROS 2 that surprises people, and where it happens."""
+
+    text: str
+    origin: Origin | None
+
+
+class RunHost:
+    """Collects effects in order; the interpreter's loop runs the deferred steps.
+
+    `answer` is asked for the events with which the world answers an effect at once; a driver
+    in real time has none.
+    """
+
+    def __init__(self, context: LaunchContext, answer: Answer | None = None) -> None:
+        self._context = context
+        self._answer = answer
+        self._processes_numbered = 0
+        self._next_id = 0
+        self._loop: Any = None
+        self.effects: list[model.Effect] = []
+        self.answers: deque[model.Event] = deque()
+        self.steps: deque[Callable[[], None]] = deque()
+        self.processes: dict[int, Process] = {}
+        self.timers: dict[int, Callable[[], None]] = {}
+        self.waiting: dict[int, Callable[[Any], None]] = {}
+        self.generated: dict[str, Any] = {}
+        self.declared_values: dict[str, str] = {}
+        self.names_read: set[str] = set()
+        self.surprises: dict[Surprise, None] = {}
+        self.shutdown_pending = False
+        self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
+
+    # ---- asked by entities (launcher.language.host.Host)
+
+    def accepts(self, event: Event) -> bool:
+        """Queue everything but a shutdown that the driver does not want."""
+        if not isinstance(event, Shutdown):
+            return True
+        if not self.shutdown_filter(event):
+            return False
+        self.shutdown_pending = True
+        return True
+
+    def later(self, step: Callable[[], None]) -> None:
+        """Run a step when the current event is done."""
+        self.steps.append(step)
+
+    def next_process_number(self) -> int:
+        """The number of the next process of this run, from 1."""
+        self._processes_numbered += 1
+        return self._processes_numbered
+
+    def spawn(self, action: ExecuteLocal) -> None:
+        """Start the process when the current event is done."""
+        self.steps.append(lambda: self._start(action))
+
+    def _start(self, action: ExecuteLocal) -> None:
+        if self.shutdown_pending:
+            action._completed()  # a shutdown asked for in the same visit comes first
+            return
+        process_id = self._new_id()
+        spec = make_spec(action, self._context, self.generated)
+        self.processes[process_id] = Process(action)
+        self.request(model.StartProcess(process_id=process_id, spec=spec))
+
+    def _new_id(self) -> int:
+        self._next_id += 1
+        return self._next_id
+
+    def request(self, effect: model.Effect) -> None:
+        """Hand an effect to the driver, and take what it answers at once."""
+        self.effects.append(effect)
+        if self._answer is not None:
+            self.answers.extend(self._answer(effect))
+
+    def process_of(self, action: Any) -> int | None:
+        """The process_id of an action whose process lives, else None."""
+        for process_id, process in self.processes.items():
+            if process.action is action and process.alive:
+                return process_id
+        return None
+
+    def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
+        """Call back after some seconds."""
+        timer_id = self._new_id()
+        self.timers[timer_id] = callback
+        self.request(model.CallLater(timer_id=timer_id, delay_s=delay_s))
+        return timer_id
+
+    def cancel_call(self, timer_id: int) -> None:
+        """Forget a `call_later`."""
+        if self.timers.pop(timer_id, None) is not None:
+            self.request(model.CancelTimer(timer_id=timer_id))
+
+    def log(self, logger: str, level: str, text: str) -> None:
+        """Say something to the user."""
+        self.request(model.LogMessage(logger=logger, level=level, text=text))
+
+    def warn_surprise(self, text: str, origin: Origin | None) -> None:
+        """Note a surprise, once."""
+        self.surprises[Surprise(text, origin)] = None
+
+    def configuration_read(self, name: str) -> None:
+        """Note that the launch file reads this launch configuration."""
+        self.names_read.add(name)
+
+    def declared(self, argument: Any, value: str) -> None:
+        """Note the value of a launch argument."""
+        self.declared_values[argument.name] = value
+
+    def remember_file(self, path: str, content: Any) -> None:
+        """Own a generated parameter file."""
+        self.generated[path] = content
+
+    def load_component(self, request: Any, done: Callable[[Any], None]) -> None:
+        """Ask a container to load a node."""
+        request_id = self._new_id()
+        self.waiting[request_id] = done
+        self.request(model.LoadComponent(request_id=request_id, request=request))
+
+    def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
+        """Ask a lifecycle node for a transition."""
+        request_id = self._new_id()
+        self.waiting[request_id] = done
+        self.request(model.ChangeState(request_id=request_id, request=request))
+
+    def asyncio_loop(self) -> Any:
+        """The loop for coroutines of the launch file; asyncio is imported only now."""
+        if self._loop is None:
+            from launcher.interpreter.coroutines import TimerLoop
+
+            self._loop = TimerLoop(self)
+        return self._loop
+
+    # ---- asked by the interpreter
+
+    def take_effects(self) -> list[model.Effect]:
+        """The effects since the last time."""
+        taken, self.effects = self.effects, []
+        return taken
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether something is going on that may bring further events."""
+        if self.timers or self.waiting or any(p.alive for p in self.processes.values()):
+            return True
+        return any(not future.done() for future in self._context._completion_futures)
+
+    def close(self) -> None:
+        """Delete the generated files and end the coroutines."""
+        for path in self.generated:
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(path)
+        if self._loop is not None:
+            self._loop.shut_down()

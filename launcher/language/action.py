@@ -1,0 +1,73 @@
+"""Action: an entity that does something, maybe under a condition."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+from launcher.language import frontend_registry
+from launcher.language.entity import LaunchDescriptionEntity
+from launcher.language.events import ExecutionComplete
+from launcher.language.naming import public
+
+if TYPE_CHECKING:
+    from launcher.language.condition import Condition
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.action")
+class Action(LaunchDescriptionEntity):
+    """Base of all actions; subclasses override `execute`."""
+
+    def __init__(self, *, condition: Condition | None = None) -> None:
+        self.__condition = condition
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type, dict[str, Any]]:
+        """(class, keyword arguments) for an XML or YAML entity; subclasses call super()."""
+        return frontend_registry.parse_base_action(cls, entity, parser)
+
+    @property
+    def condition(self) -> Condition | None:
+        """The condition, if there is one."""
+        return self.__condition
+
+    def describe(self) -> str:
+        """A text for people."""
+        return self.__repr__()
+
+    def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
+        """Execute if the condition allows it, then tell that the execution is complete."""
+        if self.__condition is not None and not self.__condition.evaluate(context):
+            return None
+        try:
+            return cast("list[LaunchDescriptionEntity] | None", self.execute(context))
+        finally:
+            self._tell_completion(context)
+
+    def _tell_completion(self, context: LaunchContext) -> None:
+        event = ExecutionComplete(action=self)
+        if not context.would_handle_event(event):
+            return
+        future = self.get_asyncio_future()
+        if future is None:
+            context.emit_event_sync(event)
+        else:
+            future.add_done_callback(lambda _: context.emit_event_sync(event))
+
+    def execute(self, context: LaunchContext) -> Any:
+        """Do it; entities that are returned are visited next."""
+        return None
+
+    def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """Entities that the action is known to yield; overridden by subclasses."""
+        return []
+
+    def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """The sub-entities, unless a condition decides about them."""
+        return self.get_sub_entities() if self.condition is None else []
+
+    def describe_conditional_sub_entities(self) -> Any:
+        """The sub-entities behind the condition, if there is one."""
+        if self.condition is None:
+            return []
+        return [(f"Conditionally included by {self.describe()}", self.get_sub_entities())]

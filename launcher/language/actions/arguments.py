@@ -1,0 +1,118 @@
+"""The declaration of launch arguments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.action import Action
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_LOGGER = "launch.actions.declare_launch_argument"
+
+
+@public("launch.actions.declare_launch_argument")
+class DeclareLaunchArgument(Action):
+    """Declares an argument; its value is the launch configuration of the same name."""
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        default_value: Any = None,
+        description: str | None = None,
+        choices: list[str] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self.__name = name
+        self.__default_value = (
+            None if default_value is None else normalize_to_list_of_substitutions(default_value)
+        )
+        _check_choices(default_value, choices)
+        self.__description = _describe(description, choices)
+        self.__choices = choices
+        # Found out by whoever looks for arguments; True where a condition decides.
+        self._conditionally_included = False
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("DeclareLaunchArgument", cls, entity, parser)
+
+    @property
+    def name(self) -> str:
+        """The name."""
+        return self.__name
+
+    @property
+    def default_value(self) -> list[Substitution] | None:
+        """The default; without one the argument is required."""
+        return self.__default_value
+
+    @property
+    def description(self) -> str:
+        """What it is for, with the choices."""
+        return self.__description
+
+    @property
+    def choices(self) -> list[str] | None:
+        """The allowed values."""
+        return self.__choices
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set the default where there is no value; RuntimeError for a missing or bad value."""
+        if self.name not in context.launch_configurations:
+            if self.default_value is None:
+                context._host.log(
+                    _LOGGER,
+                    "ERROR",
+                    f'Required launch argument "{self.name}" (description: '
+                    f'"{self.description}") was not provided',
+                )
+                raise RuntimeError(f'Required launch argument "{self.name}" was not provided.')
+            value = perform_substitutions(context, self.default_value)
+            context.launch_configurations[self.name] = value
+        self._check_value(context)
+        context._host.declared(self, context.launch_configurations[self.name])
+
+    def _check_value(self, context: LaunchContext) -> None:
+        value = context.launch_configurations[self.name]
+        if self.__choices is None or value in self.__choices:
+            return
+        message = (
+            f'Argument "{self.name}" provided value "{value}" is not valid. '
+            f"Valid options are: {self.__choices}"
+        )
+        context._host.log(_LOGGER, "ERROR", message)
+        raise RuntimeError(message)
+
+
+def _check_choices(default_value: Any, choices: list[str] | None) -> None:
+    if choices is None:
+        return
+    if len(choices) == 0:
+        raise RuntimeError("Provided choices arg is empty. Use None to ignore the choice list.")
+    if default_value is None or isinstance(default_value, (Substitution, list)):
+        return
+    if default_value not in choices:
+        raise RuntimeError(
+            f'Provided default_value "{default_value}" is not in provided choices "{choices}".'
+        )
+
+
+def _describe(description: str | None, choices: list[str] | None) -> str:
+    if description is None:
+        return "no description given" if choices is None else f"One of: {choices}"
+    if choices is None:
+        return description
+    stop = "" if description.endswith(".") else "."
+    return f"{description}{stop} Valid choices are: {choices}"

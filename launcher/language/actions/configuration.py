@@ -1,0 +1,318 @@
+"""Actions on launch configurations and on the environment, and their stacks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.action import Action
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution
+from launcher.language.type_utils import (
+    normalize_typed_substitution,
+    perform_typed_substitution,
+)
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.actions.set_launch_configuration")
+class SetLaunchConfiguration(Action):
+    """Sets a launch configuration; it may not exist yet."""
+
+    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__name = normalize_to_list_of_substitutions(name)
+        self.__value = normalize_to_list_of_substitutions(value)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("SetLaunchConfiguration", cls, entity, parser)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The name."""
+        return self.__name
+
+    @property
+    def value(self) -> list[Substitution]:
+        """The value."""
+        return self.__value
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        name = perform_substitutions(context, self.name)
+        context.launch_configurations[name] = perform_substitutions(context, self.value)
+
+
+@public("launch.actions.unset_launch_configuration")
+class UnsetLaunchConfiguration(Action):
+    """Removes a launch configuration, if it exists."""
+
+    def __init__(self, name: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__name = normalize_to_list_of_substitutions(name)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("UnsetLaunchConfiguration", cls, entity, parser)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The name."""
+        return self.__name
+
+    def execute(self, context: LaunchContext) -> None:
+        """Remove it."""
+        context.launch_configurations.pop(perform_substitutions(context, self.__name), None)
+
+
+@public("launch.actions.reset_launch_configurations")
+class ResetLaunchConfigurations(Action):
+    """Removes all launch configurations but those given, which are evaluated first."""
+
+    def __init__(
+        self, launch_configurations: Mapping[Any, Any] | None = None, **kwargs: Any
+    ) -> None:
+        super().__init__(**kwargs)
+        self.__launch_configurations = launch_configurations
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("ResetLaunchConfigurations", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Clear, then set what is kept."""
+        kept = {
+            _text(context, name): _text(context, value)
+            for name, value in (self.__launch_configurations or {}).items()
+        }
+        context.launch_configurations.clear()
+        context.launch_configurations.update(kept)
+
+
+def _text(context: LaunchContext, value: Any) -> str:
+    return perform_substitutions(context, normalize_to_list_of_substitutions(value))
+
+
+@public("launch.actions.push_launch_configurations")
+class PushLaunchConfigurations(Action):
+    """Saves the launch configurations; changes last until they are popped."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("PushLaunchConfigurations", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Save."""
+        context._push_launch_configurations()
+
+
+@public("launch.actions.pop_launch_configurations")
+class PopLaunchConfigurations(Action):
+    """Restores the launch configurations that were pushed last."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("PopLaunchConfigurations", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Restore."""
+        context._pop_launch_configurations()
+
+
+@public("launch.actions.set_environment_variable")
+class SetEnvironmentVariable(Action):
+    """Sets an environment variable for what comes after."""
+
+    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__name = normalize_to_list_of_substitutions(name)
+        self.__value = normalize_to_list_of_substitutions(value)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("SetEnvironmentVariable", cls, entity, parser)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The name."""
+        return self.__name
+
+    @property
+    def value(self) -> list[Substitution]:
+        """The value."""
+        return self.__value
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        name = perform_substitutions(context, self.name)
+        context.environment[name] = perform_substitutions(context, self.value)
+
+
+@public("launch.actions.unset_environment_variable")
+class UnsetEnvironmentVariable(Action):
+    """Removes an environment variable, if it is set."""
+
+    def __init__(self, name: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__name = normalize_to_list_of_substitutions(name)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("UnsetEnvironmentVariable", cls, entity, parser)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The name."""
+        return self.__name
+
+    def execute(self, context: LaunchContext) -> None:
+        """Remove it."""
+        context.environment.pop(perform_substitutions(context, self.name), None)
+
+
+@public("launch.actions.append_environment_variable")
+class AppendEnvironmentVariable(Action):
+    """Extends an environment variable at its end, or with `prepend` at its start."""
+
+    def __init__(
+        self,
+        name: Any,
+        value: Any,
+        prepend: Any = False,
+        separator: Any = os.pathsep,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self.__name = normalize_to_list_of_substitutions(name)
+        self.__value = normalize_to_list_of_substitutions(value)
+        self.__prepend = normalize_typed_substitution(prepend, bool)
+        self.__separator = normalize_to_list_of_substitutions(separator)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("AppendEnvironmentVariable", cls, entity, parser)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The name."""
+        return self.__name
+
+    @property
+    def value(self) -> list[Substitution]:
+        """What is added."""
+        return self.__value
+
+    @property
+    def prepend(self) -> Any:
+        """Whether it goes to the start."""
+        return self.__prepend
+
+    @property
+    def separator(self) -> list[Substitution]:
+        """What goes between the old value and the new one."""
+        return self.__separator
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set or extend it; a variable that is set but empty keeps its separator."""
+        name = perform_substitutions(context, self.name)
+        value = perform_substitutions(context, self.value)
+        prepend = perform_typed_substitution(context, self.prepend, bool)
+        separator = perform_substitutions(context, self.separator)
+        if name in context.environment:
+            parts = [context.environment[name], value]
+            value = separator.join(reversed(parts) if prepend else parts)
+        context.environment[name] = value
+
+
+@public("launch.actions.push_environment")
+class PushEnvironment(Action):
+    """Saves the environment; changes last until it is popped."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("PushEnvironment", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Save."""
+        context._push_environment()
+
+
+@public("launch.actions.pop_environment")
+class PopEnvironment(Action):
+    """Restores the environment that was pushed last."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("PopEnvironment", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Restore."""
+        context._pop_environment()
+
+
+@public("launch.actions.reset_environment")
+class ResetEnvironment(Action):
+    """Sets the environment back to that of the start of the run."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("ResetEnvironment", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Reset."""
+        context._reset_environment()
+
+
+@public("launch.actions.replace_environment_variables")
+class ReplaceEnvironmentVariables(Action):
+    """Replaces the whole environment."""
+
+    def __init__(self, environment: Mapping[Any, Any] | None = None, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__environment = environment or {}
+
+    @property
+    def environment(self) -> Mapping[Any, Any]:
+        """The new environment."""
+        return self.__environment
+
+    def execute(self, context: LaunchContext) -> None:
+        """Replace; names and values are evaluated in the old environment."""
+        values = {_text(context, n): _text(context, v) for n, v in self.__environment.items()}
+        context.environment.clear()
+        context.environment.update(values)

@@ -1,0 +1,162 @@
+"""Actions that emit events, register handlers, and call functions of the launch file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.action import Action
+from launcher.language.event import Event
+from launcher.language.event_handler import BaseEventHandler
+from launcher.language.events import Shutdown as ShutdownEvent
+from launcher.language.naming import public
+from launcher.language.process_events import ProcessExited
+from launcher.language.substitution import Substitution
+from launcher.language.utilities import (
+    ensure_argument_type,
+    is_a_subclass,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+    from launcher.language.entity import LaunchDescriptionEntity
+
+
+@public("launch.actions.emit_event")
+class EmitEvent(Action):
+    """Emits an event."""
+
+    def __init__(self, *, event: Event, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        if not is_a_subclass(event, Event):
+            raise RuntimeError(
+                f"EmitEvent() expected an event instance, got '{event}' ({type(event)})"
+            )
+        self.__event = event
+
+    @property
+    def event(self) -> Event:
+        """The event."""
+        return self.__event
+
+    def execute(self, context: LaunchContext) -> None:
+        """Queue it."""
+        context.emit_event_sync(self.__event)
+
+
+@public("launch.actions.shutdown_action")
+class Shutdown(EmitEvent):
+    """Stops the launched system."""
+
+    def __init__(self, *, reason: Any = "reason not given", **kwargs: Any) -> None:
+        super().__init__(event=ShutdownEvent(reason=reason), **kwargs)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("Shutdown", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Queue the event; when a process's end leads here, say which one was required."""
+        event = context.get_locals_as_dict().get("event")
+        if isinstance(event, ProcessExited):
+            text = f"process[{event.process_name}] was required: shutting down launched system"
+            context._host.log("launch", "INFO", text)
+        super().execute(context)
+
+
+@public("launch.actions.log_info")
+class LogInfo(Action):
+    """Prints a message."""
+
+    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__msg = normalize_to_list_of_substitutions(msg)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("LogInfo", cls, entity, parser)
+
+    @property
+    def msg(self) -> list[Substitution]:
+        """The message."""
+        return self.__msg
+
+    def execute(self, context: LaunchContext) -> None:
+        """Print it."""
+        context._host.log("launch.user", "INFO", perform_substitutions(context, self.msg))
+
+
+@public("launch.actions.opaque_function")
+class OpaqueFunction(Action):
+    """Calls a function with the context; the list of entities that it returns is visited."""
+
+    def __init__(
+        self,
+        *,
+        function: Callable[..., Any],
+        args: Iterable[Any] | None = None,
+        kwargs: dict[str, Any] | None = None,
+        **left_over_kwargs: Any,
+    ) -> None:
+        super().__init__(**left_over_kwargs)
+        if not callable(function):
+            raise TypeError(
+                f"OpaqueFunction expected a callable for 'function', got '{type(function)}'"
+            )
+        ensure_argument_type(args, (Iterable, type(None)), "args", "OpaqueFunction")
+        ensure_argument_type(kwargs, (dict, type(None)), "kwargs", "OpaqueFunction")
+        self.__function = function
+        self.__args: list[Any] = [] if args is None else list(args)
+        self.__kwargs: dict[str, Any] = {} if kwargs is None else kwargs
+
+    def execute(self, context: LaunchContext) -> Any:
+        """Call it."""
+        return self.__function(context, *self.__args, **self.__kwargs)
+
+
+@public("launch.actions.register_event_handler")
+class RegisterEventHandler(Action):
+    """Registers an event handler."""
+
+    def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__event_handler = event_handler
+
+    @property
+    def event_handler(self) -> BaseEventHandler:
+        """The handler."""
+        return self.__event_handler
+
+    def execute(self, context: LaunchContext) -> None:
+        """Register it, to be asked first."""
+        context.register_event_handler(self.__event_handler)
+
+    def describe_conditional_sub_entities(
+        self,
+    ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """The entities of the handler."""
+        event_handler_description = self.__event_handler.describe()
+        return [(event_handler_description[0], event_handler_description[1])]
+
+
+@public("launch.actions.unregister_event_handler")
+class UnregisterEventHandler(Action):
+    """Unregisters an event handler; ValueError if it is not registered."""
+
+    def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__event_handler = event_handler
+
+    @property
+    def event_handler(self) -> BaseEventHandler:
+        """The handler."""
+        return self.__event_handler
+
+    def execute(self, context: LaunchContext) -> None:
+        """Unregister it."""
+        context.unregister_event_handler(self.__event_handler)

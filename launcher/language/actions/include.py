@@ -1,0 +1,100 @@
+"""IncludeLaunchDescription: the entities of another launch file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.action import Action
+from launcher.language.actions.configuration import SetLaunchConfiguration
+from launcher.language.naming import public
+from launcher.language.sources import AnyLaunchDescriptionSource, LaunchDescriptionSource
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+    from launcher.language.entity import LaunchDescriptionEntity
+
+
+@public("launch.actions.include_launch_description")
+class IncludeLaunchDescription(Action):
+    """Yields another launch description, after setting `launch_arguments`.
+
+    Not a scope: what the other file sets is set here afterwards.
+    """
+
+    def __init__(
+        self,
+        launch_description_source: Any,
+        *,
+        launch_arguments: Iterable[tuple[Any, Any]] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        if not isinstance(launch_description_source, LaunchDescriptionSource):
+            launch_description_source = AnyLaunchDescriptionSource(launch_description_source)
+        self.__launch_description_source = launch_description_source
+        self.__launch_arguments = () if launch_arguments is None else tuple(launch_arguments)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("IncludeLaunchDescription", cls, entity, parser)
+
+    @property
+    def launch_description_source(self) -> LaunchDescriptionSource:
+        """Where the description comes from."""
+        source: LaunchDescriptionSource = self.__launch_description_source
+        return source
+
+    @property
+    def launch_arguments(self) -> tuple[tuple[Any, Any], ...]:
+        """(name, value) pairs."""
+        return self.__launch_arguments
+
+    def _get_launch_file(self) -> str:
+        return os.path.abspath(self.__launch_description_source.location)
+
+    def _get_launch_file_directory(self) -> str:
+        path = self._get_launch_file()
+        if os.path.exists(path):
+            return os.path.dirname(path)
+        location: str = self.__launch_description_source.location
+        return location  # like '<script>': a description that comes from no file
+
+    def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """The description, if it can be loaded without a context."""
+        description = self.launch_description_source.try_get_launch_description_without_context()
+        return [] if description is None else [description]
+
+    def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+        """Load, check the arguments, yield; RuntimeError if a required one is not given."""
+        description = self.launch_description_source.get_launch_description(context)
+        context.extend_locals(
+            {
+                "current_launch_file_path": self._get_launch_file(),
+                "current_launch_file_directory": self._get_launch_file_directory(),
+            }
+        )
+        self._check_required(context, description.get_launch_arguments())
+        sets = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
+        return [*sets, description]
+
+    def _check_required(self, context: LaunchContext, declared: Iterable[Any]) -> None:
+        given = [
+            perform_substitutions(context, normalize_to_list_of_substitutions(name))
+            for name, _ in self.launch_arguments
+        ]
+        for argument in declared:
+            if argument._conditionally_included or argument.default_value is not None:
+                continue
+            if argument.name not in given:
+                raise RuntimeError(
+                    f"Included launch description missing required argument '{argument.name}' "
+                    f"(description: '{argument.description}'), given: [{', '.join(given)}]"
+                )

@@ -1,0 +1,391 @@
+"""ExecuteLocal and ExecuteProcess: the start of a process, and what becomes of it."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.action import Action
+from launcher.language.conditions import evaluate_condition_expression
+from launcher.language.event_handler import EventHandler
+from launcher.language.executable import Executable
+from launcher.language.future import Future
+from launcher.language.handlers import OnProcessExit, OnProcessIO
+from launcher.language.naming import public
+from launcher.language.process_events import (
+    ProcessIO,
+    ProcessStdin,
+    ShutdownProcess,
+    SignalProcess,
+)
+from launcher.language.substitution import Substitution
+from launcher.language.substitutions.configuration import LaunchConfiguration
+from launcher.language.type_utils import (
+    normalize_typed_substitution,
+    perform_typed_substitution,
+)
+from launcher.language.utilities import (
+    is_a_subclass,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+from launcher.model import events as model
+from launcher.model.spec import OutputPolicy, RosIdentity, Sink
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+    from launcher.language.entity import LaunchDescriptionEntity
+
+
+@public("launch.actions.execute_local")
+class ExecuteLocal(Action):
+    """Starts a process on this machine; timeouts and `respawn_delay` are in seconds.
+
+    The process is started when the event that is being handled is done, so everything that is
+    visited together is visited before its first process starts.
+    """
+
+    def __init__(
+        self,
+        *,
+        process_description: Executable,
+        shell: bool = False,
+        sigterm_timeout: Any = LaunchConfiguration("sigterm_timeout", default=5),
+        sigkill_timeout: Any = LaunchConfiguration("sigkill_timeout", default=5),
+        emulate_tty: bool = False,
+        output: Any = "log",
+        output_format: str = "[{this.process_description.final_name}] {line}",
+        cached_output: bool = False,
+        log_cmd: bool = False,
+        on_exit: Any = None,
+        respawn: Any = False,
+        respawn_delay: float | None = None,
+        respawn_max_retries: int = -1,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self.__process_description = process_description
+        self.__shell = shell
+        self.__sigterm_timeout = normalize_to_list_of_substitutions(sigterm_timeout)
+        self.__sigkill_timeout = normalize_to_list_of_substitutions(sigkill_timeout)
+        self.__emulate_tty = emulate_tty
+        output = os.environ.get("OVERRIDE_LAUNCH_PROCESS_OUTPUT", output)
+        self.__output = (
+            output if isinstance(output, dict) else normalize_to_list_of_substitutions(output)
+        )
+        self.__output_format = output_format
+        self.__log_cmd = log_cmd
+        self.__cached_output = cached_output
+        self.__on_exit = on_exit
+        self.__respawn = normalize_typed_substitution(respawn, bool)
+        self.__respawn_delay = respawn_delay
+        self.__respawn_max_retries = respawn_max_retries
+        self.__process_event_args: dict[str, Any] | None = None
+        self.__completed_future: Future | None = None
+        self.__stdout_buffer = io.StringIO()
+        self.__stderr_buffer = io.StringIO()
+        self.__executed = False
+        self.__return_code: int | None = None
+
+    @property
+    def process_description(self) -> Executable:
+        """The command."""
+        return self.__process_description
+
+    @property
+    def shell(self) -> bool:
+        """Whether a shell runs the command."""
+        return self.__shell
+
+    @property
+    def emulate_tty(self) -> bool:
+        """Whether the process gets a pseudo terminal."""
+        return self.__emulate_tty
+
+    @property
+    def sigkill_timeout(self) -> list[Substitution]:
+        """Seconds from SIGTERM to SIGKILL."""
+        return self.__sigkill_timeout
+
+    @property
+    def sigterm_timeout(self) -> list[Substitution]:
+        """Seconds from SIGINT to SIGTERM."""
+        return self.__sigterm_timeout
+
+    @property
+    def output(self) -> Any:
+        """Where its output goes: substitutions, or a dictionary as it was given."""
+        return self.__output
+
+    @property
+    def output_format(self) -> str:
+        """How a line of output is shown."""
+        return self.__output_format
+
+    @property
+    def cached_output(self) -> bool:
+        """Whether output is kept for `get_stdout` and `get_stderr`."""
+        return self.__cached_output
+
+    @property
+    def process_details(self) -> dict[str, Any] | None:
+        """Name, command, folder, environment, and the pid once it runs; None before a visit."""
+        return self.__process_event_args
+
+    @property
+    def return_code(self) -> int | None:
+        """The exit code, None while there is none."""
+        return self.__return_code
+
+    def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """What `on_exit` yields, where it is a list."""
+        return self.__on_exit if isinstance(self.__on_exit, list) else []
+
+    def prepare(self, context: LaunchContext) -> None:
+        """Fix the command and what the events will tell about it."""
+        self.__process_description.prepare(context, self)
+        self.__process_event_args = {
+            "action": self,
+            "name": self.__process_description.final_name,
+            "cmd": self.__process_description.final_cmd,
+            "cwd": self.__process_description.final_cwd,
+            "env": self.__process_description.final_env,
+        }
+        self.__respawn = perform_typed_substitution(context, self.__respawn, bool)
+
+    def execute(self, context: LaunchContext) -> Any:
+        """Prepare, register handlers for what may happen to the process, ask for its start.
+
+        RuntimeError if it was executed before.
+        """
+        self.prepare(context)
+        if self.__executed:
+            raise RuntimeError(
+                f"ExecuteLocal action '{self.__process_description.final_name}': "
+                f"executed more than once: {self.describe()}"
+            )
+        self.__executed = True
+        if context.is_shutdown:
+            return None
+        handlers = self._own_handlers()
+        for handler in handlers:
+            context.register_event_handler(handler)
+        try:
+            self.__completed_future = Future()
+            self._output_given = self._evaluate_output(context)
+            self._output_policy = output_policy(self._output_given)
+            context._host.spawn(self)
+        except Exception:
+            for handler in handlers:
+                context.unregister_event_handler(handler)
+            raise
+        return None
+
+    def _own_handlers(self) -> list[Any]:
+        handlers: list[Any] = [
+            _TargetedHandler(self, ShutdownProcess, self._on_shutdown_process),
+            _TargetedHandler(self, SignalProcess, self._on_signal_process),
+            _TargetedHandler(self, ProcessStdin, self._on_stdin),
+        ]
+        if self.__on_exit is not None:
+            handlers.append(OnProcessExit(target_action=self, on_exit=self.__on_exit))
+        if self.__cached_output:
+            handlers.append(
+                OnProcessIO(
+                    target_action=self,
+                    on_stdout=lambda event: self._cache(event, self.__stdout_buffer),
+                    on_stderr=lambda event: self._cache(event, self.__stderr_buffer),
+                )
+            )
+        return handlers
+
+    @staticmethod
+    def _cache(event: ProcessIO, buffer: io.StringIO) -> None:
+        buffer.write(event.text.decode(errors="replace"))
+
+    def _evaluate_output(self, context: LaunchContext) -> Any:
+        if isinstance(self.__output, dict):
+            return self.__output
+        return perform_substitutions(context, self.__output)
+
+    def _on_shutdown_process(self, event: Any, context: LaunchContext) -> None:
+        process_id = context._host.process_of(self)
+        if event.process_matcher(self) and process_id is not None:
+            context._host.request(model.StopProcess(process_id=process_id))
+
+    def _on_signal_process(self, event: Any, context: LaunchContext) -> None:
+        if not event.process_matcher(self):
+            return
+        process_id = context._host.process_of(self)
+        if process_id is None:
+            if self.__return_code is None:
+                raise RuntimeError("Signal event received before subprocess transport available.")
+            return
+        name = self.__process_description.final_name
+        text = f"sending signal '{event.signal_name}' to process[{name}]"
+        context._host.log(str(name), "INFO", text)
+        context._host.request(
+            model.SignalProcess(process_id=process_id, signum=int(event.signal))
+        )
+
+    def _on_stdin(self, event: Any, context: LaunchContext) -> None:
+        process_id = context._host.process_of(self)
+        if event.action is self and process_id is not None:
+            context._host.request(model.WriteStdin(process_id=process_id, data=event.text))
+
+    # ---- what the interpreter asks and tells
+
+    def _spawn_emulates_tty(self, context: LaunchContext) -> bool:
+        # Read when the process really starts, so a later SetLaunchConfiguration counts.
+        if "emulate_tty" not in context.launch_configurations:
+            return self.__emulate_tty
+        value = context.launch_configurations["emulate_tty"]
+        return evaluate_condition_expression(context, normalize_to_list_of_substitutions(value))
+
+    def _respawn_settings(self) -> tuple[Any, float | None, int]:
+        return self.__respawn, self.__respawn_delay, self.__respawn_max_retries
+
+    def _ros_identity(self) -> RosIdentity | None:
+        return None
+
+    def _started(self, pid: int) -> dict[str, Any]:
+        assert self.__process_event_args is not None
+        self.__process_event_args["pid"] = pid
+        self.__return_code = None
+        return self.__process_event_args
+
+    def _exited(self, returncode: int) -> None:
+        self.__return_code = returncode
+
+    def _completed(self) -> None:
+        if self.__completed_future is not None:
+            self.__completed_future.set_result(None)
+
+    def get_asyncio_future(self) -> Any:
+        """Done when the process has ended for good."""
+        return self.__completed_future
+
+    def get_stdout(self) -> str:
+        """What the process wrote to standard output; RuntimeError without `cached_output`."""
+        return self._cached(self.__stdout_buffer, "stdout")
+
+    def get_stderr(self) -> str:
+        """What the process wrote to standard error; RuntimeError without `cached_output`."""
+        return self._cached(self.__stderr_buffer, "stderr")
+
+    def _cached(self, buffer: io.StringIO, stream: str) -> str:
+        if not self.__cached_output:
+            raise RuntimeError(
+                f"cached output must be true to be able to get {stream}, "
+                f"proc '{self.__process_description.name}'"
+            )
+        return buffer.getvalue()
+
+
+class _TargetedHandler(EventHandler):
+    """Calls a method of the action for one kind of event; yields nothing."""
+
+    def __init__(self, action: ExecuteLocal, kind: type, react: Any) -> None:
+        super().__init__(matcher=lambda event: is_a_subclass(event, kind))
+        self._react = react
+
+    def handle(self, event: Any, context: LaunchContext) -> None:
+        super().handle(event, context)
+        self._react(event, context)
+
+
+_SINKS = {"screen": Sink.SCREEN, "log": Sink.LOG, "own_log": Sink.OWN_LOG}
+
+
+def output_policy(output: str | Mapping[str, Any]) -> OutputPolicy:
+    """The sinks that `output=` means; ValueError for a word that it does not know."""
+    if isinstance(output, str):
+        return OutputPolicy.named(output)
+    unknown = [key for key in output if key not in ("stdout", "stderr", "both")]
+    if unknown:
+        raise ValueError(
+            f"{unknown} are not valid output destinations; expected stdout, stderr or both"
+        )
+    both = _sinks(output.get("both", ()))
+    return OutputPolicy(
+        stdout=_sinks(output.get("stdout", ())) | (both & ~Sink.OWN_LOG),
+        stderr=_sinks(output.get("stderr", ())) | (both & ~Sink.OWN_LOG),
+        combined=both & Sink.OWN_LOG,
+    )
+
+
+def _sinks(words: Any) -> Sink:
+    sinks = Sink.NONE
+    for word in [words] if isinstance(words, str) else words:
+        if word not in _SINKS:
+            raise ValueError(
+                f"{word} is not a valid logging destination; expected screen, log or own_log"
+            )
+        sinks |= _SINKS[word]
+    return sinks
+
+
+@public("launch.actions.execute_process")
+class ExecuteProcess(ExecuteLocal):
+    """Starts a process from the words of its command line."""
+
+    def __init__(
+        self,
+        *,
+        cmd: Iterable[Any],
+        prefix: Any = None,
+        name: Any = None,
+        cwd: Any = None,
+        env: Mapping[Any, Any] | None = None,
+        additional_env: Mapping[Any, Any] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        executable = Executable(
+            cmd=cmd, prefix=prefix, name=name, cwd=cwd, env=env, additional_env=additional_env
+        )
+        super().__init__(process_description=executable, **kwargs)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any, ignore: list[str] | None = None) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("ExecuteProcess", cls, entity, parser, ignore)
+
+    @classmethod
+    def _parse_cmdline(cls, cmd: str, parser: Any) -> Any:
+        return frontend_registry.parse_with("ExecuteProcess.cmdline", cls, cmd, parser)
+
+    @property
+    def name(self) -> Any:
+        """The label with its number once visited, else what was given."""
+        if self.process_description.final_name is not None:
+            return self.process_description.final_name
+        return self.process_description.name
+
+    @property
+    def cmd(self) -> Any:
+        """The final words once visited, else what was given."""
+        if self.process_description.final_cmd is not None:
+            return self.process_description.final_cmd
+        return self.process_description.cmd
+
+    @property
+    def cwd(self) -> Any:
+        """The final folder once visited, else what was given."""
+        if self.process_description.final_cwd is not None:
+            return self.process_description.final_cwd
+        return self.process_description.cwd
+
+    @property
+    def env(self) -> Any:
+        """The final environment once visited, else what was given."""
+        if self.process_description.final_env is not None:
+            return self.process_description.final_env
+        return self.process_description.env
+
+    @property
+    def additional_env(self) -> Any:
+        """What is added to the environment."""
+        return self.process_description.additional_env

@@ -1,0 +1,151 @@
+"""TimerAction: entities that are visited after some time."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.action import Action
+from launcher.language.actions.events import OpaqueFunction
+from launcher.language.entity import LaunchDescriptionEntity
+from launcher.language.event_handler import EventHandler
+from launcher.language.events import Shutdown, TimerEvent
+from launcher.language.future import Future
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution
+from launcher.language.type_utils import (
+    normalize_typed_substitution,
+    perform_typed_substitution,
+)
+from launcher.language.utilities import ensure_argument_type, is_a_subclass
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_INSTALLED = "_timer_event_handler_is_installed"
+
+
+@public("launch.actions.timer_action")
+class TimerAction(Action):
+    """Visits the actions once, `period` seconds after its own visit.
+
+    The actions then run outside of the group that holds the timer, as in ROS 2: its launch
+    configurations, namespace and environment have been popped by that time.
+    """
+
+    def __init__(
+        self,
+        *,
+        period: Any,
+        actions: Iterable[LaunchDescriptionEntity],
+        cancel_on_shutdown: Any = True,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        ensure_argument_type(period, [str, Substitution, Iterable, float], "period", "TimerAction")
+        ensure_argument_type(actions, Iterable, "actions", "TimerAction")
+        if isinstance(period, str):
+            period = float(period)
+            warnings.warn(
+                "The parameter 'period' must be a float or substitution,"
+                "passing a string literal was deprecated",
+                stacklevel=2,
+            )
+        self.__period = normalize_typed_substitution(period, float)
+        self.__actions = actions
+        self.__cancel_on_shutdown = normalize_typed_substitution(cancel_on_shutdown, bool)
+        self.__context_locals: dict[str, Any] = {}
+        self.__canceled = False
+        self.__timer_id: int | None = None
+        self._context: LaunchContext | None = None
+        self._completed_future: Future | None = None
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("TimerAction", cls, entity, parser)
+
+    @property
+    def period(self) -> Any:
+        """Seconds, or substitutions that give them."""
+        return self.__period
+
+    @property
+    def actions(self) -> Any:
+        """What is visited when the time has come."""
+        return self.__actions
+
+    def describe(self) -> str:
+        """Like `TimerAction(period=5.0, actions=<actions>)`."""
+        return f"TimerAction(period={self.__period}, actions=<actions>)"
+
+    def describe_conditional_sub_entities(self) -> Any:
+        """The actions."""
+        return [(f"{self.__period} seconds pass without being canceled", self.__actions)]
+
+    def handle(self, context: LaunchContext) -> Any:
+        """Yield the actions, with the locals of the timer's own visit."""
+        context.extend_locals(self.__context_locals)
+        return self.__actions
+
+    def cancel(self) -> None:
+        """Forget the timer; allowed at any moment, also before and after its time."""
+        self.__canceled = True
+        if self._context is not None and self.__timer_id is not None:
+            self._context._host.cancel_call(self.__timer_id)
+            self.__timer_id = None
+        if self._completed_future is not None:
+            self._completed_future.set_result(None)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Start the timer; its period is evaluated when the current event is done."""
+        self._completed_future = Future()
+        self._context = context
+        if self.__canceled:
+            self._completed_future.set_result(None)
+            return
+        _install_timer_event_handler(context)
+        self.__context_locals = dict(context.get_locals_as_dict())
+        context._host.later(lambda: self._start(context))
+        if perform_typed_substitution(context, self.__cancel_on_shutdown, bool):
+            context.register_event_handler(
+                EventHandler(
+                    matcher=lambda event: is_a_subclass(event, Shutdown),
+                    entities=OpaqueFunction(function=lambda context: self.cancel()),
+                )
+            )
+
+    def _start(self, context: LaunchContext) -> None:
+        delay_s = perform_typed_substitution(context, self.__period, float)
+        if not self.__canceled:
+            self.__timer_id = self._call_later(context, delay_s)
+
+    def _call_later(self, context: LaunchContext, delay_s: float) -> int:
+        return context._host.call_later(max(0.0, delay_s), lambda: self._fire(context))
+
+    def _fire(self, context: LaunchContext) -> None:
+        self.__timer_id = None
+        context.emit_event_sync(TimerEvent(timer_action=self))
+        assert self._completed_future is not None
+        self._completed_future.set_result(None)
+
+    def get_asyncio_future(self) -> Any:
+        """Done when the timer has fired or was cancelled."""
+        return self._completed_future
+
+
+def _install_timer_event_handler(context: LaunchContext) -> None:
+    # With the first timer, not earlier: handlers that were registered later are asked first.
+    if hasattr(context, _INSTALLED):
+        return
+    context.register_event_handler(
+        EventHandler(
+            matcher=lambda event: is_a_subclass(event, TimerEvent),
+            entities=OpaqueFunction(
+                function=lambda context: context.locals.event.timer_action.handle(context)
+            ),
+        )
+    )
+    setattr(context, _INSTALLED, True)

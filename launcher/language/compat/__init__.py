@@ -1,0 +1,52 @@
+"""The import names `launch` and `launch_ros`, answered by our own vocabulary for a while.
+
+The folders below hold real modules that only re-export. They are found by a meta-path finder
+that is active inside of `vocabulary()` and nowhere else, so that a real ROS 2, or the folder
+`launch/` of a workspace, is what it always was for everybody else.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+from types import ModuleType
+
+_FOLDER = str(Path(__file__).resolve().parent)
+TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
+
+
+class _Finder:
+    """Answers the top names; their submodules follow through `__path__`."""
+
+    @staticmethod
+    def find_spec(
+        fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if fullname not in TOP_NAMES:
+            return None
+        return PathFinder.find_spec(fullname, [_FOLDER])
+
+
+@contextmanager
+def vocabulary() -> Iterator[None]:
+    """Let `import launch` mean our vocabulary; on exit everything is as it was before.
+
+    May be nested; late imports in functions of a launch file need it to be open still.
+    """
+    saved = _take_modules()
+    finder = _Finder()
+    sys.meta_path.insert(0, finder)  # type: ignore[arg-type]
+    try:
+        yield
+    finally:
+        sys.meta_path.remove(finder)  # type: ignore[arg-type]
+        _take_modules()
+        sys.modules.update(saved)
+
+
+def _take_modules() -> dict[str, ModuleType]:
+    names = [name for name in sys.modules if name.partition(".")[0] in TOP_NAMES]
+    return {name: sys.modules.pop(name) for name in names}

@@ -1,0 +1,115 @@
+"""Conditions on texts and on launch configurations."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.condition import Condition
+from launcher.language.naming import public
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+    from launcher.language.substitution import Substitution
+
+VALID_TRUE_EXPRESSIONS = ["true", "1"]
+VALID_FALSE_EXPRESSIONS = ["false", "0"]
+
+
+@public("launch.conditions.invalid_condition_expression_error")
+class InvalidConditionExpressionError(Exception):
+    """The text of a condition is neither true nor false."""
+
+
+def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bool:
+    """The truth of a text: `true` and `1`, `false` and `0`, in any case, with blanks around."""
+    expanded = perform_substitutions(context, expression).strip().lower()
+    if expanded in VALID_TRUE_EXPRESSIONS:
+        return True
+    if expanded in VALID_FALSE_EXPRESSIONS:
+        return False
+    valid = ", ".join(VALID_TRUE_EXPRESSIONS + VALID_FALSE_EXPRESSIONS)
+    given = ", ".join(str(item) for item in expression)
+    raise InvalidConditionExpressionError(
+        f"invalid condition expression, expected one of [{valid}] but got '{expanded}', "
+        f"expanded from '{given}'"
+    )
+
+
+@public("launch.conditions.if_condition")
+class IfCondition(Condition):
+    """Yes if the expression is true."""
+
+    def __init__(self, predicate_expression: Any) -> None:
+        self.__predicate_expression = normalize_to_list_of_substitutions(predicate_expression)
+        super().__init__(predicate=self._predicate_func)
+
+    @property
+    def predicate_expression(self) -> list[Substitution]:
+        """The expression."""
+        return self.__predicate_expression
+
+    def _predicate_func(self, context: LaunchContext) -> bool:
+        return evaluate_condition_expression(context, self.__predicate_expression)
+
+    def describe(self) -> str:
+        """Like `IfCondition(LaunchConfig('gui'))`."""
+        return f"IfCondition({_described(self.__predicate_expression)})"
+
+
+@public("launch.conditions.unless_condition")
+class UnlessCondition(Condition):
+    """Yes if the expression is false."""
+
+    def __init__(self, predicate_expression: Any) -> None:
+        self.__predicate_expression = normalize_to_list_of_substitutions(predicate_expression)
+        super().__init__(predicate=self._predicate_func)
+
+    @property
+    def predicate_expression(self) -> list[Substitution]:
+        """The expression."""
+        return self.__predicate_expression
+
+    def _predicate_func(self, context: LaunchContext) -> bool:
+        return not evaluate_condition_expression(context, self.__predicate_expression)
+
+    def describe(self) -> str:
+        """Like `UnlessCondition(LaunchConfig('gui'))`."""
+        return f"UnlessCondition({_described(self.__predicate_expression)})"
+
+
+def _described(expression: list[Substitution]) -> str:
+    return " + ".join(sub.describe() for sub in expression)
+
+
+@public("launch.conditions.launch_configuration_equals")
+class LaunchConfigurationEquals(Condition):
+    """Yes if a launch configuration has a value; with None, if it does not exist."""
+
+    def __init__(self, launch_configuration_name: str, expected_value: Any) -> None:
+        self.__launch_configuration_name = launch_configuration_name
+        self.__expected_value = (
+            None if expected_value is None else normalize_to_list_of_substitutions(expected_value)
+        )
+        super().__init__(predicate=self._predicate_func)
+
+    def _predicate_func(self, context: LaunchContext) -> bool:
+        name = self.__launch_configuration_name
+        context._host.configuration_read(name)
+        expected = self.__expected_value
+        if expected is None:
+            return name not in context.launch_configurations
+        if name not in context.launch_configurations:
+            return False
+        return bool(context.launch_configurations[name] == perform_substitutions(context, expected))
+
+
+@public("launch.conditions.launch_configuration_not_equals")
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+    """The opposite of LaunchConfigurationEquals."""
+
+    def _predicate_func(self, context: LaunchContext) -> bool:
+        return not super()._predicate_func(context)

@@ -1,0 +1,190 @@
+"""LaunchContext: the state that entities read and change while they are visited."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Iterable, Mapping, MutableMapping
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.host import Host, NoHost
+from launcher.language.naming import public
+
+if TYPE_CHECKING:
+    from launcher.language.event import Event
+    from launcher.language.event_handler import BaseEventHandler
+    from launcher.language.substitution import Substitution
+
+
+class _Locals:
+    """Read-only attribute access to the context's locals."""
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        self.__dict__["_values"] = values
+
+    def __getattr__(self, key: str) -> Any:
+        values = self.__dict__["_values"]
+        if key not in values:
+            known = ", ".join(values)
+            raise AttributeError(
+                f"context.locals does not contain attribute '{key}', it contains: [{known}]"
+            )
+        return values[key]
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        raise AttributeError(f"can't set attribute '{key}', locals are read-only")
+
+
+@public("launch.launch_context")
+class LaunchContext:
+    """Launch configurations, environment, locals, event handlers and the event queue.
+
+    `environment` is `os.environ` itself, as in ROS 2: launch files and the programs that
+    `Command` runs see what was set. Whoever owns the context restores it afterwards.
+    """
+
+    def __init__(
+        self, *, argv: Iterable[str] | None = None, noninteractive: bool = False
+    ) -> None:
+        self.__argv = argv if argv is not None else []
+        self.__noninteractive = noninteractive
+        self._event_queue: deque[Event] = deque()
+        self._event_handlers: deque[BaseEventHandler] = deque()
+        self._completion_futures: list[Any] = []
+        self._host: Host = NoHost()
+        self.__globals: dict[str, Any] = {}
+        self.__locals: dict[str, Any] = {}
+        self.__locals_stack: list[dict[str, Any]] = []
+        self.__launch_configurations: dict[str, Any] = {}
+        self.__launch_configurations_stack: list[dict[str, Any]] = []
+        self.__environment_stack: list[Mapping[str, str]] = []
+        self.__environment_reset: Mapping[str, str] = dict(os.environ)
+        self.__is_shutdown = False
+
+    @property
+    def argv(self) -> Any:
+        """The words `name:=value` of the command line."""
+        return self.__argv
+
+    @property
+    def noninteractive(self) -> bool:
+        """Whether no terminal is attached."""
+        return self.__noninteractive
+
+    @property
+    def is_shutdown(self) -> bool:
+        """Whether the run is being stopped."""
+        return self.__is_shutdown
+
+    def _set_is_shutdown(self, state: bool) -> None:
+        self.__is_shutdown = state
+
+    @property
+    def asyncio_loop(self) -> Any:
+        """An event loop for coroutines of the launch file; made when first asked for."""
+        return self._host.asyncio_loop()
+
+    def add_completion_future(self, completion_future: Any) -> None:
+        """Keep the run going until this future is done."""
+        self._completion_futures.append(completion_future)
+
+    # ---- locals
+
+    def _push_locals(self) -> None:
+        self.__locals_stack.append(dict(self.__locals))
+
+    def _pop_locals(self) -> None:
+        if not self.__locals_stack:
+            raise RuntimeError("locals stack unexpectedly empty")
+        self.__locals = self.__locals_stack.pop()
+
+    def extend_globals(self, extensions: dict[str, Any]) -> None:
+        """Add locals that stay for the whole run; those of `extend_locals` hide them."""
+        self.__globals.update(extensions)
+
+    def extend_locals(self, extensions: dict[str, Any]) -> None:
+        """Add locals until the end of the event that is being handled."""
+        self.__locals.update(extensions)
+
+    def get_locals_as_dict(self) -> dict[str, Any]:
+        """All locals, those of `extend_globals` included."""
+        return {**self.__globals, **self.__locals}
+
+    @property
+    def locals(self) -> Any:
+        """The locals as attributes."""
+        return _Locals(self.get_locals_as_dict())
+
+    # ---- launch configurations
+
+    def _push_launch_configurations(self) -> None:
+        self.__launch_configurations_stack.append(self.__launch_configurations.copy())
+
+    def _pop_launch_configurations(self) -> None:
+        if not self.__launch_configurations_stack:
+            raise RuntimeError("launch_configurations stack unexpectedly empty")
+        self.__launch_configurations = self.__launch_configurations_stack.pop()
+
+    @property
+    def launch_configurations(self) -> dict[str, Any]:
+        """The configurations of the current scope, to read and to write."""
+        return self.__launch_configurations
+
+    # ---- environment
+
+    @property
+    def environment(self) -> MutableMapping[str, str]:
+        """The environment of the current scope, to read and to write: `os.environ`."""
+        return os.environ
+
+    def _push_environment(self) -> None:
+        self.__environment_stack.append(dict(os.environ))
+
+    def _pop_environment(self) -> None:
+        if not self.__environment_stack:
+            raise RuntimeError("environment stack unexpectedly empty")
+        replace_environment(self.__environment_stack.pop())
+
+    def _reset_environment(self) -> None:
+        replace_environment(self.__environment_reset)
+
+    # ---- events
+
+    def would_handle_event(self, event: Event) -> bool:
+        """Whether any registered handler matches."""
+        return any(handler.matches(event) for handler in self._event_handlers)
+
+    def register_event_handler(
+        self, event_handler: BaseEventHandler, append: bool = False
+    ) -> None:
+        """Add a handler; it is asked before those registered earlier, unless `append`."""
+        if append:
+            self._event_handlers.append(event_handler)
+        else:
+            self._event_handlers.appendleft(event_handler)
+
+    def unregister_event_handler(self, event_handler: BaseEventHandler) -> None:
+        """Remove a handler; ValueError if it is not registered."""
+        self._event_handlers.remove(event_handler)
+
+    def emit_event_sync(self, event: Event) -> None:
+        """Queue an event."""
+        if self._host.accepts(event):
+            self._event_queue.append(event)
+
+    async def emit_event(self, event: Event) -> None:
+        """Queue an event, from a coroutine."""
+        self.emit_event_sync(event)
+
+    def perform_substitution(self, substitution: Substitution) -> str:
+        """The text of a substitution in this context."""
+        return substitution.perform(self)
+
+
+def replace_environment(values: Mapping[str, str]) -> None:
+    """Make `os.environ` equal to `values`, touching only what differs."""
+    for name in [name for name in os.environ if name not in values]:
+        del os.environ[name]
+    for name, value in values.items():
+        if os.environ.get(name) != value:
+            os.environ[name] = value

@@ -1,0 +1,115 @@
+"""LaunchDescription: the entities of one launch file, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.actions.arguments import DeclareLaunchArgument
+from launcher.language.actions.configuration import ResetLaunchConfigurations
+from launcher.language.entity import LaunchDescriptionEntity
+from launcher.language.naming import public
+
+if TYPE_CHECKING:
+    from launcher.language.action import Action
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.launch_description")
+class LaunchDescription(LaunchDescriptionEntity):
+    """What a launch file returns."""
+
+    def __init__(
+        self,
+        initial_entities: Iterable[LaunchDescriptionEntity] | None = None,
+        *,
+        deprecated_reason: str | None = None,
+    ) -> None:
+        self.__entities = [] if initial_entities is None else list(initial_entities)
+        self.__deprecated_reason = deprecated_reason
+
+    def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
+        """Yield the entities; a deprecated description says so."""
+        if self.__deprecated_reason is not None:
+            path = context.get_locals_as_dict().get("current_launch_file_path")
+            what = "deprecated launch description: "
+            if path is not None:
+                what = f"launch file [{path}] is deprecated: "
+            context._host.log("launch", "WARNING", what + self.__deprecated_reason)
+        return self.__entities
+
+    def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """The entities."""
+        return self.__entities
+
+    def get_launch_arguments(
+        self, conditional_inclusion: bool = False
+    ) -> list[DeclareLaunchArgument]:
+        """Declared arguments, those of included files too, as far as they can be seen."""
+        pairs = self.get_launch_arguments_with_include_launch_description_actions(
+            conditional_inclusion
+        )
+        return [argument for argument, _ in pairs]
+
+    def get_launch_arguments_with_include_launch_description_actions(
+        self, conditional_inclusion: bool = False
+    ) -> list[tuple[DeclareLaunchArgument, list[Any] | None]]:
+        """(argument, the includes on the way to it); the first declaration of a name counts."""
+        search = _ArgumentSearch()
+        search.look_at(self.entities, conditional=conditional_inclusion, includes=None)
+        return list(search.found.values())
+
+    @property
+    def entities(self) -> list[LaunchDescriptionEntity]:
+        """The entities."""
+        return self.__entities
+
+    def add_entity(self, entity: LaunchDescriptionEntity) -> None:
+        """Append an entity."""
+        self.__entities.append(entity)
+
+    def add_action(self, action: Action) -> None:
+        """Append an action."""
+        self.add_entity(action)
+
+    @property
+    def deprecated(self) -> bool:
+        """Whether it is deprecated."""
+        return self.__deprecated_reason is not None
+
+    @property
+    def deprecated_reason(self) -> str | None:
+        """Why."""
+        return self.__deprecated_reason
+
+
+class _ArgumentSearch:
+    """Collects declarations in the order of the description, each name once."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, tuple[DeclareLaunchArgument, list[Any] | None]] = {}
+
+    def look_at(
+        self, entities: Iterable[Any], *, conditional: bool, includes: list[Any] | None
+    ) -> None:
+        from launcher.language.actions.include import IncludeLaunchDescription
+
+        for entity in entities:
+            if isinstance(entity, ResetLaunchConfigurations):
+                return  # what comes after cannot be set from outside
+            if isinstance(entity, DeclareLaunchArgument):
+                self._add(entity, conditional, includes)
+            below = includes
+            if isinstance(entity, IncludeLaunchDescription):
+                below = [*(includes or []), entity]
+            self.look_at(entity.describe_sub_entities(), conditional=False, includes=below)
+            for _, conditionals in entity.describe_conditional_sub_entities():
+                self.look_at(conditionals, conditional=True, includes=below)
+
+    def _add(
+        self, argument: DeclareLaunchArgument, conditional: bool, includes: list[Any] | None
+    ) -> None:
+        if argument.name in self.found:
+            return
+        argument._conditionally_included = conditional or argument.condition is not None
+        self.found[argument.name] = (argument, includes)

@@ -1,0 +1,47 @@
+"""LaunchDescriptionEntity: what can stand in a launch description."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.origin import Origin, caller_origin
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.launch_description_entity")
+class LaunchDescriptionEntity:
+    """Base of descriptions and actions; visiting one may yield further entities."""
+
+    _origin: Origin | None
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
+        """Remember the place of creation, also for subclasses that never call `__init__`."""
+        entity = super().__new__(cls)
+        entity._origin = caller_origin()
+        return entity
+
+    def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
+        """Do what the entity stands for; the result is visited next, in order."""
+        return None
+
+    def describe(self) -> str:
+        """A text for people."""
+        return self.__repr__()
+
+    def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """Entities that a visit would yield, as far as that is known without a context."""
+        return []
+
+    def describe_conditional_sub_entities(
+        self,
+    ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """(condition, entities) for what a visit may yield some time later."""
+        return []
+
+    def get_asyncio_future(self) -> Any:
+        """Something with `done()` while the entity has work that goes on, else None."""
+        return None

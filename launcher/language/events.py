@@ -1,0 +1,80 @@
+"""Events that the launcher itself emits, except those of processes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.event import Event
+from launcher.language.naming import public
+
+if TYPE_CHECKING:
+    from launcher.language.action import Action
+
+
+@public("launch.events.execution_complete")
+class ExecutionComplete(Event):
+    """An action was executed, and what it does over time has ended."""
+
+    name = "launch.events.ExecutionComplete"
+
+    def __init__(self, *, action: Action) -> None:
+        self.__action = action
+
+    @property
+    def action(self) -> Action:
+        """The action."""
+        return self.__action
+
+
+@public("launch.events.include_launch_description")
+class IncludeLaunchDescription(Event):
+    """A launch description is to be visited."""
+
+    name = "launch.events.IncludeLaunchDescription"
+
+    def __init__(self, launch_description: Any) -> None:
+        self.launch_description = launch_description
+
+
+@public("launch.events.shutdown")
+class Shutdown(Event):
+    """The launched system is to be stopped."""
+
+    name = "launch.events.Shutdown"
+
+    def __init__(
+        self, *, reason: str = "reason not given", due_to_sigint: bool = False
+    ) -> None:
+        self.__reason = reason
+        self.__due_to_sigint = due_to_sigint
+
+    @property
+    def reason(self) -> str:
+        """Why."""
+        return self.__reason
+
+    @property
+    def due_to_sigint(self) -> bool:
+        """Whether Ctrl-C caused it."""
+        return self.__due_to_sigint
+
+
+@public("launch.events.timer_event")
+class TimerEvent(Event):
+    """The time of a timer has come."""
+
+    name = "launch.events.TimerEvent"
+
+    def __init__(self, *, timer_action: Any) -> None:
+        self.__timer_action = timer_action
+
+    @property
+    def timer_action(self) -> Any:
+        """The timer."""
+        return self.__timer_action
+
+
+def matches_action(target_action: Action) -> Callable[[Action], bool]:
+    """A matcher for exactly this action."""
+    return lambda action: action is target_action

@@ -1,0 +1,57 @@
+"""Future: the end of an action that goes on after its visit, without an event loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+
+class Future:
+    """The part of `asyncio.Future` that launch entities and their callers use.
+
+    Callbacks run at once when the result is set (asyncio would run them on its next turn).
+    """
+
+    def __init__(self) -> None:
+        self._done = False
+        self._result: Any = None
+        self._callbacks: list[Callable[[Any], object]] = []
+
+    def done(self) -> bool:
+        """Whether a result was set or the future was cancelled."""
+        return self._done
+
+    def cancelled(self) -> bool:
+        """Always False: an action's end cannot be called off."""
+        return False
+
+    def cancel(self) -> bool:
+        """Refuse, as for a future whose work cannot be stopped."""
+        return False
+
+    def result(self) -> Any:
+        """The result; RuntimeError while there is none."""
+        if not self._done:
+            raise RuntimeError("Result is not set.")
+        return self._result
+
+    def exception(self) -> BaseException | None:
+        """Always None: failures end the launch."""
+        return None
+
+    def set_result(self, result: Any) -> None:
+        """Mark as done and run the callbacks; a second time changes nothing."""
+        if self._done:
+            return
+        self._done = True
+        self._result = result
+        callbacks, self._callbacks = self._callbacks, []
+        for callback in callbacks:
+            callback(self)
+
+    def add_done_callback(self, callback: Callable[[Any], object]) -> None:
+        """Call `callback(self)` when done, at once if it is already."""
+        if self._done:
+            callback(self)
+        else:
+            self._callbacks.append(callback)

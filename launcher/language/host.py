@@ -1,0 +1,123 @@
+"""Host: what entities may ask of whoever runs them. The interpreter is one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from launcher.language.event import Event
+    from launcher.language.origin import Origin
+
+
+class Host(Protocol):
+    """Requests of entities; none of them blocks, and none acts before the visit is over."""
+
+    def accepts(self, event: Event) -> bool:
+        """Whether an emitted event is to be queued."""
+
+    def later(self, step: Callable[[], None]) -> None:
+        """Run `step` when the event that is being handled is done, in order of the requests."""
+
+    def next_process_number(self) -> int:
+        """The number of the next process of this run, from 1."""
+
+    def spawn(self, action: Any) -> None:
+        """Start the process of this action (an ExecuteLocal that is prepared)."""
+
+    def request(self, effect: Any) -> None:
+        """Hand an effect to the driver, in order."""
+
+    def process_of(self, action: Any) -> int | None:
+        """The process_id of an action whose process lives, else None."""
+
+    def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
+        """Call `callback` after `delay_s` seconds; the result is for `cancel_call`."""
+
+    def cancel_call(self, timer_id: int) -> None:
+        """Forget a `call_later`."""
+
+    def log(self, logger: str, level: str, text: str) -> None:
+        """Say something to the user as `[LEVEL] [logger]: text`."""
+
+    def warn_surprise(self, text: str, origin: Origin | None) -> None:
+        """Note behaviour copied from ROS 2 that surprises people."""
+
+    def configuration_read(self, name: str) -> None:
+        """Note that the launch file reads this launch configuration."""
+
+    def declared(self, argument: Any, value: str) -> None:
+        """Note the value of a launch argument when its declaration is executed."""
+
+    def remember_file(self, path: str, content: Any) -> None:
+        """Own a generated parameter file: show its content, delete it at the end."""
+
+    def load_component(self, request: Any, done: Callable[[Any], None]) -> None:
+        """Ask a container to load a node; `done` gets the answer event."""
+
+    def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
+        """Ask a lifecycle node for a transition; `done` gets the answer event."""
+
+    def asyncio_loop(self) -> Any:
+        """An asyncio loop that lives on the driver's timers."""
+
+
+class NoHost:
+    """The host of a context that nobody runs: a launch file made it to perform substitutions."""
+
+    def __init__(self) -> None:
+        self._processes = 0
+
+    def accepts(self, event: Event) -> bool:
+        """Queue everything; nobody will look."""
+        return True
+
+    def later(self, step: Callable[[], None]) -> None:
+        """Nothing runs later here."""
+
+    def next_process_number(self) -> int:
+        """Count, so that `prepare` works."""
+        self._processes += 1
+        return self._processes
+
+    def spawn(self, action: Any) -> None:
+        """No process is started by a context without a run."""
+
+    def request(self, effect: Any) -> None:
+        """Nobody carries it out."""
+
+    def process_of(self, action: Any) -> int | None:
+        """No process lives here."""
+        return None
+
+    def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
+        """Time does not pass here."""
+        return 0
+
+    def cancel_call(self, timer_id: int) -> None:
+        """Nothing to forget."""
+
+    def log(self, logger: str, level: str, text: str) -> None:
+        """Nobody listens."""
+
+    def warn_surprise(self, text: str, origin: Origin | None) -> None:
+        """Nobody listens."""
+
+    def configuration_read(self, name: str) -> None:
+        """Nobody wants to know."""
+
+    def declared(self, argument: Any, value: str) -> None:
+        """Nobody wants to know."""
+
+    def remember_file(self, path: str, content: Any) -> None:
+        """The file stays, as with ROS 2."""
+
+    def load_component(self, request: Any, done: Callable[[Any], None]) -> None:
+        """No container is asked."""
+
+    def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
+        """No node is asked."""
+
+    def asyncio_loop(self) -> Any:
+        """None, as in ROS 2 before the run starts."""
+        return None

@@ -1,0 +1,245 @@
+"""Events of processes, and matchers that pick the process."""
+
+from __future__ import annotations
+
+import signal as signals
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.event import Event
+from launcher.language.naming import public
+from launcher.language.utilities import ensure_argument_type
+
+if TYPE_CHECKING:
+    from launcher.language.actions.process import ExecuteLocal
+
+ProcessMatcher = Callable[[Any], bool]
+
+
+@public("launch.events.process.running_process_event")
+class RunningProcessEvent(Event):
+    """Base of events of a process that was started."""
+
+    name = "launch.events.process.RunningProcessEvent"
+
+    def __init__(
+        self,
+        *,
+        action: ExecuteLocal,
+        name: str,
+        cmd: list[str],
+        cwd: str | None,
+        env: Mapping[str, str] | None,
+        pid: int,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self.__action = action
+        self.__name = name
+        self.__cmd = cmd
+        self.__cwd = cwd
+        self.__env = env
+        self.__pid = pid
+
+    @property
+    def action(self) -> ExecuteLocal:
+        """The action that started the process."""
+        return self.__action
+
+    @property
+    def execute_process_action(self) -> ExecuteLocal:
+        """The action that started the process, under its old name."""
+        return self.__action
+
+    @property
+    def process_name(self) -> str:
+        """The label with its running number."""
+        return self.__name
+
+    @property
+    def cmd(self) -> list[str]:
+        """The words of the command line."""
+        return self.__cmd
+
+    @property
+    def cwd(self) -> str | None:
+        """The working directory, None for the launcher's own."""
+        return self.__cwd
+
+    @property
+    def env(self) -> Mapping[str, str] | None:
+        """The environment."""
+        return self.__env
+
+    @property
+    def pid(self) -> int:
+        """The process id."""
+        return self.__pid
+
+
+@public("launch.events.process.process_started")
+class ProcessStarted(RunningProcessEvent):
+    """A process was started."""
+
+    name = "launch.events.process.ProcessStarted"
+
+
+@public("launch.events.process.process_exited")
+class ProcessExited(RunningProcessEvent):
+    """A process ended."""
+
+    name = "launch.events.process.ProcessExited"
+
+    def __init__(self, *, returncode: int, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__returncode = returncode
+
+    @property
+    def returncode(self) -> int:
+        """The exit code, negative for a signal."""
+        return self.__returncode
+
+
+@public("launch.events.process.process_io")
+class ProcessIO(RunningProcessEvent):
+    """Bytes of a process's standard streams."""
+
+    name = "launch.events.process.ProcessIO"
+
+    def __init__(self, *, text: bytes, fd: int, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__text = text
+        self.__from_fd = fd
+
+    @property
+    def text(self) -> bytes:
+        """The bytes."""
+        return self.__text
+
+    @property
+    def from_stdin(self) -> bool:
+        """Whether they were written to standard input."""
+        return self.__from_fd == 0
+
+    @property
+    def from_stdout(self) -> bool:
+        """Whether they came from standard output."""
+        return self.__from_fd == 1
+
+    @property
+    def from_stderr(self) -> bool:
+        """Whether they came from standard error."""
+        return self.__from_fd == 2
+
+
+@public("launch.events.process.process_stdin")
+class ProcessStdin(ProcessIO):
+    """Bytes for the standard input of a process."""
+
+    name = "launch.events.process.ProcessStdin"
+
+    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+        super().__init__(text=text, fd=0, **kwargs)
+
+
+@public("launch.events.process.process_stdout")
+class ProcessStdout(ProcessIO):
+    """Bytes from the standard output of a process."""
+
+    name = "launch.events.process.ProcessStdout"
+
+    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+        super().__init__(text=text, fd=1, **kwargs)
+
+
+@public("launch.events.process.process_stderr")
+class ProcessStderr(ProcessIO):
+    """Bytes from the standard error of a process."""
+
+    name = "launch.events.process.ProcessStderr"
+
+    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+        super().__init__(text=text, fd=2, **kwargs)
+
+
+@public("launch.events.process.process_targeted_event")
+class ProcessTargetedEvent(Event):
+    """Base of events that are meant for the processes that a matcher picks."""
+
+    name = "launch.events.process.ProcessTargetedEvent"
+
+    def __init__(self, *, process_matcher: ProcessMatcher) -> None:
+        self.__process_matcher = process_matcher
+
+    @property
+    def process_matcher(self) -> ProcessMatcher:
+        """Called with an ExecuteLocal action."""
+        return self.__process_matcher
+
+
+@public("launch.events.process.shutdown_process")
+class ShutdownProcess(ProcessTargetedEvent):
+    """The processes are to be stopped: SIGINT, then SIGTERM, then SIGKILL."""
+
+    name = "launch.events.process.ShutdownProcess"
+
+    def __init__(self, *, process_matcher: ProcessMatcher) -> None:
+        super().__init__(process_matcher=process_matcher)
+
+
+@public("launch.events.process.signal_process")
+class SignalProcess(ProcessTargetedEvent):
+    """A signal is to be sent to the processes."""
+
+    name = "launch.events.process.SignalProcess"
+
+    def __init__(
+        self, *, signal_number: str | signals.Signals, process_matcher: ProcessMatcher
+    ) -> None:
+        super().__init__(process_matcher=process_matcher)
+        ensure_argument_type(
+            signal_number, (str, signals.Signals), "signal_number", "SignalProcess"
+        )
+        self.__signal = (
+            signals.Signals[signal_number] if isinstance(signal_number, str) else signal_number
+        )
+
+    @property
+    def signal(self) -> signals.Signals:
+        """The signal."""
+        return self.__signal
+
+    @property
+    def signal_name(self) -> str:
+        """Its name, like SIGINT."""
+        return self.__signal.name
+
+
+def matches_pid(pid: int) -> ProcessMatcher:
+    """A matcher for the process with this id."""
+
+    def matcher(action: Any) -> bool:
+        details = action.process_details
+        return bool(details is not None and details.get("pid") == pid)
+
+    return matcher
+
+
+def matches_name(name: str) -> ProcessMatcher:
+    """A matcher for the process with this label."""
+
+    def matcher(action: Any) -> bool:
+        details = action.process_details
+        return bool(details is not None and details["name"] == name)
+
+    return matcher
+
+
+def matches_executable(executable: str) -> ProcessMatcher:
+    """A matcher for processes whose first word is this."""
+
+    def matcher(action: Any) -> bool:
+        details = action.process_details
+        return bool(details is not None and details["cmd"][0] == executable)
+
+    return matcher

@@ -1,0 +1,35 @@
+"""Parameter files that the launcher writes for nodes."""
+
+from __future__ import annotations
+
+from tempfile import NamedTemporaryFile
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str:
+    """Write `text` into a new temporary file that the run owns; `content` is what it says."""
+    with NamedTemporaryFile(mode="w", prefix="launch_params_", delete=False) as file:
+        file.write(text)
+    context._host.remember_file(file.name, content)
+    return file.name
+
+
+def write_parameters(context: LaunchContext, node: str, parameters: dict[str, Any]) -> str:
+    """Write a parameter file for one node, `/**` for any; the path."""
+    import yaml
+
+    content = {node: {"ros__parameters": parameters}}
+    text = yaml.dump(content, default_flow_style=False)
+    return write_parameter_file(context, text, plain(content))
+
+
+def plain(value: Any) -> Any:
+    """The value with lists in place of tuples, as one reads it in a file."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return value

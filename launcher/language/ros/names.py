@@ -1,0 +1,115 @@
+"""ROS names: validation, and namespaces put together."""
+
+from __future__ import annotations
+
+import re
+from typing import NoReturn
+
+from launcher.language.naming import public
+
+_MAX_NODE_NAME = 255
+_MAX_NAMESPACE = 245  # what rmw leaves for a namespace
+_NAME_CHARACTERS = "alphanumerics or '_'"
+
+
+@public("rclpy.exceptions")
+class NameValidationException(Exception):
+    """A ROS name breaks the rules; the message points at the character."""
+
+    def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__(
+            f"Invalid {name_type}: {error_msg}:\n  '{name}'\n   {' ' * invalid_index}^"
+        )
+
+
+@public("rclpy.exceptions")
+class InvalidNodeNameException(NameValidationException):
+    """A node name breaks the rules."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__("node name", name, error_msg, invalid_index)
+
+
+@public("rclpy.exceptions")
+class InvalidNamespaceException(NameValidationException):
+    """A namespace breaks the rules."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__("namespace", name, error_msg, invalid_index)
+
+
+def validate_node_name(name: str) -> bool:
+    """True; InvalidNodeNameException for an empty, long or misspelt name."""
+
+    def fail(message: str, index: int) -> NoReturn:
+        raise InvalidNodeNameException(name, message, index)
+
+    if not name:
+        fail("node name must not be empty", 0)
+    bad = re.search(r"[^A-Za-z0-9_]", name)
+    if bad:
+        fail(
+            f"node name must not contain characters other than {_NAME_CHARACTERS}", bad.start()
+        )
+    if name[0].isdigit():
+        fail("node name must not start with a number", 0)
+    if len(name) > _MAX_NODE_NAME:
+        fail(f"node name length should not exceed '{_MAX_NODE_NAME}'", _MAX_NODE_NAME - 1)
+    return True
+
+
+def validate_namespace(namespace: str) -> bool:
+    """True; InvalidNamespaceException unless it is an absolute, well-formed namespace."""
+
+    def fail(message: str, index: int) -> NoReturn:
+        raise InvalidNamespaceException(namespace, message, index)
+
+    if not namespace:
+        fail("namespace must not be empty", 0)
+    if not namespace.startswith("/"):
+        fail("namespace must be absolute, it must lead with a '/'", 0)
+    if namespace != "/" and namespace.endswith("/"):
+        fail("namespace must not end with a '/', unless only a '/'", len(namespace) - 1)
+    bad = re.search(r"[^A-Za-z0-9_/]", namespace)
+    if bad:
+        message = f"namespace must not contain characters other than {_NAME_CHARACTERS}, or '/'"
+        fail(message.replace("alphanumerics or '_',", "alphanumerics, '_',"), bad.start())
+    repeated = namespace.find("//")
+    if repeated >= 0:
+        fail("namespace must not contain repeated '/'", repeated + 1)
+    digit = re.search(r"/[0-9]", namespace)
+    if digit:
+        fail("namespace must not have a token that starts with a number", digit.start() + 1)
+    if len(namespace) > _MAX_NAMESPACE:
+        fail("namespace is too long", _MAX_NAMESPACE - 1)
+    return True
+
+
+def is_root_namespace(ns: str) -> bool:
+    """Whether it is `/`."""
+    return ns == "/"
+
+
+def is_namespace_absolute(ns: str) -> bool:
+    """Whether it begins with a slash."""
+    return ns.startswith("/")
+
+
+def make_namespace_absolute(ns: str | None) -> str | None:
+    """The namespace with a slash in front; None stays None."""
+    if ns is None or is_namespace_absolute(ns):
+        return ns
+    return "/" + ns
+
+
+def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
+    """`ns` below `base_ns`; an absolute `ns` stands alone, None adds nothing."""
+    if base_ns is None and ns is None:
+        return None
+    if ns is None:
+        combined = str(base_ns)
+    elif not base_ns or is_namespace_absolute(ns):
+        combined = ns
+    else:
+        combined = f"{'' if is_root_namespace(base_ns) else base_ns}/{ns}"
+    return combined if is_root_namespace(combined) else combined.rstrip("/")

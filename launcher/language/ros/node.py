@@ -1,0 +1,287 @@
+"""Node: a process that is a ROS node, with its names, parameters and remappings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.actions.process import ExecuteProcess
+from launcher.language.naming import public
+from launcher.language.ros.generated_files import write_parameters
+from launcher.language.ros.names import (
+    make_namespace_absolute,
+    prefix_namespace,
+    validate_namespace,
+    validate_node_name,
+)
+from launcher.language.ros.packages import ExecutableInPackage
+from launcher.language.ros.parameter_descriptions import Parameter
+from launcher.language.ros.parameter_values import evaluate_parameters, normalize_parameters
+from launcher.language.ros.remappings import normalize_remap_rules
+from launcher.language.ros.tracking import add_node_name, get_node_name_count
+from launcher.language.substitution import Substitution
+from launcher.language.substitutions.configuration import LocalSubstitution
+from launcher.language.utilities import (
+    ensure_argument_type,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+from launcher.model.spec import ParameterSource, RosIdentity
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_LOGGER = "launch_ros.actions.node"
+UNSPECIFIED_NODE_NAME = "<node_name_unspecified>"
+UNSPECIFIED_NODE_NAMESPACE = "<node_namespace_unspecified>"
+
+
+class NodeActionExtension:
+    """Base of plug-ins that add words to the command line of nodes."""
+
+    NAME: str | None = None
+    EXTENSION_POINT_VERSION = "0.1"
+
+    def prepare_for_execute(
+        self, context: LaunchContext, ros_specific_arguments: Any, node_action: Any
+    ) -> tuple[list[Any], Any]:
+        """(further words, the arguments, changed or not)."""
+        return [], ros_specific_arguments
+
+
+@public("launch_ros.actions.node")
+class Node(ExecuteProcess):
+    """Starts a ROS node.
+
+    A relative namespace goes below those that PushROSNamespace pushed. Each dictionary in
+    `parameters` becomes a temporary parameter file; later ones win. Parameters and remappings of
+    SetParameter and SetRemap come before the node's own.
+    """
+
+    UNSPECIFIED_NODE_NAME = UNSPECIFIED_NODE_NAME
+    UNSPECIFIED_NODE_NAMESPACE = UNSPECIFIED_NODE_NAMESPACE
+
+    def __init__(
+        self,
+        *,
+        executable: Any,
+        package: Any = None,
+        name: Any = None,
+        namespace: Any = None,
+        exec_name: Any = None,
+        parameters: Any = None,
+        remappings: Any = None,
+        ros_arguments: Iterable[Any] | None = None,
+        arguments: Iterable[Any] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        program = executable
+        if package is not None:
+            program = ExecutableInPackage(package=package, executable=executable)
+        cmd = [program, *([] if arguments is None else arguments)]
+        if ros_arguments is not None:
+            cmd += ["--ros-args", *ros_arguments]
+        cmd += ["--ros-args"]
+        if name is not None:
+            key = "ros_specific_arguments['name']"
+            cmd += ["-r", LocalSubstitution(key, description="node name")]
+        if parameters is not None:
+            ensure_argument_type(parameters, list, "parameters", "Node")
+            parameters = normalize_parameters(parameters)
+        kwargs["name"] = exec_name
+        super().__init__(cmd=cmd, **kwargs)
+        self.__program = program
+        self.__package = package
+        self.__node_executable = executable
+        self.__node_name = name
+        self.__node_namespace = namespace
+        self.__parameters: tuple[Any, ...] = () if parameters is None else parameters
+        self.__remappings = [] if remappings is None else list(normalize_remap_rules(remappings))
+        self.__ros_arguments = ros_arguments
+        self.__arguments = arguments
+        self.__expanded_node_name = UNSPECIFIED_NODE_NAME
+        self.__expanded_node_namespace = UNSPECIFIED_NODE_NAMESPACE
+        self.__final_node_name: str | None = None
+        self.__expanded_parameter_arguments: list[tuple[str, bool]] = []
+        self.__expanded_remappings: list[tuple[str, str]] | None = None
+        self.__substitutions_performed = False
+
+    @staticmethod
+    def parse_nested_parameters(params: Any, parser: Any) -> Any:
+        """The `param` tags of an entity as the constructor wants them."""
+        return frontend_registry.class_parsers_function("Node.nested_parameters")(params, parser)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:  # type: ignore[override]
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("Node", cls, entity, parser)
+
+    @property
+    def node_package(self) -> Any:
+        """The package as it was given."""
+        return self.__package
+
+    @property
+    def node_executable(self) -> Any:
+        """The executable as it was given."""
+        return self.__node_executable
+
+    @property
+    def node_name(self) -> str:
+        """Namespace and name; RuntimeError before the visit."""
+        if self.__final_node_name is None:
+            raise RuntimeError("cannot access 'node_name' before executing action")
+        return self.__final_node_name
+
+    @property
+    def expanded_node_namespace(self) -> str:
+        """The namespace, with those pushed outside."""
+        return self.__expanded_node_namespace
+
+    @property
+    def expanded_remapping_rules(self) -> list[tuple[str, str]] | None:
+        """(from, to) pairs, those of SetRemap included; None without any."""
+        return self.__expanded_remappings
+
+    def is_node_name_fully_specified(self) -> bool:
+        """Whether both name and namespace are known."""
+        unknown = (UNSPECIFIED_NODE_NAME, UNSPECIFIED_NODE_NAMESPACE)
+        return all(text not in self.node_name for text in unknown)
+
+    # ---- the visit
+
+    def _perform_substitutions(self, context: LaunchContext) -> None:
+        if self.__substitutions_performed:
+            return  # a subclass did it already
+        self.__substitutions_performed = True
+        try:
+            self._expand_names(context)
+        except Exception:
+            context._host.log(
+                _LOGGER,
+                "ERROR",
+                "Error while expanding or validating node name or namespace for "
+                f"'package={self.__package}, executable={self.__node_executable}, "
+                f"name={self.__node_name}, namespace={self.__node_namespace}':",
+            )
+            raise
+        self.__final_node_name = prefix_namespace(
+            self.__expanded_node_namespace, self.__expanded_node_name
+        )
+        self._add_global_parameters(context)
+        self._add_own_parameters(context)
+        self._add_remappings(context)
+
+    def _expand_names(self, context: LaunchContext) -> None:
+        if self.__node_name is not None:
+            self.__expanded_node_name = _perform(context, self.__node_name)
+            validate_node_name(self.__expanded_node_name)
+        given = None
+        if self.__node_namespace is not None:
+            given = _perform(context, self.__node_namespace)
+        base = context.launch_configurations.get("ros_namespace", None)
+        namespace = make_namespace_absolute(prefix_namespace(base, given))
+        if namespace is not None:
+            self.__expanded_node_namespace = namespace
+            self._add_words("-r", LocalSubstitution("ros_specific_arguments['ns']"))
+            validate_namespace(namespace)
+
+    def _add_words(self, *words: str | Substitution) -> None:
+        self.cmd.extend([normalize_to_list_of_substitutions(word) for word in words])
+
+    def _add_global_parameters(self, context: LaunchContext) -> None:
+        for parameter in context.launch_configurations.get("global_params", None) or ():
+            if isinstance(parameter, tuple):
+                rule = f"{parameter[0]}:={parameter[1]}"
+                self._add_words("-p", rule)
+                self.__expanded_parameter_arguments.append((rule, False))
+            else:
+                path = os.path.abspath(parameter)
+                self._add_words("--params-file", path)
+                self.__expanded_parameter_arguments.append((path, True))
+
+    def _add_own_parameters(self, context: LaunchContext) -> None:
+        for parameter in evaluate_parameters(context, self.__parameters):
+            is_file = not isinstance(parameter, Parameter)
+            argument = self._parameter_argument(context, parameter)
+            if is_file and not os.path.isfile(argument):
+                text = f"Parameter file path is not a file: {argument}"
+                context._host.log(_LOGGER, "WARNING", text)
+                context._host.warn_surprise(
+                    f"parameter file {argument} does not exist; the node starts without it",
+                    self._origin,
+                )
+                continue
+            self.__expanded_parameter_arguments.append((argument, is_file))
+            self._add_words("--params-file" if is_file else "-p", argument)
+
+    def _parameter_argument(self, context: LaunchContext, parameter: Any) -> str:
+        if isinstance(parameter, dict):
+            node = self.node_name if self.is_node_name_fully_specified() else "/**"
+            return write_parameters(context, node, parameter)
+        if isinstance(parameter, Path):
+            return str(parameter)
+        return self._get_parameter_rule(parameter, context)
+
+    @staticmethod
+    def _get_parameter_rule(parameter: Parameter, context: LaunchContext) -> str:
+        import yaml
+
+        name, value = parameter.evaluate(context)
+        return f"{name}:={yaml.dump(value)}"
+
+    def _add_remappings(self, context: LaunchContext) -> None:
+        rules = list(context.launch_configurations.get("ros_remaps", None) or ())
+        rules += [
+            (perform_substitutions(context, src), perform_substitutions(context, dst))
+            for src, dst in self.__remappings
+        ]
+        if rules:
+            self.__expanded_remappings = rules
+        for src, dst in rules:
+            self._add_words("-r", f"{src}:={dst}")
+
+    def execute(self, context: LaunchContext) -> Any:
+        """Work out the command line, then start the process."""
+        self._perform_substitutions(context)
+        arguments = {"ns": f"__ns:={self.__expanded_node_namespace}"}
+        if self.__node_name is not None:
+            arguments["name"] = f"__node:={self.__expanded_node_name}"
+        context.extend_locals({"ros_specific_arguments": arguments})
+        result = super().execute(context)
+        if self.is_node_name_fully_specified():
+            self._count_name(context)
+        return result
+
+    def _count_name(self, context: LaunchContext) -> None:
+        add_node_name(context, self.node_name)
+        count = get_node_name_count(context, self.node_name)
+        if count > 1:
+            context._host.log(
+                str(self.name),
+                "WARNING",
+                f"there are now at least {count} nodes with the name {self.node_name} created "
+                "within this launch context",
+            )
+
+    def _ros_identity(self) -> RosIdentity:
+        namespace: str | None = self.__expanded_node_namespace
+        found = self.__program._found if isinstance(self.__program, ExecutableInPackage) else None
+        return RosIdentity(
+            package=found[0] if found else None,
+            executable=found[1] if found else None,
+            node_name=None if self.__node_name is None else self.__expanded_node_name,
+            namespace=None if namespace == UNSPECIFIED_NODE_NAMESPACE else namespace,
+            remappings=tuple(self.__expanded_remappings or ()),
+            parameters=tuple(
+                ParameterSource(file=argument) if is_file else ParameterSource(rule=argument)
+                for argument, is_file in self.__expanded_parameter_arguments
+            ),
+        )
+
+
+def _perform(context: LaunchContext, subs: Any) -> str:
+    return perform_substitutions(context, normalize_to_list_of_substitutions(subs))

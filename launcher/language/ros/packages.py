@@ -1,0 +1,120 @@
+"""Substitutions that find packages and the executables in them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from launcher import packages
+from launcher.errors import ExecutableNotFoundError
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch_ros.substitutions.find_package")
+class FindPackage(Substitution):
+    """Base of substitutions that find a package; subclasses override the static `find`."""
+
+    def __init__(self, package: Any) -> None:
+        self.__package = normalize_to_list_of_substitutions(package)
+
+    @property
+    def package(self) -> list[Substitution]:
+        """The package's name."""
+        return self.__package
+
+    @classmethod
+    def parse(cls, data: Any) -> Any:
+        """(class, keyword arguments) of `$(find-pkg-... name)`."""
+        if not data or len(data) != 1:
+            raise AttributeError("find package substitutions expect 1 argument")
+        return cls, {"package": data[0]}
+
+    @staticmethod
+    def find(package_name: str) -> str:
+        """The path; subclasses say which."""
+        raise NotImplementedError()
+
+    def describe(self) -> str:
+        """Like `FindPackageShare(pkg='demo')`."""
+        package = " + ".join([sub.describe() for sub in self.package])
+        return f"{self.__class__.__name__}(pkg={package})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The path; PackageNotFoundError if there is no such package."""
+        return self.find(perform_substitutions(context, self.package))
+
+
+@public("launch_ros.substitutions.find_package")
+class FindPackagePrefix(FindPackage):
+    """The prefix that a package is installed in."""
+
+    @staticmethod
+    def find(package_name: str) -> str:
+        """The prefix."""
+        return str(packages.package_prefix(package_name, os.environ))
+
+
+@public("launch_ros.substitutions.find_package")
+class FindPackageShare(FindPackage):
+    """The share folder of a package."""
+
+    @staticmethod
+    def find(package_name: str) -> str:
+        """The folder."""
+        return str(packages.share_directory(package_name, os.environ))
+
+
+class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
+    """The package has no such executable: ROS 2's failure, with our advice."""
+
+    def __init__(self, error: ExecutableNotFoundError) -> None:
+        ExecutableNotFoundError.__init__(self, error.message, hint=error.hint)
+
+
+@public("launch_ros.substitutions.executable_in_package")
+class ExecutableInPackage(FindPackagePrefix):
+    """The path of an executable of a package."""
+
+    def __init__(self, executable: Any, package: Any) -> None:
+        super().__init__(package)
+        self.__executable = normalize_to_list_of_substitutions(executable)
+        # (package, executable) when it was performed last, for those who show them apart.
+        self._found: tuple[str, str] | None = None
+
+    @classmethod
+    def parse(cls, data: Any) -> Any:
+        """(class, keyword arguments) of `$(exec-in-pkg executable package)`."""
+        if not data or len(data) != 2:
+            raise AttributeError("exec-in-pkg substitution expects 2 arguments")
+        return cls, {"executable": data[0], "package": data[1]}
+
+    @property
+    def executable(self) -> list[Substitution]:
+        """The executable's name."""
+        return self.__executable
+
+    def describe(self) -> str:
+        """Like `ExecInPkg(pkg='demo', exec='talker')`."""
+        executable = " + ".join([sub.describe() for sub in self.executable])
+        package = " + ".join([sub.describe() for sub in self.package])
+        return f"ExecInPkg(pkg={package}, exec={executable})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The path; PackageNotFoundError or SubstitutionFailure."""
+        executable = perform_substitutions(context, self.executable)
+        package = perform_substitutions(context, self.package)
+        self._found = (package, executable)
+        try:
+            path: Path = packages.find_executable(package, executable, os.environ)
+        except ExecutableNotFoundError as error:
+            raise ExecutableMissing(error) from None
+        return str(path)

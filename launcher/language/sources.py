@@ -1,0 +1,207 @@
+"""Sources of launch descriptions: files, or a description that is there already."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import python_file
+from launcher.language.context import LaunchContext
+from launcher.language.naming import public
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.description import LaunchDescription
+
+_FRONTENDS = "launcher.frontends"  # above the language, so it is looked up when needed
+
+
+@public("launch.invalid_launch_file_error")
+class InvalidLaunchFileError(Exception):
+    """No loader could make sense of a launch file."""
+
+    def __init__(
+        self, extension: str = "", *, likely_errors: list[Exception] | None = None
+    ) -> None:
+        self._extension = extension
+        self._likely_errors = likely_errors
+        if extension == "" or not likely_errors:
+            self._error_message = (
+                "The launch file may have a syntax error, or its format is unknown"
+            )
+            return
+        count = "multiple exceptions" if len(likely_errors) > 1 else "exception"
+        lines = [f"Caught {count} when trying to load file of format [{extension}]:"]
+        lines += [f" - {type(error).__name__}: {error}" for error in likely_errors]
+        self._error_message = "\n".join(lines)
+        self.__cause__ = likely_errors[0]
+
+    def __str__(self) -> str:
+        return self._error_message
+
+
+@public("launch.launch_description_source")
+class LaunchDescriptionSource:
+    """A launch description and where it comes from; loaded once, when first asked for."""
+
+    def __init__(
+        self,
+        launch_description: LaunchDescription | None = None,
+        location: Any = "<string>",
+        method: str = "unspecified mechanism from a script",
+    ) -> None:
+        self.__launch_description = launch_description
+        self.__expanded_location: str | None = None
+        self.__location = normalize_to_list_of_substitutions(location)
+        self.__method = method
+
+    def try_get_launch_description_without_context(self) -> LaunchDescription | None:
+        """The description if it can be had with an empty context, else None; not kept."""
+        if self.__launch_description is not None:
+            return self.__launch_description
+        try:
+            location = perform_substitutions(LaunchContext(), self.__location)
+            return self._get_launch_description(location)
+        except Exception:  # it is an attempt: whatever fails now is told when it is visited
+            return None
+
+    def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
+        """The description; raises what its loading raises."""
+        if self.__expanded_location is None:
+            self.__expanded_location = perform_substitutions(context, self.__location)
+        if self.__launch_description is None:
+            self.__launch_description = self._get_launch_description(self.__expanded_location)
+        return self.__launch_description
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        raise RuntimeError(
+            "LaunchDescriptionSource.get_launch_description(): "
+            "called without launch description being set"
+        )
+
+    @property
+    def location(self) -> str:
+        """The path once it is known, before that its substitutions as a text."""
+        if self.__expanded_location is None:
+            return " + ".join([str(sub) for sub in self.__location])
+        return self.__expanded_location
+
+    @property
+    def method(self) -> str:
+        """How the description is made from the location."""
+        return self.__method
+
+
+@public("launch.launch_description_sources.python_launch_description_source")
+class PythonLaunchDescriptionSource(LaunchDescriptionSource):
+    """A Python launch file."""
+
+    def __init__(self, launch_file_path: Any) -> None:
+        super().__init__(None, launch_file_path, "interpreted python launch file")
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        return get_launch_description_from_python_launch_file(location)
+
+
+@public("launch.launch_description_sources.any_launch_description_source")
+class AnyLaunchDescriptionSource(LaunchDescriptionSource):
+    """A launch file of any kind."""
+
+    def __init__(self, launch_file_path: Any) -> None:
+        super().__init__(None, launch_file_path, "interpreted launch file")
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        return get_launch_description_from_any_launch_file(location)
+
+
+@public("launch.launch_description_sources.frontend_launch_description_source")
+class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
+    """An XML or YAML launch file."""
+
+    def __init__(
+        self,
+        launch_file_path: Any,
+        *,
+        method: str = "interpreted frontend launch file",
+        parser: Any = None,
+    ) -> None:
+        super().__init__(None, launch_file_path, method)
+        self._parser = parser
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        return get_launch_description_from_frontend_launch_file(location, parser=self._parser)
+
+
+@public("launch_xml.launch_description_sources.xml_launch_description_source")
+class XMLLaunchDescriptionSource(LaunchDescriptionSource):
+    """An XML launch file."""
+
+    def __init__(self, launch_file_path: Any) -> None:
+        super().__init__(None, launch_file_path, "interpreted XML launch file")
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        loaded: LaunchDescription = importlib.import_module(_FRONTENDS).load_xml(location)
+        return loaded
+
+
+@public("launch_yaml.launch_description_sources.yaml_launch_description_source")
+class YAMLLaunchDescriptionSource(LaunchDescriptionSource):
+    """A YAML launch file."""
+
+    def __init__(self, launch_file_path: Any) -> None:
+        super().__init__(None, launch_file_path, "interpreted YAML launch file")
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        loaded: LaunchDescription = importlib.import_module(_FRONTENDS).load_yaml(location)
+        return loaded
+
+
+def get_launch_description_from_python_launch_file(
+    python_launch_file_path: str,
+) -> LaunchDescription:
+    """What the file's `generate_launch_description()` returns; raises what loading raises."""
+    description: LaunchDescription = python_file.generate(python_launch_file_path)
+    return description
+
+
+def get_launch_description_from_frontend_launch_file(
+    launch_file_path: str, *, parser: Any = None
+) -> LaunchDescription:
+    """The description of an XML or YAML file."""
+    if parser is not None and hasattr(parser, "load"):
+        root_entity, loaded_parser = parser.load(launch_file_path)
+        parsed: LaunchDescription = loaded_parser.parse_description(root_entity)
+        return parsed
+    loaded: LaunchDescription = importlib.import_module(_FRONTENDS).load_markup(launch_file_path)
+    return loaded
+
+
+def get_launch_description_from_any_launch_file(
+    launch_file_path: str, *, parser: Any = None
+) -> LaunchDescription:
+    """The description of a file of any kind; InvalidLaunchFileError if no loader likes it.
+
+    The error's `__cause__` is that of the loader which the file's name suggests.
+    """
+    extension = launch_file_path.rpartition("/")[2].rpartition(".")[2]
+    is_markup = extension in ("xml", "yaml", "yml")
+    likely: list[Exception] = []
+    for loader in _loaders(is_markup=is_markup):
+        try:
+            return loader(launch_file_path)
+        except Exception as error:
+            likely.append(error)
+    known = extension if is_markup or extension == "py" else ""
+    raise InvalidLaunchFileError(known, likely_errors=likely) from likely[0]
+
+
+def _loaders(*, is_markup: bool) -> list[Any]:
+    # A file with an unknown ending is far more often Python than markup.
+    loaders: list[Any] = [
+        get_launch_description_from_python_launch_file,
+        get_launch_description_from_frontend_launch_file,
+    ]
+    return loaders[::-1] if is_markup else loaders

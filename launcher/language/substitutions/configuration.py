@@ -1,0 +1,98 @@
+"""Launch configurations and context locals as texts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.utilities import (
+    ensure_argument_type,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.substitutions.launch_configuration")
+class LaunchConfiguration(Substitution):
+    """The value of a launch configuration when it is asked for."""
+
+    def __init__(self, variable_name: Any, *, default: Any = None) -> None:
+        self.__variable_name = normalize_to_list_of_substitutions(variable_name)
+        self.__default: list[Substitution] | None
+        if default is None:
+            self.__default = None
+        elif isinstance(default, str) or not isinstance(default, Iterable):
+            self.__default = [_as_text(default)]
+        else:
+            self.__default = [_as_text(item) for item in default]
+
+    @property
+    def variable_name(self) -> list[Substitution]:
+        """The name."""
+        return self.__variable_name
+
+    @property
+    def default(self) -> list[Substitution] | None:
+        """What stands in where there is no such configuration."""
+        return self.__default
+
+    def describe(self) -> str:
+        """Like `LaunchConfig('name')`."""
+        return "LaunchConfig({})".format(
+            " + ".join([sub.describe() for sub in self.variable_name])
+        )
+
+    def perform(self, context: LaunchContext) -> str:
+        """The value, else the default; SubstitutionFailure without either."""
+        name = perform_substitutions(context, self.variable_name)
+        context._host.configuration_read(name)
+        if name not in context.launch_configurations:
+            if self.default is None:
+                raise SubstitutionFailure(f"launch configuration '{name}' does not exist")
+            return perform_substitutions(context, self.default)
+        value: str = context.launch_configurations[name]
+        return value
+
+
+def _as_text(item: Any) -> Substitution:
+    # Anything that is no substitution becomes its text: `default=5` is common.
+    if isinstance(item, Substitution):
+        return item
+    return normalize_to_list_of_substitutions(str(item))[0]
+
+
+@public("launch.substitutions.local_substitution")
+class LocalSubstitution(Substitution):
+    """A value that exists only for the event being handled: `event.returncode`, `x['key']`."""
+
+    def __init__(self, expression: str, description: str | None = None) -> None:
+        ensure_argument_type(expression, str, "expression", "LocalSubstitution")
+        self.__expression = expression
+        self.__description = description
+
+    @property
+    def expression(self) -> str:
+        """Python below `context.locals.`."""
+        return self.__expression
+
+    def describe(self) -> str:
+        """Like `LocalVar('node name')`."""
+        text = self.__expression if self.__description is None else self.__description
+        return f"LocalVar('{text}')"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The value; whatever evaluating the expression raises."""
+        key = _KEYED.fullmatch(self.expression)
+        if key is not None:  # the common form, without the price of eval
+            value: str = getattr(context.locals, key["name"])[key["key"]]
+            return value
+        return str(eval("context.locals." + self.expression, {"context": context}))
+
+
+_KEYED = re.compile(r"(?P<name>\w+)\['(?P<key>\w+)'\]")

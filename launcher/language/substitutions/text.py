@@ -1,0 +1,67 @@
+"""Texts that are known, and lists of substitutions that become one text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution
+from launcher.language.utilities import (
+    ensure_argument_type,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.substitutions.text_substitution")
+class TextSubstitution(Substitution):
+    """A text that stands for itself."""
+
+    def __init__(self, *, text: str) -> None:
+        ensure_argument_type(text, str, "text", "TextSubstitution")
+        self.__text = text
+
+    @property
+    def text(self) -> str:
+        """The text."""
+        return self.__text
+
+    def describe(self) -> str:
+        """The text in quotes."""
+        return f"'{self.text}'"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The text."""
+        return self.text
+
+
+@public("launch.substitutions.string_join_substitution")
+class StringJoinSubstitution(Substitution):
+    """Texts joined by a delimiter; each text may be made of several substitutions."""
+
+    def __init__(self, substitutions: Any, delimiter: Any = "") -> None:
+        self.__substitutions = [normalize_to_list_of_substitutions(sub) for sub in substitutions]
+        self.__delimiter = normalize_to_list_of_substitutions(delimiter)
+
+    @property
+    def substitutions(self) -> list[list[Substitution]]:
+        """The texts to join."""
+        return self.__substitutions
+
+    @property
+    def delimiter(self) -> list[Substitution]:
+        """What goes between them."""
+        return self.__delimiter
+
+    def describe(self) -> str:
+        """Like `StringJoin('a', 'b')`."""
+        parts = ", ".join(" + ".join(s.describe() for s in subs) for subs in self.substitutions)
+        return f"StringJoin({parts})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The joined text."""
+        delimiter = perform_substitutions(context, self.delimiter)
+        return delimiter.join(perform_substitutions(context, sub) for sub in self.substitutions)
