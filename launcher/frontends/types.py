@@ -25,7 +25,4 @@ def coerce_text(text: str | list[str], data_type: Any, *, can_be_str: bool) -> A
 
     ValueError if it is no such value, TypeError if pieces are given for a scalar.
     """
-    try:
-        return get_typed_value(text, data_type, can_be_str)
-    except RecursionError:
-        raise ValueError("brackets are nested too deeply") from None
+    return get_typed_value(text, data_type, can_be_str)

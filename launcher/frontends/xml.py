@@ -27,7 +27,7 @@ class XmlParser(Parser):
         return {"launch.xml"}
 
 
-def load_xml(path: str) -> LaunchDescription:
+def load(path: str) -> LaunchDescription:
     """The launch description of an XML file."""
     entity, parser = XmlParser.load(path)
     return parser.parse_description(entity)

@@ -35,7 +35,7 @@ class YamlParser(Parser):
         return {"launch.yaml"}
 
 
-def load_yaml(path: str) -> LaunchDescription:
+def load(path: str) -> LaunchDescription:
     """The launch description of a YAML file."""
     entity, parser = YamlParser.load(path)
     return parser.parse_description(entity)

@@ -84,11 +84,13 @@ def is_instance_of(value: Any, data_type: Any = None, can_be_str: bool = False) 
 
 
 def _load_yaml(value: str, complaint: str, can_be_str: bool) -> Any:
+    if not value:
+        return value  # YAML would make None of it
     import yaml
 
     try:
         output = yaml.safe_load(value)
-    except (yaml.YAMLError, ValueError) as error:
+    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         if can_be_str:
             return value
         raise ValueError(f"{complaint}: yaml.safe_load() failed\n{error}") from error
@@ -109,6 +111,7 @@ def coerce_to_type(value: str, data_type: Any = None, can_be_str: bool = False) 
     if scalar is str:
         return value
     if scalar is bool:
+        value = {"1": "true", "0": "false"}.get(value, value)
         output = _load_yaml(value, f"Failed to convert '{value}' to '{scalar}'", can_be_str)
         if isinstance(output, allowed):
             return output
