@@ -11,7 +11,9 @@ from launcher.frontends import expose, grammar, grammar_substitutions
 from launcher.frontends.entity import Entity, SourceText
 from launcher.frontends.entity_errors import FrontendError, StructureError, first_of, locate
 from launcher.language.description import LaunchDescription
+from launcher.language.naming import public
 from launcher.language.origin import Origin
+from launcher.language.sources import InvalidLaunchFileError
 
 if TYPE_CHECKING:
     from launcher.language.action import Action
@@ -19,6 +21,11 @@ if TYPE_CHECKING:
 
 PARSER_GROUP = "launch.frontend.parser"
 BUILTIN_SUFFIXES = ("xml", "yaml")
+
+
+@public("launch.frontend.parser")
+class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
+    """An XML or YAML launch file is not valid; here for those who import it."""
 
 
 class Parser:

@@ -6,10 +6,33 @@ know, the entity.
 
 from __future__ import annotations
 
-from typing import Any, get_args, get_origin
+from typing import Any, List, get_args, get_origin  # noqa: UP035 - List[...] is the API
 
 from launcher.frontends.entity import Entity
+from launcher.frontends.entity_errors import UnexpectedContentError, did_you_mean
 from launcher.language.type_utils import get_typed_value
+
+
+# How `type="..."` of a parameter is written.
+TYPE_IDENTIFIERS: dict[str, Any] = {
+    "bool": bool,
+    "float": float,
+    "int": int,
+    "str": str,
+    "list_of_bool": List[bool],  # noqa: UP006
+    "list_of_float": List[float],  # noqa: UP006
+    "list_of_int": List[int],  # noqa: UP006
+    "list_of_str": List[str],  # noqa: UP006
+}
+
+
+def get_data_type_from_identifier(identifier: str) -> Any:
+    """The type of that name; ValueError if there is none."""
+    if identifier in TYPE_IDENTIFIERS:
+        return TYPE_IDENTIFIERS[identifier]
+    hint = did_you_mean(str(identifier), TYPE_IDENTIFIERS)
+    known = ", ".join(TYPE_IDENTIFIERS)
+    raise UnexpectedContentError(f"there is no type '{identifier}' ({known})", hint=hint)
 
 
 def is_entity_list(data_type: Any) -> bool:

@@ -84,7 +84,7 @@ _PARSE_FUNCTIONS = {
     "LoadComposableNodes": ("composition", "parse_load"),
     "LogInfo": ("events", "parse_log"),
     "Node": ("node", "parse_node"),
-    "Node.parameters": ("node", "parse_parameters"),
+    "Node.nested_parameters": ("node", "parse_parameters"),
     "PopEnvironment": ("base", "parse_action"),
     "PopLaunchConfigurations": ("base", "parse_action"),
     "PushEnvironment": ("base", "parse_action"),

@@ -9,6 +9,7 @@ from launcher.frontends.entity import Entity
 from launcher.frontends.entity_errors import StructureError, UnexpectedContentError
 from launcher.frontends.parsers.base import ENTITIES, Parsed, add_texts, name_value_pairs
 from launcher.frontends.parsers.process import parse_process
+from launcher.frontends.types import get_data_type_from_identifier
 
 # Keyword of the constructor -> attribute. `node-name` is read, then refused by the constructor.
 _TEXTS = {
@@ -93,8 +94,6 @@ def _data_type(param: Entity) -> Any:
     identifier = param.get_attr("type", data_type=None, optional=True)
     if identifier is None:
         return None
-    from launcher.language.ros.parameter_values import get_data_type_from_identifier
-
     return get_data_type_from_identifier(identifier)
 
 

@@ -1,0 +1,8 @@
+"""Re-exports of `launch_xml.launch_description_sources`."""
+
+from launcher.language.compat.names import refuse_unknown
+from launcher.language.sources import XMLLaunchDescriptionSource
+
+__all__ = ["XMLLaunchDescriptionSource"]
+
+__getattr__ = refuse_unknown("launch_xml.launch_description_sources", __all__)
