@@ -1,44 +1,51 @@
-"""The backlog of a late joiner: assignments that were published before it subscribed."""
+"""The backlog of a late joiner: assignments from before it was connected to the dispatcher."""
 
 from __future__ import annotations
 
 from group_gp1.messages import TaskAssignment
 
+MIN_AGE_NS = 50_000_000  # a fresh message takes a millisecond; leave room for a busy machine
 _NS_PER_S = 1e9
 
 
 class Backlog:
-    """Tells old assignments from fresh ones and counts the old, until the first fresh one.
+    """Tells kept assignments from fresh ones and counts the kept, until the first fresh one.
 
-    What was sent before `subscribed_ns` can only come from the history that TRANSIENT_LOCAL keeps
-    at the publisher. Times are wall-clock nanoseconds as DDS stamps them when it sends, so this
-    is right for dispatcher and robot on one host, or on hosts with synchronised clocks.
+    DDS delivers what TRANSIENT_LOCAL kept all at once when it connects the two sides. So the
+    arrival of the first assignment, if that one is old, is the moment of connection, and the
+    backlog is what was sent before it. All times are wall-clock nanoseconds as DDS stamps them
+    at sender and receiver: right on one host, or on hosts with synchronised clocks.
     """
 
-    def __init__(self, robot_id: str, *, subscribed_ns: int) -> None:
+    def __init__(self, robot_id: str) -> None:
         self._robot_id = robot_id
-        self._subscribed_ns = subscribed_ns
+        self._connected_ns: int | None = None
         self._open = True
         self.received = 0
         self.mine = 0
 
-    def note(self, assignment: TaskAssignment, *, sent_ns: int) -> str | None:
+    def note(self, assignment: TaskAssignment, *, sent_ns: int, received_ns: int) -> str | None:
         """Enter one received assignment; returns a line for the log where there is news."""
         if not self._open:
             return None
-        if sent_ns >= self._subscribed_ns:
+        if self._connected_ns is None:
+            late = received_ns - sent_ns >= MIN_AGE_NS
+            self._connected_ns = received_ns if late else sent_ns
+        if sent_ns >= self._connected_ns:
             self._open = False
             return self._summary() if self.received else None
+        return self._count(assignment, age_s=(self._connected_ns - sent_ns) / _NS_PER_S)
+
+    def _count(self, assignment: TaskAssignment, *, age_s: float) -> str:
         self.received += 1
         self.mine += assignment.robot_id == self._robot_id
-        age_s = (self._subscribed_ns - sent_ns) / _NS_PER_S
         return (
             f"Backlog {self.received}: {assignment.task} for {assignment.robot_id}, "
-            f"assigned {age_s:.1f} s before {self._robot_id} subscribed"
+            f"assigned {age_s:.1f} s before {self._robot_id} was connected"
         )
 
     def _summary(self) -> str:
         return (
-            f"Late joiner: received {self.received} assignments that were sent before "
-            f"{self._robot_id} subscribed, {self.mine} of them addressed to it"
+            f"Late joiner: received {self.received} assignments from before "
+            f"{self._robot_id} was connected, {self.mine} of them addressed to it"
         )

@@ -8,8 +8,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from group_gp1 import qos, runner, topics
-
-MAX_SHOWN_CHARS = 300  # longer than any payload of the fleet itself
+from group_gp1.messages import one_line
 
 
 class DebugLogger(Node):
@@ -25,15 +24,7 @@ class DebugLogger(Node):
         )
 
     def _show(self, topic: str, message: String) -> None:
-        self.get_logger().info(f"{topic}: {shown(message.data)}")
-
-
-def shown(payload: str) -> str:
-    """The payload on one line of bounded length; a well-formed one is unchanged."""
-    line = payload if payload.isprintable() else repr(payload)
-    if len(line) <= MAX_SHOWN_CHARS:
-        return line
-    return f"{line[:MAX_SHOWN_CHARS]}... ({len(payload)} characters)"
+        self.get_logger().info(f"{topic}: {one_line(message.data)}")
 
 
 def main(args: list[str] | None = None) -> None:

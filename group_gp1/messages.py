@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 MAX_PAYLOAD_CHARS = 4096  # ten times the longest honest payload
+MAX_SHOWN_CHARS = 500  # of a payload in the log; any payload of the fleet itself is shorter
 MAX_TEXT_CHARS = 128  # of a name in a payload; it goes into log lines
 RECENTLY_COMPLETED = 10  # tasks that a status still names; see RobotStatus.completed
 
@@ -104,6 +105,14 @@ def report_text(counts: Mapping[str, int]) -> str:
     """The line of `/fleet/report`."""
     parts = (f"{robot_id}: {count} tasks" for robot_id, count in counts.items())
     return f"Fleet report -- {', '.join(parts)}"
+
+
+def one_line(payload: str) -> str:
+    """A payload for the log: one line of bounded length; a well-formed one is unchanged."""
+    line = payload if payload.isprintable() else repr(payload)
+    if len(line) <= MAX_SHOWN_CHARS:
+        return line
+    return f"{line[:MAX_SHOWN_CHARS]}... ({len(payload)} characters)"
 
 
 def _object(payload: str) -> dict[str, Any]:

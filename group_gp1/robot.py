@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,6 +32,7 @@ class Robot(Node):
         super().__init__(profile.robot_id)
         self._robot_id = profile.robot_id
         self._work = WorkLog(profile.robot_id, run=uuid.uuid4().hex[:8])
+        self._backlog = Backlog(profile.robot_id)
         self._rejects = Rejects(self.get_logger(), topics.TASKS)
         self._task_duration_s = self._declare_task_duration(profile.task_duration_s)
         # One group for both callbacks, so that they never overlap, whatever the executor: the
@@ -46,7 +46,6 @@ class Robot(Node):
             qos.tasks_profile(self._declare_queue_depth()),
             callback_group=group,
         )
-        self._backlog = Backlog(profile.robot_id, subscribed_ns=time.time_ns())
         self._timer = self.create_timer(
             self._declare_status_period(), self._repeat_status, callback_group=group
         )
@@ -57,7 +56,11 @@ class Robot(Node):
         except MessageError as error:
             self._rejects.add(error)
             return
-        news = self._backlog.note(assignment, sent_ns=info["source_timestamp"])
+        news = self._backlog.note(
+            assignment,
+            sent_ns=info["source_timestamp"],
+            received_ns=info["received_timestamp"],
+        )
         if news:
             self.get_logger().info(news)
         if assignment.robot_id == self._robot_id:

@@ -1,8 +1,9 @@
 """The life of a node process: init, construct, spin, clean up, on every way out.
 
-A stop is asked for by SIGINT or SIGTERM, and both mean the same. rclpy's own handlers (in C)
-shut the context down, which ends the spinning; a Python handler beside them only takes note, so
-that no KeyboardInterrupt can burst into a destructor, a half-built node or the clean-up.
+A stop is asked for by SIGINT or SIGTERM, and both mean the same. A Python handler takes note, and
+raises nothing, so that no KeyboardInterrupt can burst into a destructor or the clean-up. rclpy's
+own handlers (in C, they call ours as well) shut the context down, which ends the spinning. They
+are installed when the node stands, because half a node in a dead context complains.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from rclpy.exceptions import InvalidHandle, NotInitializedException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
 from group_gp1.settings import SettingError
 
@@ -45,18 +47,16 @@ def run(
 ) -> None:
     """Spin one node until SIGINT or SIGTERM.
 
-    Raises ExternalShutdownException, or returns, once the context is down; SystemExit with a
-    sentence where the arguments or a parameter are wrong. The node is destroyed in every case;
-    shutting the context down where it is still up is left to the caller. For the main thread.
+    Returns or raises ExternalShutdownException, as the executor does; SystemExit with a sentence
+    where the arguments or a parameter are wrong. The node is destroyed in every case; shutting
+    the context down where it is still up is left to the caller. For the main thread only.
     """
     stop = _StopNote()
     for signum in _STOP_SIGNALS:
         signal.signal(signum, stop)
     try:
         _init(args)
-        if stop.asked:  # before rclpy's handlers were there
-            raise ExternalShutdownException
-        _spin(make_node, make_executor)
+        _spin(make_node, make_executor, stop)
     except SettingError as error:
         raise SystemExit(f"error: {error}") from None
     except _AFTER_SHUTDOWN:
@@ -84,16 +84,20 @@ def nap(duration_s: float) -> bool:
 
 def _init(args: list[str] | None) -> None:
     try:
-        rclpy.init(args=args)
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
         raise SystemExit(f"error: {error}") from None
 
 
-def _spin(make_node: Callable[[], Node], make_executor: Callable[[], Executor]) -> None:
+def _spin(
+    make_node: Callable[[], Node], make_executor: Callable[[], Executor], stop: _StopNote
+) -> None:
     node = make_node()
     try:
         executor = make_executor()
         executor.add_node(node)
-        executor.spin()
+        install_signal_handlers(SignalHandlerOptions.ALL)
+        if not stop.asked:  # it may have come before those handlers
+            executor.spin()
     finally:
         node.destroy_node()

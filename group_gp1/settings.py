@@ -6,7 +6,6 @@ changing a value that nobody reads again.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -26,15 +25,11 @@ def number(
     descriptor = ParameterDescriptor(
         type=Parameter.Type.DOUBLE.value,
         description=f"{about} [{unit}]",
-        additional_constraints="finite",
         floating_point_range=[FloatingPointRange(from_value=low, to_value=high)],
         read_only=True,
     )
     rule = f"a number from {low:g} to {high:g} {unit}, written with a point"
-    value = float(_declare(node, name, default, descriptor, rule))
-    if not math.isfinite(value):  # NaN passes any range
-        raise _error(node, name, rule, value)
-    return value
+    return float(_declare(node, name, default, descriptor, rule))
 
 
 def whole_number(
@@ -60,7 +55,8 @@ def names(node: Node, name: str, default: list[str], *, about: str) -> list[str]
         read_only=True,
     )
     rule = "a list of distinct names such as [robot_1,robot_2]"
-    values = [str(value) for value in _declare(node, name, default, descriptor, rule)]
+    given = _declare(node, name, default, descriptor, rule)
+    values = [str(value) for value in given or ()]  # rclpy makes None of an empty list
     if not values or not all(values) or len(set(values)) != len(values):
         raise _error(node, name, rule, values)
     return values

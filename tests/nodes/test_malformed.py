@@ -1,0 +1,72 @@
+"""Payloads that cannot be used: counted, warned about now and then, dropped."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from group_gp1 import qos, topics
+from group_gp1.messages import RobotStatus, Status, TaskAssignment
+
+GOOD_TASK = TaskAssignment(robot_id="robot_1", task="pick_shelf_A3", task_id="t-1").to_json()
+GOOD_STATUS = RobotStatus(
+    robot_id="robot_1", status=Status.DONE, task="pick_shelf_A3", task_id="t-1"
+).to_json()
+BAD = (
+    "",
+    "not json",
+    "null",
+    "[]",
+    "42",
+    '"text"',
+    "{",
+    "[" * 3000,
+    "x" * 200_000,
+    "{}",
+    json.dumps({"robot_id": "robot_1"}),
+    json.dumps({"robot_id": None, "task": "a", "status": "done"}),
+    json.dumps({"robot_id": "robot_1", "task": 7, "status": "done"}),
+    json.dumps({"robot_id": "robot_1", "task": ["a"], "status": "done"}),
+    json.dumps({"robot_id": "robot_1", "task": {"a": 1}, "status": "done"}),
+    json.dumps({"robot_id": "robot_1", "task": "", "status": "busy"}),
+    json.dumps({"robot_id": "robot_1", "task": "a\n[INFO] forged", "status": "done"}),
+    json.dumps({"robot_id": "robot_1", "task": "a" * 500, "status": "done"}),
+    json.dumps({"robot_id": "robot_1", "task": "a", "status": "done", "task_id": 5}),
+)
+COUNT = r"Dropped a malformed payload on (\S+) \((\d+) so far\): (.+)"
+CASES = [
+    ("robot_1", topics.TASKS, qos.TASKS, GOOD_TASK, "Task pick_shelf_A3 complete"),
+    ("monitor", topics.STATUS, qos.STATUS, GOOD_STATUS, "Fleet report -- robot_1: 1 tasks"),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "topic", "profile", "good", "sign_of_life"), CASES, ids=["robot_1", "monitor"]
+)
+def test_a_node_counts_and_drops_what_it_cannot_use(
+    domain, name, topic, profile, good, sign_of_life
+):
+    node = domain.start(name)
+    say = domain.publisher(topic, profile)
+    domain.wait_until(lambda: domain.listener.count_subscribers(topic) == 1, "the node listens")
+    sent = 0
+    while len(warnings(node)) < 2:  # the second comes when 5 s have passed and tells the count
+        assert sent < 200, node.output
+        say(BAD[sent % len(BAD)])
+        sent += 1
+        domain.listen_for(0.1)
+    say(good)
+    domain.wait_for_line(node, sign_of_life)
+
+    assert sent > len(BAD)
+    assert [match[1] for match in warnings(node)] == [topic, topic]
+    first, second = (int(match[2]) for match in warnings(node))
+    assert first == 1
+    assert sent - 3 <= second <= sent  # the last few may have been sent before it was read
+
+
+def warnings(node) -> list[re.Match]:
+    found = (re.search(COUNT, line.text) for line in node.matching("Dropped a malformed"))
+    return [match for match in found if match]

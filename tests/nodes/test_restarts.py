@@ -1,0 +1,58 @@
+"""Counts when a robot or a dispatcher starts again: each task once."""
+
+from __future__ import annotations
+
+import json
+
+from group_gp1 import qos, topics
+from group_gp1.messages import TaskAssignment
+
+
+def test_a_task_that_a_restarted_robot_does_again_is_counted_once(domain):
+    statuses = domain.record(topics.STATUS, qos.STATUS)
+    assign = domain.publisher(topics.TASKS, qos.TASKS)
+    monitor = domain.start("monitor", robot_ids="[robot_1]")
+    robot = start_fast_robot(domain)
+    domain.wait_for_line(monitor, "robot_1 is reporting")
+    for number in range(1, 9):
+        assign(assignment(f"a-{number}"))
+        domain.wait_until(lambda n=number: f"a-{n}" in done_ids(statuses), f"task {number} is done")
+
+    robot.stop()
+    again = start_fast_robot(domain)  # finds the last five in the backlog
+    domain.wait_until(lambda: len(again.matching("complete")) == 5, "five tasks are done again")
+    assign(assignment("a-9"))
+
+    domain.wait_for_line(monitor, "Fleet report -- robot_1: 9 tasks")
+    domain.wait_for_line(again, "Late joiner: received 5 assignments")
+
+
+def test_tasks_of_a_restarted_dispatcher_are_counted_as_new_ones(domain):
+    statuses = domain.record(topics.STATUS, qos.STATUS)
+    monitor = domain.start("monitor", robot_ids="[robot_1]")
+    start_fast_robot(domain)
+    domain.wait_for_line(monitor, "robot_1 is reporting")
+    for _ in range(2):  # the second one counts its tasks from 1 again
+        before = len(done_ids(statuses))
+        dispatcher = domain.start("dispatcher", dispatch_rate_hz=5.0, robot_ids="[robot_1]")
+        domain.wait_until(lambda n=before: len(done_ids(statuses)) >= n + 6, "six tasks are done")
+        dispatcher.stop()
+        assigned = len(dispatcher.matching("Assigned task"))
+        domain.wait_until(
+            lambda n=before + assigned: len(done_ids(statuses)) == n, "the queue is empty"
+        )
+
+    total = len(done_ids(statuses))
+    domain.wait_for_line(monitor, f"Fleet report -- robot_1: {total} tasks")
+
+
+def start_fast_robot(domain):
+    return domain.start("robot_1", task_duration_s=0.0, status_period_s=0.1)
+
+
+def assignment(task_id: str) -> str:
+    return TaskAssignment(robot_id="robot_1", task="pick_shelf_A3", task_id=task_id).to_json()
+
+
+def done_ids(statuses) -> set[str]:
+    return {task_id for heard in statuses for task_id in json.loads(heard.text)["completed"]}

@@ -1,0 +1,42 @@
+"""Parameters: bad values are refused with a sentence, good ones are described."""
+
+from __future__ import annotations
+
+import pytest
+from rcl_interfaces.srv import DescribeParameters
+
+BAD = {
+    "negative rate": ("dispatcher", "dispatch_rate_hz", "-1.0"),
+    "rate of zero": ("dispatcher", "dispatch_rate_hz", "0.0"),
+    "rate is no number": ("dispatcher", "dispatch_rate_hz", ".nan"),
+    "rate is a text": ("dispatcher", "dispatch_rate_hz", "fast"),
+    "no robots": ("dispatcher", "robot_ids", "[]"),
+    "a robot twice": ("dispatcher", "robot_ids", "[robot_1,robot_1]"),
+    "a robot without name": ("monitor", "robot_ids", "['']"),
+    "negative timeout": ("monitor", "silence_timeout_s", "-5.0"),
+    "negative duration": ("robot_2", "task_duration_s", "-2.0"),
+    "queue of depth 0": ("robot_2", "task_queue_depth", "0"),
+}
+
+
+@pytest.mark.parametrize(("name", "parameter", "value"), BAD.values(), ids=BAD.keys())
+def test_a_bad_value_is_refused_with_a_sentence(domain, name, parameter, value):
+    node = domain.start(name, **{parameter: value})
+
+    assert node.wait() == 1
+    assert len(node.lines) == 1, node.output
+    assert node.output.startswith(f"error: {name}: parameter '{parameter}' must be ")
+
+
+def test_parameters_tell_type_range_and_unit(domain):
+    domain.start("dispatcher")
+    service = "/dispatcher/describe_parameters"
+    client = domain.listener.create_client(DescribeParameters, service)
+    domain.wait_until(client.service_is_ready, "the parameter service is there")
+    future = client.call_async(DescribeParameters.Request(names=["dispatch_rate_hz"]))
+    domain.wait_until(future.done, "the parameter is described")
+    (descriptor,) = future.result().descriptors
+
+    assert descriptor.description == "Assignments [Hz]"
+    assert descriptor.read_only
+    assert descriptor.floating_point_range[0].from_value == 0.01

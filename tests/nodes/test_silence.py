@@ -1,0 +1,59 @@
+"""The monitor's warnings about silent robots, with the default timeout of 5 s."""
+
+from __future__ import annotations
+
+import time
+
+from group_gp1 import qos, topics
+from group_gp1.messages import RobotStatus, Status
+
+SILENT = "robot_1 has not reported in 5.0 s"
+BACK = "robot_1 is reporting again after"
+
+
+def test_a_killed_robot_is_missed_after_five_seconds_and_welcomed_back(domain):
+    monitor = domain.start("monitor", robot_ids="[robot_1]")
+    robot = domain.start("robot_1")
+    domain.wait_for_line(monitor, "robot_1 is reporting")
+    domain.listen_for(1.0)  # so that the robot is surely heard while it lives
+    domain.shared_memory()
+    robot.kill()
+    killed_s = time.monotonic()
+    domain.wait_for_line(monitor, SILENT)
+    warned_s = monitor.matching(SILENT)[0].read_s
+
+    domain.start("robot_1")
+    domain.wait_for_line(monitor, BACK)
+    domain.listen_for(6.0)  # longer than a silence that would be warned about
+
+    # its last status may be up to one period, 1 s, older than its death
+    assert 4.0 - 0.1 <= warned_s - killed_s <= 8.0
+    assert "[WARN]" in monitor.matching(SILENT)[0].text
+    assert [line.text for line in monitor.matching("has not reported")] == [
+        line.text for line in monitor.matching(SILENT)[:1]
+    ]
+
+
+def test_a_robot_that_never_reported_is_missed_five_seconds_after_the_start(domain):
+    monitor = domain.start("monitor", robot_ids="[robot_7]")
+    domain.wait_for_line(monitor, "robot_7 has not reported in 5.0 s")
+    first_report_s = monitor.matching("Fleet report")[0].read_s
+    warned_s = monitor.matching("robot_7 has not reported")[0].read_s
+
+    # the first report comes 2 s after the start
+    assert 2.5 <= warned_s - first_report_s <= 4.5
+
+
+def test_a_flood_of_statuses_does_not_hold_the_silence_check_back(domain):
+    monitor = domain.start("monitor", robot_ids="[robot_8]", silence_timeout_s=2.0)
+    say = domain.publisher(topics.STATUS, qos.STATUS)
+    status = RobotStatus(robot_id="robot_9", status=Status.DONE, task="t", task_id="x-1").to_json()
+
+    def flooded() -> bool:
+        for _ in range(20):
+            say(status)
+        return bool(monitor.matching("robot_8 has not reported in 2.0 s"))
+
+    domain.wait_for_line(monitor, "Fleet report")
+    domain.wait_until(flooded, "the warning comes during the flood", 4.0)
+    domain.wait_for_line(monitor, "Fleet report -- robot_8: 0 tasks, robot_9: 1 tasks")

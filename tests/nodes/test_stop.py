@@ -1,0 +1,97 @@
+"""SIGINT and SIGTERM: every node ends at once, quietly, with exit code 0."""
+
+from __future__ import annotations
+
+import signal
+import time
+from dataclasses import dataclass
+
+import pytest
+
+from group_gp1 import qos, topics
+from group_gp1.messages import TaskAssignment
+from tests.support.domain import private_domain
+
+NODES = (
+    "dispatcher",
+    "monitor",
+    "robot_1",
+    "robot_2",
+    "robot_3",
+    "debug_logger",
+    "qos_probe",
+)
+ROBOTS = ("robot_1", "robot_2", "robot_3")
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+@dataclass(frozen=True, kw_only=True)
+class End:
+    """How a node ended."""
+
+    code: int
+    took_s: float
+    output: str
+
+
+@pytest.fixture(scope="module", params=SIGNALS, ids=lambda signum: signum.name)
+def idle_ends(request, tmp_path_factory) -> dict[str, End]:
+    """All nodes, up and known to each other, one after the other told to stop."""
+    with private_domain(tmp_path_factory.mktemp("ros_log")) as domain:
+        nodes = [domain.start(name) for name in NODES]
+        domain.wait_for_nodes(*NODES)
+        return {node.name: end(node, request.param) for node in nodes}
+
+
+def end(node, signum) -> End:
+    start_s = time.monotonic()
+    node.signal(signum)
+    code = node.wait()
+    return End(code=code, took_s=time.monotonic() - start_s, output=node.output)
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_an_idle_node_stops_at_once_and_quietly(idle_ends, name):
+    assert idle_ends[name].code == 0, idle_ends[name].output
+    assert "Traceback" not in idle_ends[name].output
+    assert "Exception" not in idle_ends[name].output
+    assert idle_ends[name].took_s < 1.0
+
+
+@pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
+def test_a_robot_stops_in_the_middle_of_its_task(domain, signum):
+    robots = {name: domain.start(name, task_duration_s=30.0) for name in ROBOTS}
+    assign = domain.publisher(topics.TASKS, qos.TASKS)
+    for robot_id in ROBOTS:
+        assign(TaskAssignment(robot_id=robot_id, task="long_way").to_json())
+    for robot in robots.values():
+        domain.wait_for_line(robot, "executing...")
+    ends = [end(robot, signum) for robot in robots.values()]
+
+    assert [x.code for x in ends] == [0, 0, 0]
+    assert [x.output for x in ends if "Traceback" in x.output or "complete" in x.output] == []
+    assert max(x.took_s for x in ends) < 1.0
+
+
+@pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
+@pytest.mark.parametrize("name", ["dispatcher", "monitor", "robot_1", "qos_probe"])
+def test_a_node_stops_quietly_while_it_starts(domain, name, signum):
+    node = domain.start(name)
+    # Python has no handler for SIGTERM of its own: from here on main is at work
+    domain.wait_until(lambda: node.catches(signal.SIGTERM), "main has begun")
+
+    ended = end(node, signum)
+    assert ended.code == 0, ended.output
+    assert ended.output == ""
+
+
+@pytest.mark.parametrize("name", ["dispatcher", "monitor", "robot_2"])
+def test_a_second_signal_does_not_disturb_the_end(domain, name):
+    node = domain.start(name)
+    domain.wait_for_nodes(name)
+    node.signal(signal.SIGINT)
+    node.signal(signal.SIGTERM)
+    node.signal(signal.SIGINT)
+
+    assert node.wait() == 0
+    assert "Traceback" not in node.output

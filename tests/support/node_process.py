@@ -1,0 +1,109 @@
+"""One node of the fleet as a process, and what it printed."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One line of output; `read_s` is monotonic time."""
+
+    text: str
+    read_s: float
+
+
+class NodeProcess:
+    """A started node. Its output is read by a thread, so the node never blocks on it."""
+
+    def __init__(self, name: str, *, env: Mapping[str, str], settings: Mapping[str, Any]) -> None:
+        self.name = name
+        self.lines: list[Line] = []
+        command = [sys.executable, "-m", f"group_gp1.{name}", "--ros-args"]
+        for key, value in settings.items():
+            command += ["-p", f"{key}:={value}"]
+        self._process = subprocess.Popen(
+            command,
+            cwd=REPOSITORY,
+            env=dict(env),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def running(self) -> bool:
+        return self._process.poll() is None
+
+    @property
+    def output(self) -> str:
+        return "\n".join(line.text for line in list(self.lines))
+
+    def matching(self, text: str) -> list[Line]:
+        """The lines so far that contain the text."""
+        return [line for line in list(self.lines) if text in line.text]
+
+    def log_texts(self) -> list[str]:
+        """The lines so far without level, time stamp and name."""
+        return [re.sub(r"^\[\w+\] \[[\d.]+\] \[\w+\]: ", "", x.text) for x in list(self.lines)]
+
+    def signal(self, signum: int) -> None:
+        self._process.send_signal(signum)
+
+    def wait(self, timeout_s: float = 10.0) -> int:
+        """The exit code, with all output read; raises TimeoutExpired."""
+        code = self._process.wait(timeout_s)
+        self._reader.join(timeout_s)
+        return code
+
+    def stop(self) -> int:
+        """Ask for an orderly end and wait for it."""
+        self.signal(signal.SIGINT)
+        return self.wait()
+
+    def kill(self) -> None:
+        """End it at once, whatever state it is in."""
+        if self.running:
+            os.killpg(self.pid, signal.SIGKILL)
+        self.wait()
+
+    def catches(self, signum: int) -> bool:
+        """Whether the process has a handler of its own for the signal by now."""
+        status = Path(f"/proc/{self.pid}/status").read_text(encoding="ascii")
+        mask = re.search(r"^SigCgt:\t(\w+)$", status, re.MULTILINE)
+        return mask is not None and bool(int(mask[1], 16) >> (signum - 1) & 1)
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for text in self._process.stdout:
+            self.lines.append(Line(text=text.rstrip("\n"), read_s=time.monotonic()))
+
+
+def shared_memory_of(pid: int) -> set[Path]:
+    """The files of Fast DDS in /dev/shm that a process has in use, locks included."""
+    try:
+        maps = Path(f"/proc/{pid}/maps").read_text(encoding="utf-8")
+    except (FileNotFoundError, ProcessLookupError):
+        return set()
+    mapped = re.findall(r"(/dev/shm/(?:sem\.)?fast\S+)", maps)
+    return {Path(name + suffix) for name in mapped for suffix in ("", "_el")}
