@@ -50,5 +50,5 @@ def load_markup(path: str) -> LaunchDescription:
 
 def _load_markup(kind: str, path: str) -> LaunchDescription:
     module: Any = importlib.import_module(_MARKUP[kind])
-    description: LaunchDescription = module.load(path)
+    description: LaunchDescription = getattr(module, f"load_{kind}")(path)
     return description

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from launcher.errors import LaunchFileError
 from launcher.interpreter import faults
 from launcher.language.description import LaunchDescription
 from launcher.language.sources import get_launch_description_from_any_launch_file
 
-if TYPE_CHECKING:
-    pass
+class NoDescriptionError(LaunchFileError):
+    """`generate_launch_description()` returned something else."""
+
+    ros_type = "AttributeError"
+    stage = "run"  # ROS 2 finds out when it looks at what it got
 
 
 def load(path: str) -> LaunchDescription:
@@ -20,7 +21,7 @@ def load(path: str) -> LaunchDescription:
     except Exception as error:
         raise faults.explain(error, path) from _cause(error)
     if not isinstance(description, LaunchDescription):
-        raise LaunchFileError(
+        raise NoDescriptionError(
             f"generate_launch_description() returned {type(description).__name__}, "
             "not a LaunchDescription",
             where=f"{path}:1",

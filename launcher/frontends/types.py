@@ -12,7 +12,6 @@ from launcher.frontends.entity import Entity
 from launcher.frontends.entity_errors import UnexpectedContentError, did_you_mean
 from launcher.language.type_utils import get_typed_value
 
-
 # How `type="..."` of a parameter is written.
 TYPE_IDENTIFIERS: dict[str, Any] = {
     "bool": bool,

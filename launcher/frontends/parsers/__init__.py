@@ -70,7 +70,7 @@ SUBSTITUTIONS = {
     "var": ("substitutions.configuration", "LaunchConfiguration"),
 }
 
-# Class -> (module of this package, parse function).
+# Class, or another name that the language asks for -> (module of this package, function).
 _PARSE_FUNCTIONS = {
     "Action": ("base", "parse_action"),
     "AppendEnvironmentVariable": ("environment", "parse_append"),
@@ -102,6 +102,7 @@ _PARSE_FUNCTIONS = {
     "SetUseSimTime": ("ros_scope", "parse_use_sim_time"),
     "Shutdown": ("events", "parse_shutdown"),
     "Substitution": ("substitutions", "parse_substitution"),
+    "parse_substitution": ("substitutions", "parse_template"),
     "TimerAction": ("groups", "parse_timer"),
     "UnsetEnvironmentVariable": ("environment", "parse_unset"),
     "UnsetLaunchConfiguration": ("arguments", "parse_unset"),
@@ -127,11 +128,11 @@ def _parse_method(entry: tuple[str, str] | None) -> Callable[..., Any] | None:
     return method
 
 
-def _call_lazily(key: str, cls: type, *args: Any, **kwargs: Any) -> Any:
+def _call_lazily(key: str, *args: Any, **kwargs: Any) -> Any:
     module, function = _PARSE_FUNCTIONS[key]
     parse = getattr(importlib.import_module(f"{__name__}.{module}"), function)
     frontend_registry.class_parsers[key] = parse  # the next call goes there directly
-    return parse(cls, *args, **kwargs)
+    return parse(*args, **kwargs)
 
 
 frontend_registry.class_parsers.update(

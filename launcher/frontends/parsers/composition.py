@@ -52,7 +52,7 @@ def parse_composable_node(cls: type, parser: Any, entity: Entity) -> Parsed:
         arguments["condition"] = condition
     parameters = entity.get_attr("param", data_type=ENTITIES, optional=True)
     if parameters is not None:
-        arguments["parameters"] = parse_parameters(cls, parameters, parser)
+        arguments["parameters"] = parse_parameters(parameters, parser)
     remappings = name_value_pairs(entity, parser, "remap", names=("from", "to"))
     if remappings is not None:
         arguments["remappings"] = remappings

@@ -40,7 +40,7 @@ def parse_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_parameters(cls: type, params: Iterable[Entity], parser: Any) -> list[Any]:
+def parse_parameters(params: Iterable[Entity], parser: Any) -> list[Any]:
     """Parameter files and dictionaries, one for each `param`, in order."""
     return [_file_or_dictionary(param, parser) for param in params]
 

@@ -79,3 +79,10 @@ def _modules(word: Sequence[Any]) -> list[str]:
         return []
     names: str = word[0].perform(None)
     return [name.strip() for name in names.split(",")]
+
+
+def parse_template(text: str) -> list[Any]:
+    """The substitutions of a text that stands in no launch file (a parameter file, say)."""
+    from launcher.frontends.grammar_substitutions import parse_substitution as parse
+
+    return parse(text)
