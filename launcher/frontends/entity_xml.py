@@ -47,6 +47,8 @@ def parse_xml(source: SourceText) -> XmlElement:
     builder = _TreeBuilder(source)
     try:
         return builder.parse()
+    except UnicodeEncodeError as problem:
+        raise FrontendError(f"this is no text: {problem}", ros_type="ParseError") from problem
     except expat.ExpatError as problem:
         message = expat.errors.messages.get(problem.code, str(problem))
         place = source.place(problem.lineno, problem.offset + 1)

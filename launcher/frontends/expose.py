@@ -89,6 +89,14 @@ def load_extensions() -> list[str]:
     return failures
 
 
+def failed_extensions() -> str | None:
+    """A hint at the packages that should expose something and cannot be loaded."""
+    failures = load_extensions()
+    return (
+        f"a package with further names does not load: {'; '.join(failures)}" if failures else None
+    )
+
+
 def _find(
     name: Any, exposed: dict[str, _ParseMethod], builtin: Callable[[str], _ParseMethod | None]
 ) -> _ParseMethod | None:
@@ -104,4 +112,6 @@ def _find(
 def _unknown_tag(entity: Entity) -> StructureError:
     name = str(entity.type_name)
     hint = _ROS_1_TAGS.get(name) or did_you_mean(name, action_names())
+    if hint is None:
+        hint = failed_extensions()
     return StructureError(f"there is no action '{name}'", place=entity.place, hint=hint)

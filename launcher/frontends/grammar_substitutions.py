@@ -74,6 +74,7 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
     method = expose.substitution_parser(call.name)
     if method is None:
         hint = _ROS_1_WORDS.get(call.name) or did_you_mean(call.name, expose.substitution_names())
+        hint = hint or expose.failed_extensions()
         message = f"there is no substitution $({call.name} ...)"
         raise FrontendError(message, place=here, hint=hint, ros_type="VisitError")
     try:

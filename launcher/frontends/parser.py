@@ -38,22 +38,22 @@ class Parser:
         """(root entity, parser) of a path or an open file.
 
         The format that the name suggests is tried first, then the others. If none fits, the
-        error is that of the first one.
+        error is that of the first one; without a telling name, those of the others follow.
         """
-        path = str(getattr(file, "name", file))
+        suffix = Path(str(getattr(file, "name", file))).suffix[1:]
         problems: list[LaunchFileError] = []
-        for implementation in cls._by_likelihood(path):
+        likely = suffix if suffix in BUILTIN_SUFFIXES else _guess(file)
+        for implementation in cls._by_likelihood(likely):
             try:
                 return implementation.load(file)
             except LaunchFileError as problem:
                 problems.append(problem)
                 if hasattr(file, "seek"):
                     file.seek(0)
-        raise problems[0]
+        raise problems[0] if suffix in BUILTIN_SUFFIXES else first_of(problems)
 
     @classmethod
-    def _by_likelihood(cls, path: str) -> Iterator[type[Parser]]:
-        suffix = Path(path).suffix[1:]
+    def _by_likelihood(cls, suffix: str) -> Iterator[type[Parser]]:
         builtin = sorted(BUILTIN_SUFFIXES, key=lambda name: (name != suffix, name))
         yield from map(cls.get_parser_from_extension, builtin)
         for name in cls.get_available_extensions():  # slow, and nearly never needed
@@ -150,6 +150,14 @@ class Parser:
     def escape_characters(self, value: str) -> str:
         """A text without its backslashes."""
         return grammar.unescape(value)
+
+
+def _guess(file: Any) -> str:
+    """The suffix that a file without one should have, from its first character."""
+    if not isinstance(file, (str, Path)) or not Path(file).is_file():
+        return ""
+    with open(file, "rb") as stream:
+        return "xml" if stream.read(200).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") else "yaml"
 
 
 def read_text(file: Any) -> SourceText:
