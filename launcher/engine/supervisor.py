@@ -214,8 +214,6 @@ class Supervisor:
                 self._write_stdin(process, data)
 
     def _start(self, effect: StartProcess) -> None:
-        if self._stopping:
-            return
         number = len(self._processes)
         prefix = self._screen.prefix(effect.spec.name, number)
         process = Process(effect.process_id, effect.spec, number=number, prefix=prefix)
@@ -352,7 +350,9 @@ class Supervisor:
             return
         self._say("WARNING", "launch", f"user interrupted with {how} again, not waiting any longer")
         for process in list(self._processes.values()):
-            self._advance(process, Hurry())
+            # One that an OnShutdown handler started has not been asked to stop yet.
+            is_new = process.machine.state is ProcessState.RUNNING
+            self._advance(process, Stop() if is_new else Hurry())
         if self._remnants is not None:
             self._remnants.hurry()
 
