@@ -47,8 +47,8 @@ def parse_xml(source: SourceText) -> XmlElement:
     builder = _TreeBuilder(source)
     try:
         return builder.parse()
-    except UnicodeEncodeError as problem:
-        raise FrontendError(f"this is no text: {problem}", ros_type="ParseError") from problem
+    except (LookupError, ValueError) as problem:  # an encoding that nobody knows
+        raise FrontendError(f"this is no XML: {problem}", ros_type="ParseError") from problem
     except expat.ExpatError as problem:
         message = expat.errors.messages.get(problem.code, str(problem))
         place = source.place(problem.lineno, problem.offset + 1)
@@ -71,7 +71,8 @@ class _TreeBuilder:
         self._expat.ExternalEntityRefHandler = lambda *_: 0
 
     def parse(self) -> XmlElement:
-        self._expat.Parse(self._source.text, True)
+        # As bytes, so that an encoding that the text declares counts, as for ElementTree.
+        self._expat.Parse(self._source.text.encode(errors="surrogatepass"), True)
         assert self._root is not None  # expat has complained about a file without a root
         return self._root
 

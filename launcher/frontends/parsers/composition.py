@@ -35,7 +35,7 @@ def parse_load(cls: type, entity: Entity, parser: Any) -> Parsed:
 
 
 def _descriptions(entities: list[Entity], parser: Any) -> list[Any]:
-    from launcher.language.ros.descriptions import ComposableNode
+    from launcher.language.ros.composition import ComposableNode
 
     parsed = [ComposableNode.parse(parser, entity) for entity in entities]
     return [description(**arguments) for description, arguments in parsed]
@@ -52,7 +52,7 @@ def parse_composable_node(cls: type, parser: Any, entity: Entity) -> Parsed:
         arguments["condition"] = condition
     parameters = entity.get_attr("param", data_type=ENTITIES, optional=True)
     if parameters is not None:
-        arguments["parameters"] = parse_parameters(parameters, parser)
+        arguments["parameters"] = parse_parameters(cls, parameters, parser)
     remappings = name_value_pairs(entity, parser, "remap", names=("from", "to"))
     if remappings is not None:
         arguments["remappings"] = remappings

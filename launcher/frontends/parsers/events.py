@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from launcher.frontends.entity import Entity
-from launcher.frontends.parsers.base import Parsed, add_texts, parse_action, parse_texts
+from launcher.frontends.parsers.base import Parsed, parse_action, parse_texts
+from launcher.language.substitutions.text import TextSubstitution
 
 
 def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
@@ -14,7 +15,11 @@ def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
 
 
 def parse_shutdown(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """`shutdown`."""
+    """`shutdown`; a reason without substitutions is handed on as the text that it is."""
     _, arguments = parse_action(cls, entity, parser)
-    add_texts(arguments, entity, parser, {"reason": "reason"}, optional=True)
+    reason = entity.get_attr("reason", optional=True)
+    if reason:
+        parts = parser.parse_substitution(reason)
+        texts = [part.text for part in parts if isinstance(part, TextSubstitution)]
+        arguments["reason"] = "".join(texts) if len(texts) == len(parts) else parts
     return cls, arguments

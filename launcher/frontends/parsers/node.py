@@ -40,7 +40,16 @@ def parse_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_parameters(params: Iterable[Entity], parser: Any) -> list[Any]:
+def parse_lifecycle_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
+    """`lifecycle_node`, which newer releases of ROS 2 Jazzy know."""
+    _, arguments = parse_node(cls, entity, parser)
+    autostart = entity.get_attr("autostart", data_type=bool, optional=True)
+    if autostart is not None:
+        arguments["autostart"] = autostart
+    return cls, arguments
+
+
+def parse_parameters(cls: type, params: Iterable[Entity], parser: Any) -> list[Any]:
     """Parameter files and dictionaries, one for each `param`, in order."""
     return [_file_or_dictionary(param, parser) for param in params]
 

@@ -42,7 +42,7 @@ _WORDS = {
     "NotEqualsSubstitution": Words("not-equals", ("left", "right")),
     "NotSubstitution": Words("not", ("value",)),
     "OrSubstitution": Words("or", ("left", "right")),
-    "Parameter": Words("param", ("name",)),
+    "Parameter": Words("param", ("name",), ("default",)),
     "PythonExpression": Words("eval", ("expression",), ("python_modules",)),
     "ThisLaunchFile": Words("filename"),
     "ThisLaunchFileDir": Words("dirname"),
