@@ -18,7 +18,7 @@ export PIP_BUILD_CONSTRAINT := requirements/build.txt
 # With a terminal, job control (-m) gives the launcher a process group of its own, so that Ctrl-C
 # reaches the launcher and not make, and the exit code that you see is the launcher's.
 run: $(VENV)/.run
-	@if [ -t 0 ]; then set -m; fi; $(PY) -m launcher system $(ARGS)
+	@if [ -t 0 ]; then set -m; fi; $(PY) -m launcher system $(ARGS); exit $$?
 
 ## test: lint, types and every test
 test: lint types unit

@@ -1,0 +1,64 @@
+"""Fixtures of the end-to-end tests: the launcher's command line in a world of its own."""
+
+from __future__ import annotations
+
+import os
+import sys
+import uuid
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from group_gp1.domain_lease import leased_domain
+from tests.support.terminal import Terminal, marked_processes
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+MARK = "LAUNCHER_TEST_MARK"
+
+
+class World:
+    """A private ROS domain and log folder; every process started here carries a mark."""
+
+    def __init__(self, log_dir: Path, domain_id: int, stack: ExitStack) -> None:
+        self.mark = uuid.uuid4().hex
+        self.env = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_LOG_DIR": str(log_dir),
+            "TERM": "xterm-256color",
+            MARK: self.mark,
+        }
+        for name in ("NO_COLOR", "FORCE_COLOR"):
+            self.env.pop(name, None)
+        self._stack = stack
+
+    def terminal(self, *command: str, cwd: Path = REPOSITORY) -> Terminal:
+        """Any command in a terminal of its own."""
+        return self._stack.enter_context(Terminal(command, env=self.env, cwd=cwd))
+
+    def launcher(self, *words: str) -> Terminal:
+        """`python -m launcher WORDS` in a terminal of its own."""
+        return self.terminal(sys.executable, "-m", "launcher", *words)
+
+    def command(self, *words: str) -> Sequence[str]:
+        """The same as a list, for subprocess."""
+        return [sys.executable, "-m", "launcher", *words]
+
+    def survivors(self) -> list[str]:
+        """What still runs of everything that was started here."""
+        return [" ".join(p.cmdline()) for p in marked_processes(MARK, self.mark)]
+
+    def close(self) -> None:
+        for process in marked_processes(MARK, self.mark):
+            process.kill()
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> Iterator[World]:
+    with leased_domain() as domain_id, ExitStack() as stack:
+        one = World(tmp_path / "log", domain_id, stack)
+        stack.callback(one.close)
+        yield one

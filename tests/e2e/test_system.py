@@ -1,0 +1,124 @@
+"""The whole fleet under the launcher, as a person starts, watches and stops it."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+from tests.e2e.conftest import REPOSITORY, World
+from tests.support.waiting import wait_until
+
+DEV_SHM = Path("/dev/shm")
+
+FIRST_LINES = (
+    "[dispatcher]: Assigned task pick_shelf_A3 to robot_1",
+    "[robot_1]: Received task ",
+    "[robot_1]: Task ",
+    "[robot_2]: Received task ",
+    "[robot_2]: Task ",
+    "[robot_3]: Received task ",
+    "[monitor]: Fleet report -- robot_1: ",
+)
+
+
+def fast_dds_files() -> set[str]:
+    return {path.name for path in DEV_SHM.glob("*fastrtps*")}
+
+
+def test_the_fleet_comes_up_and_ctrl_c_ends_it_cleanly_with_nothing_left(world: World):
+    before = fast_dds_files()
+    terminal = world.launcher("system")
+    terminal.wait_for_all(*FIRST_LINES)
+    asked = time.monotonic()
+    terminal.ctrl_c()
+    code = terminal.exit_code()
+    took_s = time.monotonic() - asked
+
+    assert code == 0, terminal.text
+    assert took_s < 3.0
+    assert "Traceback" not in terminal.text
+    assert "process has died" not in terminal.text
+    assert terminal.text.count("process has finished cleanly [pid ") == 5
+    assert world.survivors() == []
+    # Other tests' nodes may come and go; files of a clean stop would stay.
+    wait_until(lambda: not fast_dds_files() - before, "no fresh file in /dev/shm")
+
+
+def test_each_process_has_a_prefix_in_a_colour_of_its_own(world: World):
+    terminal = world.launcher("system")
+    terminal.wait_for_all("[dispatcher]: ", "[monitor]: ", "[robot_1]: ", "[robot_2]: ")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    prefixes = set(re.findall(r"(\x1b\[38;5;\d+m)\[([a-z_0-9]+-\d)\]", terminal.raw))
+    assert len(prefixes) == len({colour for colour, _ in prefixes}) >= 4
+
+
+def test_every_line_of_a_node_is_whole_and_behind_its_prefix(world: World):
+    terminal = world.launcher("system", "enable_debug:=true")
+    terminal.wait_for_all("[debug_logger]: /fleet/tasks: ", "[debug_logger]: /fleet/status: ")
+    terminal.wait_for_all(*FIRST_LINES)
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    for line in terminal.text.replace("^C", "").splitlines():  # what the terminal echoes
+        assert line.startswith("[") and "] " in line, line
+        assert line.count("[INFO] [1") <= 1, f"two node lines in one: {line}"
+
+
+def test_robot_2_is_left_out_on_request_and_can_join_from_a_second_terminal(world: World):
+    fleet = world.launcher("system", "start_robot_2:=false")
+    fleet.wait_for("robot_2 has not reported in 5.0 s")
+    assert "[robot_2-" not in fleet.text
+
+    robot = world.launcher("run", "group_gp1", "robot_2")
+    robot.wait_for("Received task ")
+    fleet.wait_for("[monitor]: robot_2 is reporting")
+    robot.ctrl_c()
+    assert robot.exit_code() == 0
+    assert "Traceback" not in robot.text
+    fleet.wait_for("robot_2 has not reported in 5.0 s")
+
+    fleet.ctrl_c()
+    assert fleet.exit_code() == 0
+
+
+def test_a_misspelt_argument_is_refused_before_anything_starts(world: World):
+    done = subprocess.run(
+        world.command("system", "enable_debgu:=true"),
+        env=world.env,
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        timeout=20,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "did you mean enable_debug?" in done.stderr
+    assert done.stdout == ""
+    assert not Path(world.env["ROS_LOG_DIR"]).exists()
+
+
+def test_sigterm_stops_everything_in_order(world: World):
+    terminal = world.launcher("system")
+    terminal.wait_for("[robot_1]: Received task ")
+    terminal.signal(signal.SIGTERM)
+    assert terminal.exit_code() == 0, terminal.text
+    assert world.survivors() == []
+
+
+def test_a_killed_launcher_leaves_no_process_behind(world: World):
+    terminal = world.launcher("system")
+    terminal.wait_for("[robot_1]: Received task ")
+    assert len(world.survivors()) >= 5
+    terminal.kill()
+    wait_until(lambda: world.survivors() == [], "everything is gone")
+
+
+def test_make_run_ends_with_exit_code_0_on_ctrl_c(world: World):
+    terminal = world.terminal("make", "run", "ARGS=enable_debug:=true")
+    terminal.wait_for_all("[debug_logger]: /fleet/tasks: ", patience_s=120.0)
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0, terminal.text
+    assert world.survivors() == []

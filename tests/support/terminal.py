@@ -1,0 +1,113 @@
+"""A command in a real pseudo-terminal, driven as a person drives it."""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pexpect
+import psutil
+
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+PATIENCE_S = 20.0
+
+
+class Terminal:
+    """Types, reads and waits. Use `with`: what is left in the end is killed."""
+
+    def __init__(
+        self, command: Sequence[str], *, env: Mapping[str, str], cwd: Path | str | None = None
+    ) -> None:
+        self._child = pexpect.spawn(
+            command[0],
+            list(command[1:]),
+            env=dict(env),
+            cwd=None if cwd is None else str(cwd),
+            encoding="utf-8",
+            codec_errors="replace",
+            dimensions=(40, 160),
+            timeout=PATIENCE_S,
+        )
+        self._seen: list[str] = []
+
+    def __enter__(self) -> Terminal:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._child.close(force=True)
+
+    @property
+    def pid(self) -> int:
+        return self._child.pid
+
+    @property
+    def raw(self) -> str:
+        """All that was read so far, as the terminal got it."""
+        return "".join(self._seen)
+
+    @property
+    def text(self) -> str:
+        """The same without colours and with plain newlines."""
+        return _COLOUR.sub("", self.raw).replace("\r\n", "\n")
+
+    def wait_for(self, text: str, patience_s: float = PATIENCE_S) -> None:
+        """Read until this text has come after what was waited for before."""
+        try:
+            self._child.expect_exact(text, timeout=patience_s)
+        except (pexpect.TIMEOUT, pexpect.EOF) as error:
+            self._keep()
+            kind = type(error).__name__
+            raise AssertionError(f"{kind}: did not see {text!r}; saw:\n{self.text}") from None
+        self._keep()
+
+    def _keep(self) -> None:
+        after = self._child.after
+        self._seen.append((self._child.before or "") + (after if isinstance(after, str) else ""))
+
+    def wait_for_all(self, *texts: str, patience_s: float = PATIENCE_S) -> None:
+        """Read until each of these has come, in whatever order."""
+        missing = [text for text in texts if text not in self.text]
+        while missing:
+            pattern = [re.escape(text) for text in missing]
+            try:
+                self._child.expect(pattern, timeout=patience_s)
+            except (pexpect.TIMEOUT, pexpect.EOF):
+                self._keep()
+                raise AssertionError(f"did not see {missing}; saw:\n{self.text}") from None
+            self._keep()
+            missing = [text for text in missing if text not in self.text]
+
+    def ctrl_c(self) -> None:
+        """Type Ctrl-C: the terminal signals whatever is in the foreground."""
+        self._child.sendintr()
+
+    def signal(self, signum: int) -> None:
+        """Signal the command itself."""
+        self._child.kill(signum)
+
+    def exit_code(self, patience_s: float = PATIENCE_S) -> int:
+        """Read to the end; the exit code, negative for a signal."""
+        self._child.expect(pexpect.EOF, timeout=patience_s)
+        self._keep()
+        self._child.wait()
+        if self._child.signalstatus is not None:
+            return -self._child.signalstatus
+        return self._child.exitstatus
+
+    def kill(self) -> None:
+        """SIGKILL, which nobody can catch."""
+        self._child.kill(signal.SIGKILL)
+
+
+def marked_processes(variable: str, value: str) -> list[psutil.Process]:
+    """Every process of the machine whose environment has this entry, zombies left out."""
+    found = []
+    for process in psutil.process_iter():
+        try:
+            if process.environ().get(variable) == value:
+                found.append(process)
+        except (psutil.NoSuchProcess, psutil.AccessDenied):
+            continue
+    return found

@@ -1,0 +1,16 @@
+"""Waiting for facts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+LOOK_S = 0.02
+
+
+def wait_until(fact: Callable[[], object], what: str, patience_s: float = 20.0) -> None:
+    """Look again and again until the fact holds; AssertionError at the deadline."""
+    deadline = time.monotonic() + patience_s
+    while not fact():
+        assert time.monotonic() < deadline, f"not within {patience_s} s: {what}"
+        time.sleep(LOOK_S)
