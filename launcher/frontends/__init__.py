@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from launcher.language.description import LaunchDescription
 
 _MARKUP = {"xml": "launcher.frontends.xml", "yaml": "launcher.frontends.yaml"}
-_KINDS = {".xml": "xml", ".yaml": "yaml", ".yml": "yaml"}
 
 
 def load(path: str) -> LaunchDescription:
@@ -33,22 +32,13 @@ def load_yaml(path: str) -> LaunchDescription:
 
 
 def load_markup(path: str) -> LaunchDescription:
-    """The description in an XML or YAML launch file; without a known ending both are tried."""
-    ending = "." + path.rpartition("/")[2].rpartition(".")[2]
-    if ending in _KINDS:
-        return _load_markup(_KINDS[ending], path)
-    try:
-        return load_xml(path)
-    except FileNotFoundError:
-        raise
-    except Exception as xml_error:
-        try:
-            return load_yaml(path)
-        except Exception:
-            raise xml_error from None
+    """The description in an XML or YAML launch file; both are tried, the likely one first."""
+    module: Any = importlib.import_module("launcher.frontends.parser")
+    description: LaunchDescription = module.load_markup(path)
+    return description
 
 
 def _load_markup(kind: str, path: str) -> LaunchDescription:
     module: Any = importlib.import_module(_MARKUP[kind])
-    description: LaunchDescription = getattr(module, f"load_{kind}")(path)
+    description: LaunchDescription = module.load(path)
     return description
