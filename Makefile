@@ -12,6 +12,9 @@ PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --use-pe
 export PIP_CONSTRAINT       := requirements/build.txt
 export PIP_BUILD_CONSTRAINT := requirements/build.txt
 
+LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-url --no-annotate \
+        -c requirements/build.txt
+
 .PHONY: run test lint types unit env dev picture overflow lock clean
 
 ## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
@@ -59,9 +62,8 @@ $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 
 ## lock: choose and pin new versions (needs uv)
 lock:
-	for list in run dev; do uv pip compile --universal --python-version 3.10 --upgrade \
-	  --no-header --no-emit-index-url --no-annotate -c requirements/build.txt \
-	  requirements/$$list.in -o requirements/$$list.txt; done
+	uv pip compile $(LOCK) setup.py -o requirements/run.txt
+	uv pip compile $(LOCK) setup.py requirements/dev.in -o requirements/dev.txt
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

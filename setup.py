@@ -1,13 +1,18 @@
 """Install the launcher and the fleet: from pip as well as from colcon (ament_python)."""
 
 from glob import glob
-from pathlib import Path
 
 from setuptools import find_packages, setup
 
 PACKAGE = "group_gp1"
-HERE = Path(__file__).parent
-REQUIREMENTS = (HERE / "requirements" / "run.in").read_text(encoding="utf-8").splitlines()
+# The versions that are installed are pinned in requirements/run.txt, which `make lock` makes.
+REQUIREMENTS = [
+    "ros-jazzy-rclpy[fastrtps]",
+    "ros-jazzy-common-interfaces",
+    "psutil",
+    "pyyaml",
+    "rich",
+]
 NODES = ["dispatcher", "robot_1", "robot_2", "robot_3", "monitor", "debug_logger", "qos_probe"]
 
 setup(
@@ -17,7 +22,7 @@ setup(
     # of ROS's own for everything in the workspace.
     packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
     python_requires=">=3.10",
-    install_requires=[line for line in REQUIREMENTS if line and not line.startswith("#")],
+    install_requires=REQUIREMENTS,
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
