@@ -7,6 +7,7 @@ from launcher.interpreter import faults
 from launcher.language.description import LaunchDescription
 from launcher.language.sources import get_launch_description_from_any_launch_file
 
+
 class NoDescriptionError(LaunchFileError):
     """`generate_launch_description()` returned something else."""
 

@@ -11,7 +11,7 @@ from launcher.errors import LaunchFileError
 from launcher.interpreter import faults
 from launcher.interpreter.host import Answer, RunHost, Surprise
 from launcher.language import events as language
-from launcher.language import process_events
+from launcher.language import process_events, session
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.context import LaunchContext, replace_environment
 from launcher.language.description import LaunchDescription
@@ -86,6 +86,11 @@ class Interpreter:
 
     def begin(self) -> None:
         """Like `start`, for drivers that want the effects before a fault: see `failure`."""
+        current = session.current()
+        current.say = self.host.log
+        for message in current.untold:
+            self.host.log(*message)
+        current.untold.clear()
         source = LaunchDescriptionSource(self._description, self._path)
         include = IncludeLaunchDescription(source, launch_arguments=self.arguments.items())
         event = language.IncludeLaunchDescription(LaunchDescription([include]))
@@ -101,8 +106,13 @@ class Interpreter:
 
     def handle(self, event: model.Event) -> list[model.Effect]:
         """Take in what happened; the effects of it, in order."""
+        return self.handle_together([event])
+
+    def handle_together(self, events: Iterable[model.Event]) -> list[model.Effect]:
+        """Like `handle`, for events of the same moment: all are taken in before any is handled."""
         try:
-            self._take_in(event)
+            for event in events:
+                self._take_in(event)
             self._drain()
         except Exception as error:
             self._fail(error)
@@ -118,6 +128,7 @@ class Interpreter:
 
     def close(self) -> None:
         """Delete generated files and give `os.environ` back; more than once does no harm."""
+        session.current().say = None
         self.host.close()
         replace_environment(self._environment_before)
 
@@ -171,13 +182,13 @@ class Interpreter:
         self._begin_shutdown(event)
 
     def _answered(self, event: Any) -> None:
-        done = self.host.waiting.pop(getattr(event, "request_id", -1), None)
+        if isinstance(event, model.TransitionSeen):
+            for seen in self.host.lifecycle_watchers.get(event.node, ()):
+                seen(event)
+            return
+        done = self.host.waiting.pop(event.request_id, None)
         if done is not None:
             done(event)
-        self._state_events(event)
-
-    def _state_events(self, event: Any) -> None:
-        """Events of lifecycle nodes; see launcher.interpreter.lifecycle."""
 
     # ---- the queue
 
@@ -200,6 +211,8 @@ class Interpreter:
 
     def _becomes_idle(self) -> bool:
         if not self._shutdown_when_idle or self.host.is_busy or self.host.shutdown_pending:
+            return False
+        if self.context.is_shutdown:
             return False
         self._begin_shutdown(language.Shutdown(reason="idle"))
         return True

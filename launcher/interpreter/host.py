@@ -57,6 +57,7 @@ class RunHost:
         self.processes: dict[int, Process] = {}
         self.timers: dict[int, Callable[[], None]] = {}
         self.waiting: dict[int, Callable[[Any], None]] = {}
+        self.lifecycle_watchers: dict[str, list[Callable[[Any], None]]] = {}
         self.generated: dict[str, Any] = {}
         self.declared_values: dict[str, str] = {}
         self.names_read: set[str] = set()
@@ -157,6 +158,10 @@ class RunHost:
         request_id = self._new_id()
         self.waiting[request_id] = done
         self.request(model.ChangeState(request_id=request_id, request=request))
+
+    def watch_lifecycle(self, node: str, seen: Callable[[Any], None]) -> None:
+        """Call `seen` for each transition of the node."""
+        self.lifecycle_watchers.setdefault(node, []).append(seen)
 
     def asyncio_loop(self) -> Any:
         """The loop for coroutines of the launch file; asyncio is imported only now."""

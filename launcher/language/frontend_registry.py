@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 _PARSERS_MODULE = "launcher.frontends.parsers"
+_GRAMMAR_MODULE = "launcher.frontends.grammar_substitutions"
 
 _T = TypeVar("_T", bound=Callable[..., Any])
 
@@ -85,12 +86,5 @@ def parse_base_action(cls: type, entity: Any, parser: Any) -> Any:
 
 def parse_substitution(text: str) -> list[Any]:
     """The substitutions of a text with `$(...)` in it."""
-    parsed: list[Any] = class_parsers_function("parse_substitution")(text)
+    parsed: list[Any] = importlib.import_module(_GRAMMAR_MODULE).parse_substitution(text)
     return parsed
-
-
-def class_parsers_function(name: str) -> Callable[..., Any]:
-    """A registered function that belongs to no class."""
-    if name not in class_parsers:
-        importlib.import_module(_PARSERS_MODULE)
-    return class_parsers[name]

@@ -58,6 +58,9 @@ class Host(Protocol):
     def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
         """Ask a lifecycle node for a transition; `done` gets the answer event."""
 
+    def watch_lifecycle(self, node: str, seen: Callable[[Any], None]) -> None:
+        """Call `seen` with each TransitionSeen of this node."""
+
     def asyncio_loop(self) -> Any:
         """An asyncio loop that lives on the driver's timers."""
 
@@ -117,6 +120,9 @@ class NoHost:
 
     def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
         """No node is asked."""
+
+    def watch_lifecycle(self, node: str, seen: Callable[[Any], None]) -> None:
+        """Nothing is seen."""
 
     def asyncio_loop(self) -> Any:
         """None, as in ROS 2 before the run starts."""

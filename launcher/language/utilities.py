@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 
 SomeSubstitutionsType = Union[str, Substitution, Iterable[Union[str, Substitution]]]
 SomeSubstitutionsType_types_tuple = (str, Substitution, Iterable)
+FilePath = Union[bytes, str, "os.PathLike[str]"]
 
 
 def is_a(obj: Any, entity_type: type) -> bool:
@@ -25,6 +27,18 @@ def is_a_subclass(obj: Any, entity_type: type) -> bool:
     if isinstance(obj, entity_type):
         return True
     return isinstance(obj, type) and issubclass(obj, entity_type)
+
+
+def isclassinstance(obj: Any) -> bool:
+    """Whether `obj` is an instance of a class, not a class itself."""
+    return not isinstance(obj, type)
+
+
+def get_signal_name(signal_number: int) -> str:
+    """The name of a signal, like SIGINT."""
+    import signal
+
+    return signal.Signals(signal_number).name
 
 
 def ensure_argument_type(

@@ -14,6 +14,8 @@ from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from types import ModuleType
 
+from launcher.language.session import Session, current_session
+
 _FOLDER = str(Path(__file__).resolve().parent)
 TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
 
@@ -31,17 +33,21 @@ class _Finder:
 
 
 @contextmanager
-def vocabulary() -> Iterator[None]:
+def vocabulary() -> Iterator[Session]:
     """Let `import launch` mean our vocabulary; on exit everything is as it was before.
 
-    May be nested; late imports in functions of a launch file need it to be open still.
+    May be nested; late imports in functions of a launch file need it to be open still. The
+    session is for the driver: it may set the folder of the log files.
     """
+    session = Session()
+    token = current_session.set(session)
     saved = _take_modules()
     finder = _Finder()
     sys.meta_path.insert(0, finder)  # type: ignore[arg-type]
     try:
-        yield
+        yield session
     finally:
+        current_session.reset(token)
         sys.meta_path.remove(finder)  # type: ignore[arg-type]
         _take_modules()
         sys.modules.update(saved)

@@ -112,7 +112,7 @@ class Node(ExecuteProcess):
     @staticmethod
     def parse_nested_parameters(params: Any, parser: Any) -> Any:
         """The `param` tags of an entity as the constructor wants them."""
-        return frontend_registry.class_parsers_function("Node.nested_parameters")(params, parser)
+        return frontend_registry.parse_with("Node.parameters", Node, params, parser)
 
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> Any:  # type: ignore[override]
@@ -200,6 +200,8 @@ class Node(ExecuteProcess):
                 self.__expanded_parameter_arguments.append((rule, False))
             else:
                 path = os.path.abspath(parameter)
+                if not os.path.isfile(path):
+                    raise AssertionError(f"parameter file {path} does not exist")
                 self._add_words("--params-file", path)
                 self.__expanded_parameter_arguments.append((path, True))
 
@@ -272,7 +274,7 @@ class Node(ExecuteProcess):
         found = self.__program._found if isinstance(self.__program, ExecutableInPackage) else None
         return RosIdentity(
             package=found[0] if found else None,
-            executable=found[1] if found else None,
+            executable=found[1] if found else self._program_word(),
             node_name=None if self.__node_name is None else self.__expanded_node_name,
             namespace=None if namespace == UNSPECIFIED_NODE_NAMESPACE else namespace,
             remappings=tuple(self.__expanded_remappings or ()),
@@ -281,6 +283,10 @@ class Node(ExecuteProcess):
                 for argument, is_file in self.__expanded_parameter_arguments
             ),
         )
+
+    def _program_word(self) -> str | None:
+        words = self.process_description.final_cmd
+        return None if not words else words[len(words) - len(self.process_description.cmd)]
 
 
 def _perform(context: LaunchContext, subs: Any) -> str:

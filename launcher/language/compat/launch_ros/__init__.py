@@ -1,7 +1,8 @@
-"""Re-exports of `launch_ros`."""
+"""`launch_ros`: our vocabulary under ROS 2's name."""
 
 from launcher.language.compat.names import refuse_unknown
+from launcher.language.ros.adapters import get_default_launch_description
 
-__all__ = []
+__all__ = ["get_default_launch_description"]
 
 __getattr__ = refuse_unknown("launch_ros", __all__)

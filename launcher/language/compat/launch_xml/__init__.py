@@ -1,8 +1,9 @@
-"""Re-exports of `launch_xml`."""
+"""`launch_xml`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.entity_xml import XmlEntity as Entity
-from launcher.frontends.xml import XmlParser as Parser
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
+
+Parser = borrow("launcher.frontends.xml", "XmlParser")
+Entity = borrow("launcher.frontends.entity_xml", "XmlEntity")
 
 __all__ = ["Entity", "Parser"]
 

@@ -1,7 +1,8 @@
-"""Re-exports of `launch_xml.entity`."""
+"""`launch_xml.entity`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.entity_xml import XmlEntity as Entity
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
+
+Entity = borrow("launcher.frontends.entity_xml", "XmlEntity")
 
 __all__ = ["Entity"]
 

@@ -1,7 +1,8 @@
-"""Re-exports of `launch_xml.parser`."""
+"""`launch_xml.parser`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.xml import XmlParser as Parser
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
+
+Parser = borrow("launcher.frontends.xml", "XmlParser")
 
 __all__ = ["Parser"]
 

@@ -1,8 +1,9 @@
-"""Re-exports of `launch_yaml`."""
+"""`launch_yaml`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.entity_yaml import YamlEntity as Entity
-from launcher.frontends.yaml import YamlParser as Parser
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
+
+Parser = borrow("launcher.frontends.yaml", "YamlParser")
+Entity = borrow("launcher.frontends.entity_yaml", "YamlEntity")
 
 __all__ = ["Entity", "Parser"]
 

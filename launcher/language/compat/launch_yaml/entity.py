@@ -1,7 +1,8 @@
-"""Re-exports of `launch_yaml.entity`."""
+"""`launch_yaml.entity`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.entity_yaml import YamlEntity as Entity
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
+
+Entity = borrow("launcher.frontends.entity_yaml", "YamlEntity")
 
 __all__ = ["Entity"]
 

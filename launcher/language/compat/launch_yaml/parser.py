@@ -1,7 +1,8 @@
-"""Re-exports of `launch_yaml.parser`."""
+"""`launch_yaml.parser`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.yaml import YamlParser as Parser
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
+
+Parser = borrow("launcher.frontends.yaml", "YamlParser")
 
 __all__ = ["Parser"]
 

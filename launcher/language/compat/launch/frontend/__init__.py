@@ -1,10 +1,11 @@
-"""Re-exports of `launch.frontend`."""
+"""`launch.frontend`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.entity import Entity
-from launcher.frontends.grammar_substitutions import parse_substitution
-from launcher.frontends.parser import InvalidFrontendLaunchFileError, Parser
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
 from launcher.language.frontend_registry import expose_action, expose_substitution
+from launcher.language.sources import InvalidLaunchFileError as InvalidFrontendLaunchFileError
+
+Entity = borrow("launcher.frontends.entity", "Entity")
+Parser = borrow("launcher.frontends.parser", "Parser")
 
 __all__ = [
     "Entity",
@@ -12,7 +13,6 @@ __all__ = [
     "Parser",
     "expose_action",
     "expose_substitution",
-    "parse_substitution",
 ]
 
 __getattr__ = refuse_unknown("launch.frontend", __all__)

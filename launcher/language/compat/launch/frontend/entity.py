@@ -1,7 +1,8 @@
-"""Re-exports of `launch.frontend.entity`."""
+"""`launch.frontend.entity`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.entity import Entity
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
+
+Entity = borrow("launcher.frontends.entity", "Entity")
 
 __all__ = ["Entity"]
 

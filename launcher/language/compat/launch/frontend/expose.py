@@ -1,13 +1,15 @@
-"""Re-exports of `launch.frontend.expose`."""
+"""`launch.frontend.expose`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.expose import instantiate_action, instantiate_substitution
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
 from launcher.language.frontend_registry import (
     action_parse_methods,
     expose_action,
     expose_substitution,
     substitution_parse_methods,
 )
+
+instantiate_action = borrow("launcher.frontends.expose", "instantiate_action")
+instantiate_substitution = borrow("launcher.frontends.expose", "instantiate_substitution")
 
 __all__ = [
     "action_parse_methods",

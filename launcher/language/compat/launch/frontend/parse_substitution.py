@@ -1,9 +1,10 @@
-"""Re-exports of `launch.frontend.parse_substitution`."""
+"""`launch.frontend.parse_substitution`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.grammar import unescape as replace_escaped_characters
-from launcher.frontends.grammar_substitutions import parse_if_substitutions, parse_substitution
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
 
-__all__ = ["parse_if_substitutions", "parse_substitution", "replace_escaped_characters"]
+parse_substitution = borrow("launcher.frontends.grammar_substitutions", "parse_substitution")
+parse_if_substitutions = borrow("launcher.frontends.grammar_substitutions", "parse_if_substitutions")
+
+__all__ = ["parse_if_substitutions", "parse_substitution"]
 
 __getattr__ = refuse_unknown("launch.frontend.parse_substitution", __all__)

@@ -1,7 +1,9 @@
-"""Re-exports of `launch.frontend.parser`."""
+"""`launch.frontend.parser`: our vocabulary under ROS 2's name."""
 
-from launcher.frontends.parser import InvalidFrontendLaunchFileError, Parser
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.sources import InvalidLaunchFileError as InvalidFrontendLaunchFileError
+
+Parser = borrow("launcher.frontends.parser", "Parser")
 
 __all__ = ["InvalidFrontendLaunchFileError", "Parser"]
 

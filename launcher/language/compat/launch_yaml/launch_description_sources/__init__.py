@@ -1,4 +1,4 @@
-"""Re-exports of `launch_yaml.launch_description_sources`."""
+"""`launch_yaml.launch_description_sources`: our vocabulary under ROS 2's name."""
 
 from launcher.language.compat.names import refuse_unknown
 from launcher.language.sources import YAMLLaunchDescriptionSource

@@ -1,0 +1,65 @@
+"""Messages of other levels than LogInfo's (newer than Jazzy)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.action import Action
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.actions.log")
+class Log(Action):
+    """Prints a message at a level: `DEBUG`, `INFO`, `WARNING`, `ERROR`, `CRITICAL`."""
+
+    def __init__(self, *, msg: Any, level: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__msg = normalize_to_list_of_substitutions(msg)
+        self.__level = normalize_to_list_of_substitutions(level)
+
+    @property
+    def msg(self) -> list[Substitution]:
+        """The message."""
+        return self.__msg
+
+    @property
+    def level(self) -> list[Substitution]:
+        """The level."""
+        return self.__level
+
+    def execute(self, context: LaunchContext) -> None:
+        """Print it."""
+        level = perform_substitutions(context, self.level).upper()
+        context._host.log("launch.user", level, perform_substitutions(context, self.msg))
+
+
+@public("launch.actions.log")
+class LogDebug(Log):
+    """Prints a message for those who look for a fault."""
+
+    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+        super().__init__(msg=msg, level="DEBUG", **kwargs)
+
+
+@public("launch.actions.log")
+class LogWarning(Log):
+    """Prints a warning."""
+
+    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+        super().__init__(msg=msg, level="WARNING", **kwargs)
+
+
+@public("launch.actions.log")
+class LogError(Log):
+    """Prints an error."""
+
+    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+        super().__init__(msg=msg, level="ERROR", **kwargs)

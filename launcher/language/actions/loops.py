@@ -1,0 +1,92 @@
+"""ForLoop and ForEach: entities that a function makes for each turn (newer than Jazzy)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.action import Action
+from launcher.language.actions.events import OpaqueFunction
+from launcher.language.naming import public
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.actions.for_loop")
+class ForEach(Action):
+    """Calls `function(**fields)` for each set of `name=value` fields, separated by semicolons."""
+
+    SEPARATOR = ";"
+
+    def __init__(
+        self, input_values: Any, *, function: Callable[..., Any] | None = None, **kwargs: Any
+    ) -> None:
+        super().__init__(**kwargs)
+        self._input_values = normalize_to_list_of_substitutions(input_values)
+        self._function = function
+
+    @property
+    def input_values(self) -> Any:
+        """The field sets as one text."""
+        return self._input_values
+
+    @property
+    def function(self) -> Any:
+        """The function."""
+        return self._function
+
+    def execute(self, context: LaunchContext) -> list[Any] | None:
+        """Yield what the function returns for each set."""
+        import yaml
+
+        text = perform_substitutions(context, self._input_values)
+        turns = [yaml.safe_load(turn) for turn in text.split(self.SEPARATOR) if turn.strip()]
+        if self._function is None:
+            return None
+        return [entity for turn in turns for entity in self._function(**turn) or []]
+
+
+@public("launch.actions.for_loop")
+class ForLoop(Action):
+    """Calls `function(index)` for each index from 0 below `length`."""
+
+    def __init__(
+        self,
+        length: Any,
+        *,
+        function: Callable[[int], Any] | None = None,
+        name: str | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self._length = normalize_to_list_of_substitutions(str(length)) if isinstance(
+            length, int
+        ) else normalize_to_list_of_substitutions(length)
+        self._function = function
+        self._name = name
+
+    @property
+    def length(self) -> Any:
+        """The number of turns."""
+        return self._length
+
+    @property
+    def function(self) -> Any:
+        """The function."""
+        return self._function
+
+    def execute(self, context: LaunchContext) -> list[Any] | None:
+        """Yield what the function returns for each index."""
+        if self._function is None:
+            return None
+        function = self._function
+        count = int(perform_substitutions(context, self._length))
+        return [
+            OpaqueFunction(function=lambda context, index=index: function(index))
+            for index in range(count)
+        ]

@@ -1,0 +1,8 @@
+"""`launch.launch_description_sources.frontend_launch_description_source`: our vocabulary under ROS 2's name."""
+
+from launcher.language.compat.names import refuse_unknown
+from launcher.language.sources import FrontendLaunchDescriptionSource
+
+__all__ = ["FrontendLaunchDescriptionSource"]
+
+__getattr__ = refuse_unknown("launch.launch_description_sources.frontend_launch_description_source", __all__)

@@ -1,0 +1,8 @@
+"""`launch.some_entities_type`: our vocabulary under ROS 2's name."""
+
+from launcher.language.compat.names import refuse_unknown
+from launcher.language.some_types import SomeEntitiesType, SomeEntitiesType_types_tuple
+
+__all__ = ["SomeEntitiesType", "SomeEntitiesType_types_tuple"]
+
+__getattr__ = refuse_unknown("launch.some_entities_type", __all__)

@@ -1,0 +1,8 @@
+"""`launch.utilities.normalize_to_list_of_entities_impl`: our vocabulary under ROS 2's name."""
+
+from launcher.language.compat.names import refuse_unknown
+from launcher.language.utilities import normalize_to_list_of_entities
+
+__all__ = ["normalize_to_list_of_entities"]
+
+__getattr__ = refuse_unknown("launch.utilities.normalize_to_list_of_entities_impl", __all__)

@@ -1,0 +1,35 @@
+"""`launch_ros.actions`: our vocabulary under ROS 2's name."""
+
+from launcher.language.compat.names import refuse_unknown
+from launcher.language.ros.composition import ComposableNodeContainer, LoadComposableNodes
+from launcher.language.ros.lifecycle import LifecycleNode, LifecycleTransition
+from launcher.language.ros.node import Node
+from launcher.language.ros.scope import (
+    PushROSNamespace,
+    PushROSNamespace as PushRosNamespace,
+    SetParameter,
+    SetParametersFromFile,
+    SetROSLogDir,
+    SetRemap,
+    SetUseSimTime,
+)
+from launcher.language.ros.timer import RosTimer, RosTimer as ROSTimer
+
+__all__ = [
+    "ComposableNodeContainer",
+    "LifecycleNode",
+    "LifecycleTransition",
+    "LoadComposableNodes",
+    "Node",
+    "PushROSNamespace",
+    "PushRosNamespace",
+    "ROSTimer",
+    "RosTimer",
+    "SetParameter",
+    "SetParametersFromFile",
+    "SetROSLogDir",
+    "SetRemap",
+    "SetUseSimTime",
+]
+
+__getattr__ = refuse_unknown("launch_ros.actions", __all__)

@@ -1,0 +1,103 @@
+"""Loggers for launch files: whatever they say goes to the session, like everything else."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+from launcher.language import session
+from launcher.language.actions.process import output_policy
+from launcher.language.naming import public
+
+_ROOT = "launch"
+_LEVELS = {"WARN": "WARNING", "FATAL": "CRITICAL"}
+
+
+class SessionHandler(logging.Handler):
+    """Hands records to the session of the vocabulary that is open."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        level = _LEVELS.get(record.levelname, record.levelname)
+        session.current().tell(record.name, level, record.getMessage())
+
+
+@public("launch.logging")
+class LaunchConfig:
+    """Settings of the log files; the driver owns them, so most of them are only kept."""
+
+    def __init__(self) -> None:
+        self.level: int | str = logging.INFO
+        self.log_file_name = "launch.log"
+        self.log_handler_factory: Any = None
+
+    @property
+    def log_dir(self) -> str:
+        """The folder of this run's log files."""
+        return session.current().log_dir
+
+    @log_dir.setter
+    def log_dir(self, new_log_dir: str | None) -> None:
+        session.current().log_dir = new_log_dir
+
+    def reset(self) -> None:
+        """Back to the defaults."""
+        self.__init__()  # type: ignore[misc]
+
+    def set_screen_format(self, screen_format: str, *, screen_style: str | None = None) -> None:
+        """Kept without effect: the driver decides how lines look."""
+
+    def set_log_format(self, log_format: str, *, log_style: str | None = None) -> None:
+        """Kept without effect: the driver decides how lines look."""
+
+    def get_log_file_path(self, file_name: str = "launch.log") -> str:
+        """The path of a log file."""
+        return f"{self.log_dir}/{file_name}"
+
+    def get_screen_handler(self) -> logging.Handler:
+        """The handler of every logger here."""
+        return SessionHandler()
+
+    def get_log_file_handler(self, file_name: str = "launch.log") -> logging.Handler:
+        """The handler of every logger here."""
+        return SessionHandler()
+
+
+launch_config = LaunchConfig()
+
+
+def get_logger(name: str | None = None) -> logging.Logger:
+    """A logger that speaks through the session."""
+    logger = logging.getLogger(_ROOT if name is None else name)
+    if not any(isinstance(handler, SessionHandler) for handler in logger.handlers):
+        logger.addHandler(SessionHandler())
+        logger.propagate = False
+        if logger.level == logging.NOTSET:
+            logger.setLevel(logging.INFO)
+    return logger
+
+
+def get_output_loggers(
+    process_name: str, output_config: Any, *, main_log_file_name: str = "launch.log"
+) -> tuple[logging.Logger, logging.Logger]:
+    """(stdout logger, stderr logger) of a process; ValueError for an unknown configuration."""
+    output_policy(output_config)
+    return (
+        logging.getLogger(f"{process_name}-stdout"),
+        logging.getLogger(f"{process_name}-stderr"),
+    )
+
+
+def log_launch_config(*, logger: logging.Logger | None = None) -> None:
+    """Say where the log files are."""
+    said = get_logger() if logger is None else logger
+    said.info("All log files can be found below %s", launch_config.log_dir)
+
+
+def reset() -> None:
+    """Back to the defaults."""
+    launch_config.reset()
+
+
+@public("launch.logging")
+class LaunchLogger(logging.Logger):
+    """The class of ROS 2's loggers; ours are plain ones."""

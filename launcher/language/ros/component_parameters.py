@@ -1,0 +1,85 @@
+"""Parameters for a load request: dictionaries and parameter files as (name, value) pairs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.ros.parameter_values import (
+    evaluate_parameter_dict,
+    normalize_parameter_dict,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_PARAMETERS = "ros__parameters"
+
+
+def parameter_pairs(
+    context: LaunchContext, node_name: str, namespace: str | None, evaluated: Iterable[Any]
+) -> Iterator[tuple[str, object]]:
+    """Pairs in order; of a file those sections that match the node's full name.
+
+    A service call cannot carry a file, so the file is read here, as in ROS 2.
+    """
+    full_name = _full_name(node_name, namespace)
+    values: Any = {}
+    for parameters in evaluated:
+        if isinstance(parameters, Path):
+            found = _from_file(parameters, full_name)
+            if found:
+                values = evaluate_parameter_dict(context, normalize_parameter_dict(found))
+        else:
+            values = parameters
+        if not isinstance(values, dict):
+            raise RuntimeError(f"invalid evaluated parameters {values!r}")
+        yield from values.items()
+
+
+def _full_name(node_name: str, namespace: str | None) -> str:
+    # An empty name is an IndexError in ROS 2 too.
+    name = node_name if node_name[0] == "/" else f"/{node_name}"
+    if namespace and namespace != "/":
+        return f"/{namespace.strip('/')}{name}"
+    return name
+
+
+def _from_file(path: Path, full_name: str) -> dict[str, Any]:
+    import yaml
+
+    with path.open() as file:
+        content = yaml.safe_load(file)
+    sections = dict(_sections(content, []))
+    if not sections:
+        return content or {}
+    found: dict[str, Any] = {}
+    for key, values in sections.items():
+        pattern = (key if key.startswith("/") else f"/{key}").replace("/*", r"(/\w+)")
+        try:
+            if re.fullmatch(pattern, full_name):
+                found.update(values)
+        except re.error as error:
+            raise RuntimeError(f"invalid yaml file {path}, error: {error}") from error
+    return found
+
+
+def _sections(content: Mapping[Any, Any], keys: list[str]) -> Iterator[tuple[str, Any]]:
+    for key, value in content.items():
+        if key == _PARAMETERS:
+            yield "/".join(keys), value
+            return
+        if isinstance(value, Mapping):
+            yield from _sections(value, [*keys, str(key).lstrip("/")])
+
+
+def to_parameters_list(
+    context: LaunchContext, node_name: str, namespace: str, evaluated_parameters: Iterable[Any]
+) -> list[Any]:
+    """The pairs as `rclpy.parameter.Parameter`; needs rclpy."""
+    from rclpy.parameter import Parameter
+
+    pairs = parameter_pairs(context, node_name, namespace, evaluated_parameters)
+    return [Parameter(name, value=value) for name, value in pairs]

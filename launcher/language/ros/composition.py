@@ -1,0 +1,285 @@
+"""Composable nodes: their description, their container, and loading them into one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.action import Action
+from launcher.language.naming import public
+from launcher.language.ros.component_parameters import parameter_pairs
+from launcher.language.ros.names import make_namespace_absolute, prefix_namespace
+from launcher.language.ros.node import Node
+from launcher.language.ros.parameter_descriptions import ParameterFile
+from launcher.language.ros.parameter_values import (
+    evaluate_parameters,
+    normalize_parameter_dict,
+    normalize_parameters,
+)
+from launcher.language.ros.remappings import normalize_remap_rules
+from launcher.language.ros.tracking import add_node_name, get_node_name_count
+from launcher.language.substitution import Substitution
+from launcher.language.utilities import (
+    SomeSubstitutionsType_types_tuple,
+    ensure_argument_type,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+from launcher.model.events import ComponentLoaded, LoadRequest
+
+if TYPE_CHECKING:
+    from launcher.language.condition import Condition
+    from launcher.language.context import LaunchContext
+
+_LOGGER = "launch_ros.actions.load_composable_nodes"
+
+
+def _optional(value: Any) -> list[Substitution] | None:
+    return None if value is None else normalize_to_list_of_substitutions(value)
+
+
+@public("launch_ros.descriptions.composable_node")
+class ComposableNode:
+    """A node that is a plug-in, to be loaded into a container."""
+
+    def __init__(
+        self,
+        *,
+        package: Any,
+        plugin: Any,
+        name: Any = None,
+        namespace: Any = None,
+        parameters: Any = None,
+        remappings: Any = None,
+        extra_arguments: Any = None,
+        condition: Condition | None = None,
+    ) -> None:
+        self.__package = normalize_to_list_of_substitutions(package)
+        self.__node_plugin = normalize_to_list_of_substitutions(plugin)
+        self.__node_name = _optional(name)
+        self.__node_namespace = _optional(namespace)
+        self.__parameters = None if parameters is None else normalize_parameters(parameters)
+        self.__remappings = list(normalize_remap_rules(remappings)) if remappings else None
+        self.__extra_arguments = (
+            normalize_parameters(extra_arguments) if extra_arguments else None
+        )
+        self.__condition = condition
+
+    @classmethod
+    def parse(cls, parser: Any, entity: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("ComposableNode", cls, parser, entity)
+
+    @property
+    def package(self) -> list[Substitution]:
+        """The package."""
+        return self.__package
+
+    @property
+    def node_plugin(self) -> list[Substitution]:
+        """The plug-in's class."""
+        return self.__node_plugin
+
+    @property
+    def node_name(self) -> list[Substitution] | None:
+        """The node's name."""
+        return self.__node_name
+
+    @property
+    def node_namespace(self) -> list[Substitution] | None:
+        """The node's namespace."""
+        return self.__node_namespace
+
+    @property
+    def parameters(self) -> Any:
+        """The parameters, normalised."""
+        return self.__parameters
+
+    @property
+    def remappings(self) -> Any:
+        """The remappings, normalised."""
+        return self.__remappings
+
+    @property
+    def extra_arguments(self) -> Any:
+        """Arguments for the container, normalised like parameters."""
+        return self.__extra_arguments
+
+    def condition(self) -> Condition | None:
+        """Whether to load it at all."""
+        return self.__condition
+
+
+@public("launch_ros.actions.composable_node_container")
+class ComposableNodeContainer(Node):
+    """Starts a container, and loads nodes into it."""
+
+    def __init__(
+        self,
+        *,
+        name: Any,
+        namespace: Any,
+        composable_node_descriptions: list[ComposableNode] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(name=name, namespace=namespace, **kwargs)
+        self.__composable_node_descriptions = composable_node_descriptions
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:  # type: ignore[override]
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("ComposableNodeContainer", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> Any:
+        """Start it; yield the loading of the nodes whose condition allows it."""
+        wanted = [
+            description
+            for description in self.__composable_node_descriptions or ()
+            if _is_wanted(description, context)
+        ]
+        loads = (
+            [LoadComposableNodes(composable_node_descriptions=wanted, target_container=self)]
+            if wanted
+            else []
+        )
+        return [*(super().execute(context) or ()), *loads] or None
+
+
+def _is_wanted(description: ComposableNode, context: LaunchContext) -> bool:
+    condition = description.condition()
+    return condition is None or condition.evaluate(context)
+
+
+@public("launch_ros.actions.load_composable_nodes")
+class LoadComposableNodes(Action):
+    """Asks a running container to load nodes, one after the other."""
+
+    def __init__(
+        self,
+        *,
+        composable_node_descriptions: list[ComposableNode],
+        target_container: Any,
+        **kwargs: Any,
+    ) -> None:
+        ensure_argument_type(
+            target_container,
+            [*SomeSubstitutionsType_types_tuple, ComposableNodeContainer],
+            "target_container",
+            "LoadComposableNodes",
+        )
+        super().__init__(**kwargs)
+        self.__composable_node_descriptions = composable_node_descriptions
+        self.__target_container = target_container
+        self.__container_name = ""
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("LoadComposableNodes", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Work out all requests now, while the scope is there; send the first."""
+        if isinstance(self.__target_container, ComposableNodeContainer):
+            self.__container_name = self.__target_container.node_name
+        else:
+            subs = normalize_to_list_of_substitutions(self.__target_container)
+            self.__container_name = perform_substitutions(context, subs)
+        requests = [
+            get_composable_node_load_request(description, context, self.__container_name)
+            for description in self.__composable_node_descriptions
+        ]
+        wanted = [request for request in requests if request is not None]
+        if wanted:
+            context._host.later(lambda: self._send(context, wanted))
+
+    def _send(self, context: LaunchContext, requests: list[LoadRequest]) -> None:
+        first, rest = requests[0], requests[1:]
+
+        def answered(answer: ComponentLoaded) -> None:
+            self._tell(context, first, answer)
+            if rest:
+                context._host.later(lambda: self._send(context, rest))
+
+        context._host.load_component(first, answered)
+
+    def _tell(
+        self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded
+    ) -> None:
+        name = answer.full_node_name or request.name or ""
+        container = self.__container_name
+        if answer.error is not None:
+            text = (
+                f"Failed to load node '{name}' of type '{request.plugin}' "
+                f"in container '{container}': {answer.error}"
+            )
+            context._host.log(_LOGGER, "ERROR", text)
+            return
+        add_node_name(context, name)
+        count = get_node_name_count(context, name)
+        if count > 1:
+            context._host.log(
+                container,
+                "WARNING",
+                f"there are now at least {count} nodes with the name {name} created within "
+                "this launch context",
+            )
+        text = f"Loaded node '{answer.full_node_name}' in container '{container}'"
+        context._host.log(_LOGGER, "INFO", text)
+
+
+def get_composable_node_load_request(
+    composable_node_description: ComposableNode, context: LaunchContext, container: str = ""
+) -> LoadRequest | None:
+    """What is asked of the container; None if the description's condition says no."""
+    description = composable_node_description
+    if not _is_wanted(description, context):
+        return None
+    name = _performed(context, description.node_name) or ""
+    namespace = make_namespace_absolute(
+        prefix_namespace(
+            context.launch_configurations.get("ros_namespace", None),
+            _performed(context, description.node_namespace),
+        )
+    )
+
+    def pairs(parameters: Iterable[Any]) -> tuple[tuple[str, object], ...]:
+        evaluated = evaluate_parameters(context, parameters)
+        return tuple(parameter_pairs(context, name, namespace, evaluated))
+
+    parameters = [*_global_parameters(context), *(description.parameters or ())]
+    return LoadRequest(
+        container=container,
+        package=perform_substitutions(context, description.package),
+        plugin=perform_substitutions(context, description.node_plugin),
+        name=name,
+        namespace=namespace or "",
+        remappings=tuple(_remappings(description, context)),
+        parameters=pairs(parameters) if parameters else (),
+        extra_arguments=pairs(description.extra_arguments or ()),
+    )
+
+
+def _performed(context: LaunchContext, subs: list[Substitution] | None) -> str | None:
+    return None if subs is None else perform_substitutions(context, subs)
+
+
+def _remappings(description: ComposableNode, context: LaunchContext) -> list[tuple[str, str]]:
+    rules = list(context.launch_configurations.get("ros_remaps", None) or ())
+    rules += [
+        (perform_substitutions(context, src), perform_substitutions(context, dst))
+        for src, dst in description.remappings or ()
+    ]
+    return rules
+
+
+def _global_parameters(context: LaunchContext) -> list[Any]:
+    return [
+        normalize_parameter_dict({parameter[0]: parameter[1]})
+        if isinstance(parameter, tuple)
+        else ParameterFile(Path(parameter).resolve())
+        for parameter in context.launch_configurations.get("global_params", None) or ()
+    ]
+
+

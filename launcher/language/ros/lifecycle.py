@@ -1,0 +1,314 @@
+"""Lifecycle nodes: starting one, asking it for transitions, reacting to them."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from launcher import lifecycle
+from launcher.language.action import Action
+from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
+from launcher.language.event import Event
+from launcher.language.event_handler import EventHandler
+from launcher.language.naming import public
+from launcher.language.ros.node import Node
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+from launcher.model.events import StateChanged, StateRequest, TransitionSeen, WatchLifecycle
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_LOGGER = "launch_ros.actions.lifecycle_node"
+
+
+@public("launch_ros.events.lifecycle.change_state")
+class ChangeState(Event):
+    """Lifecycle nodes that the matcher picks are to make a transition."""
+
+    name = "launch_ros.events.lifecycle.ChangeState"
+    valid_transitions = OrderedDict(
+        (number, transition.constant) for number, transition in lifecycle.TRANSITIONS.items()
+    )
+    valid_states = OrderedDict(lifecycle.STATES)
+
+    def __init__(
+        self, *, lifecycle_node_matcher: Callable[[Any], bool], transition_id: int
+    ) -> None:
+        self.__lifecycle_node_matcher = lifecycle_node_matcher
+        self.__transition_id = transition_id
+        if transition_id not in self.valid_transitions:
+            known = ", ".join(f"{name}: {number}" for number, name in self.valid_transitions.items())
+            raise ValueError(
+                f"given transition_id of '{transition_id}', expected one of {{{known}}}"
+            )
+
+    @property
+    def lifecycle_node_matcher(self) -> Callable[[Any], bool]:
+        """Called with a LifecycleNode action."""
+        return self.__lifecycle_node_matcher
+
+    @property
+    def transition_id(self) -> int:
+        """The transition, by the numbers of lifecycle_msgs."""
+        return self.__transition_id
+
+
+@public("launch_ros.events.lifecycle.state_transition")
+class StateTransition(Event):
+    """A lifecycle node went from one state to another."""
+
+    name = "launch_ros.events.lifecycle.StateTransition"
+
+    def __init__(self, *, action: LifecycleNode, msg: Any) -> None:
+        self.__action = action
+        self.__msg = msg
+        self.__timestamp = msg.timestamp
+        self.__transition = msg.transition.label
+        self.__start_state = msg.start_state.label
+        self.__goal_state = msg.goal_state.label
+
+    @property
+    def action(self) -> LifecycleNode:
+        """The node's action."""
+        return self.__action
+
+    @property
+    def msg(self) -> Any:
+        """The message of the node, with the fields of lifecycle_msgs/msg/TransitionEvent."""
+        return self.__msg
+
+    @property
+    def timestamp(self) -> int:
+        """The node's time stamp."""
+        return int(self.__timestamp)
+
+    @property
+    def transition(self) -> str:
+        """The label of the transition."""
+        return str(self.__transition)
+
+    @property
+    def start_state(self) -> str:
+        """The state that was left."""
+        return str(self.__start_state)
+
+    @property
+    def goal_state(self) -> str:
+        """The state that was entered."""
+        return str(self.__goal_state)
+
+
+def matches_node_name(node_name: str) -> Callable[[Any], bool]:
+    """A matcher for the node with this full name; a slash in front may be left out."""
+    wanted = node_name if node_name.startswith("/") else f"/{node_name}"
+    return lambda action: bool(action.node_name == wanted)
+
+
+@public("launch_ros.event_handlers.on_state_transition")
+class OnStateTransition(EventHandler):
+    """Reacts to a transition of a lifecycle node; what is None is not looked at."""
+
+    def __init__(
+        self,
+        *,
+        entities: Any,
+        target_lifecycle_node: LifecycleNode | None = None,
+        transition: Any = None,
+        start_state: Any = None,
+        goal_state: Any = None,
+        matcher: Callable[[Event], bool] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        if not isinstance(target_lifecycle_node, (LifecycleNode, type(None))):
+            raise RuntimeError(
+                "OnStateTransition requires a 'LifecycleNode' action as the target"
+            )
+        self.__target = target_lifecycle_node
+        self.__wanted = {
+            "transition": transition,
+            "start_state": start_state,
+            "goal_state": goal_state,
+        }
+        super().__init__(matcher=matcher or self.__fits, entities=entities, **kwargs)
+
+    def __fits(self, event: Event) -> bool:
+        if not isinstance(event, StateTransition):
+            return False
+        if self.__target is not None and event.action is not self.__target:
+            return False
+        return all(
+            wanted is None or getattr(event, attribute) == wanted
+            for attribute, wanted in self.__wanted.items()
+        )
+
+    @property
+    def handler_description(self) -> str:
+        """What the handler does, for people."""
+        return "<actions>"
+
+    @property
+    def matcher_description(self) -> str:
+        """What the handler waits for, for people."""
+        if self.__target is None:
+            return "event == StateTransition"
+        return (
+            "event == StateTransition and event.action == "
+            f"LifecycleNode({hex(id(self.__target))})"
+        )
+
+
+@public("launch_ros.actions.lifecycle_node")
+class LifecycleNode(Node):
+    """Starts a lifecycle node, tells its transitions as events, and hands it ChangeState events."""
+
+    def __init__(self, *, name: Any, namespace: Any, **kwargs: Any) -> None:
+        super().__init__(name=name, namespace=namespace, **kwargs)
+        self.__current_state = ChangeState.valid_states[0]
+
+    @property
+    def is_lifecycle_node(self) -> bool:
+        """True."""
+        return True
+
+    def execute(self, context: LaunchContext) -> Any:
+        """Start it and watch it; RuntimeError if its full name is not known."""
+        self._perform_substitutions(context)
+        if self.UNSPECIFIED_NODE_NAME in self.node_name:
+            raise RuntimeError("node_name unexpectedly incomplete for lifecycle node")
+        context._host.request(WatchLifecycle(node=self.node_name))
+        context._host.watch_lifecycle(
+            self.node_name, lambda seen: self._on_transition(context, seen)
+        )
+        context.register_event_handler(
+            EventHandler(
+                matcher=lambda event: isinstance(event, ChangeState),
+                entities=[OpaqueFunction(function=self._on_change_state)],
+            )
+        )
+        return super().execute(context)
+
+    def _on_change_state(self, context: LaunchContext) -> None:
+        event = context.locals.event
+        if not event.lifecycle_node_matcher(self):
+            return
+        number = event.transition_id
+        label = lifecycle.TRANSITIONS[number].label
+        request = StateRequest(node=self.node_name, transition_id=number, transition=label)
+
+        def answered(answer: StateChanged) -> None:
+            if answer.error is not None:
+                constant = ChangeState.valid_transitions[number]
+                text = (
+                    f"Failed to make transition '{constant}' for LifecycleNode "
+                    f"'{self.node_name}'"
+                )
+                context._host.log(_LOGGER, "ERROR", text)
+
+        context._host.later(lambda: context._host.change_state(request, answered))
+
+    def _on_transition(self, context: LaunchContext, seen: TransitionSeen) -> None:
+        message = SimpleNamespace(
+            timestamp=0,
+            transition=SimpleNamespace(id=0, label=seen.transition),
+            start_state=SimpleNamespace(id=0, label=seen.start_state),
+            goal_state=SimpleNamespace(id=0, label=seen.goal_state),
+        )
+        context.emit_event_sync(StateTransition(action=self, msg=message))
+
+
+@public("launch_ros.actions.lifecycle_transition")
+class LifecycleTransition(Action):
+    """Takes lifecycle nodes through transitions, each when the one before has succeeded."""
+
+    def __init__(
+        self, *, lifecycle_node_names: Any, transition_ids: Any, **kwargs: Any
+    ) -> None:
+        super().__init__(**kwargs)
+        if len(transition_ids) == 0:
+            raise ValueError("No transition_ids provided.")
+        if len(lifecycle_node_names) == 0:
+            raise ValueError("No lifecycle_node_names provided.")
+        self.__names = [normalize_to_list_of_substitutions(name) for name in lifecycle_node_names]
+        self.__transition_ids = [
+            normalize_to_list_of_substitutions(str(number) if isinstance(number, int) else number)
+            for number in transition_ids
+        ]
+        self.__handlers: dict[str, list[EventHandler]] = {}
+
+    def execute(self, context: LaunchContext) -> list[Action]:
+        """Yield the handlers for each step, then the events for the first one."""
+        names = [perform_substitutions(context, name) for name in self.__names]
+        numbers = [_number(perform_substitutions(context, n)) for n in self.__transition_ids]
+        emits = {name: [_emit(name, number) for number in numbers] for name in names}
+        self.__handlers = {name: [] for name in names}
+        actions: list[Action] = []
+        for step, number in enumerate(numbers):
+            for name in names:
+                following = emits[name][step + 1 : step + 2]
+                handler = self._step_handler(name, number, following)
+                self.__handlers[name].append(handler)
+                actions.append(RegisterEventHandler(event_handler=handler))
+        for name in names:
+            self._watch_errors(context, name)
+        return [*actions, *(emits[name][0] for name in names)]
+
+    def _step_handler(self, name: str, number: int, following: list[Action]) -> EventHandler:
+        transition = lifecycle.TRANSITIONS[number]
+        done = OpaqueFunction(function=lambda context: self._forget(context, name))
+        return OnStateTransition(
+            matcher=_transition_of(name, transition.goal, transition.between),
+            entities=following or [done],
+            handle_once=True,
+        )
+
+    def _watch_errors(self, context: LaunchContext, name: str) -> None:
+        reason = "error occured during transitions"
+        forget = OpaqueFunction(function=lambda context: self._forget(context, name, reason))
+        handler = EventHandler(
+            matcher=_transition_of(name, "errorprocessing"), entities=[forget], handle_once=True
+        )
+        self.__handlers[name].append(handler)
+        context.register_event_handler(handler)
+
+    def _forget(self, context: LaunchContext, name: str, reason: str | None = None) -> None:
+        if reason is not None:
+            text = f"Stopping transitions for {name} because '{reason}'"
+            context._host.log("launch_ros.actions.lifecycle_transition", "INFO", text)
+        for handler in self.__handlers[name]:
+            if handler in context._event_handlers:
+                context.unregister_event_handler(handler)
+
+
+def _number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"expected integer for lifecycle transition, got {text}") from None
+
+
+def _emit(name: str, number: int) -> EmitEvent:
+    matcher = matches_node_name(name)
+    return EmitEvent(event=ChangeState(lifecycle_node_matcher=matcher, transition_id=number))
+
+
+def _transition_of(
+    name: str, goal_state: str, start_state: str | None = None
+) -> Callable[[Event], bool]:
+    is_node = matches_node_name(name)
+
+    def matcher(event: Event) -> bool:
+        return (
+            isinstance(event, StateTransition)
+            and is_node(event.action)
+            and event.goal_state == goal_state
+            and start_state in (None, event.start_state)
+        )
+
+    return matcher
+
+

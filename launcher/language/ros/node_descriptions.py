@@ -1,0 +1,124 @@
+"""Node and NodeTrait descriptions: ROS nodes inside of a RosExecutable."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.ros.generated_files import write_parameters
+from launcher.language.ros.names import (
+    make_namespace_absolute,
+    prefix_namespace,
+    validate_namespace,
+    validate_node_name,
+)
+from launcher.language.ros.parameter_descriptions import Parameter
+from launcher.language.ros.parameter_values import evaluate_parameters, normalize_parameters
+from launcher.language.ros.remappings import normalize_remap_rules
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch_ros.descriptions.node_trait")
+class NodeTrait:
+    """Something special about a node; subclasses override `prepare`."""
+
+    def prepare(self, node: Node, context: LaunchContext, action: Any) -> None:
+        """Called when the node is prepared."""
+
+
+@public("launch_ros.descriptions.node")
+class Node:
+    """A ROS node of an executable: it adds words to the executable's command line."""
+
+    def __init__(
+        self,
+        *,
+        node_name: Any = None,
+        node_namespace: Any = None,
+        original_node_name: Any = None,
+        parameters: Any = None,
+        remappings: Any = None,
+        arguments: Iterable[Any] | None = None,
+        traits: Iterable[NodeTrait] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        self.__node_name = node_name
+        self.__node_namespace = node_namespace
+        self.__original_node_name = original_node_name
+        self.__parameters = () if parameters is None else normalize_parameters(parameters)
+        self.__remappings = [] if remappings is None else list(normalize_remap_rules(remappings))
+        self.__arguments = arguments
+        self.__traits = traits
+        self.__final_node_name: str | None = None
+
+    @property
+    def node_name(self) -> Any:
+        """The name as it was given."""
+        return self.__node_name
+
+    @property
+    def node_namespace(self) -> Any:
+        """The namespace as it was given."""
+        return self.__node_namespace
+
+    @property
+    def final_node_name(self) -> str | None:
+        """The full name, once prepared."""
+        return self.__final_node_name
+
+    def prepare(self, context: LaunchContext, executable: Any, action: Any) -> None:
+        """Add the node's words to the executable's command line."""
+        name = None if self.__node_name is None else _perform(context, self.__node_name)
+        namespace = self._namespace(context)
+        words = ["--ros-args"]
+        if name is not None:
+            validate_node_name(name)
+            words += ["-r", f"{self._prefix(context)}__node:={name}"]
+        if namespace is not None:
+            validate_namespace(namespace)
+            words += ["-r", f"{self._prefix(context)}__ns:={namespace}"]
+        self.__final_node_name = prefix_namespace(namespace, name)
+        words += self._parameter_words(context)
+        for src, dst in self.__remappings:
+            rule = f"{perform_substitutions(context, src)}:={perform_substitutions(context, dst)}"
+            words += ["-r", rule]
+        for word in [*words, *(self.__arguments or ())]:
+            executable.cmd.append(normalize_to_list_of_substitutions(word))
+        for trait in self.__traits or ():
+            trait.prepare(self, context, action)
+
+    def _prefix(self, context: LaunchContext) -> str:
+        if self.__original_node_name is None:
+            return ""
+        return f"{_perform(context, self.__original_node_name)}:"
+
+    def _namespace(self, context: LaunchContext) -> str | None:
+        given = self.__node_namespace
+        base = context.launch_configurations.get("ros_namespace", None)
+        return make_namespace_absolute(
+            prefix_namespace(base, None if given is None else _perform(context, given))
+        )
+
+    def _parameter_words(self, context: LaunchContext) -> list[str]:
+        words: list[str] = []
+        for parameter in evaluate_parameters(context, self.__parameters):
+            if isinstance(parameter, Parameter):
+                name, value = parameter.evaluate(context)
+                words += ["-p", f"{name}:={value}"]
+            elif isinstance(parameter, dict):
+                node = self.__final_node_name or "/**"
+                words += ["--params-file", write_parameters(context, node, parameter)]
+            else:
+                words += ["--params-file", str(parameter)]
+        return words
+
+
+def _perform(context: LaunchContext, subs: Any) -> str:
+    return perform_substitutions(context, normalize_to_list_of_substitutions(subs))

@@ -1,0 +1,235 @@
+"""What holds for all ROS nodes of a scope: namespace, parameters, remappings, log folder."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import frontend_registry
+from launcher.language.action import Action
+from launcher.language.naming import public
+from launcher.language.ros.names import (
+    NameValidationException,
+    make_namespace_absolute,
+    prefix_namespace,
+    validate_namespace,
+)
+from launcher.language.ros.parameter_values import (
+    evaluate_parameter_dict,
+    normalize_parameter_dict,
+)
+from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch_ros.actions.push_ros_namespace")
+class PushROSNamespace(Action):
+    """Puts the nodes of the scope below a namespace; an absolute one replaces those outside."""
+
+    def __init__(self, namespace: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__namespace = normalize_to_list_of_substitutions(namespace)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("PushROSNamespace", cls, entity, parser)
+
+    @property
+    def namespace(self) -> list[Substitution]:
+        """The namespace."""
+        return self.__namespace
+
+    def execute(self, context: LaunchContext) -> None:
+        """Push it; SubstitutionFailure if the result is no namespace."""
+        pushed = perform_substitutions(context, self.namespace)
+        previous = context.launch_configurations.get("ros_namespace", None)
+        namespace = make_namespace_absolute(prefix_namespace(previous, pushed))
+        try:
+            validate_namespace(str(namespace))
+        except NameValidationException as error:
+            raise SubstitutionFailure(
+                "The resulting namespace is invalid: "
+                f"[previous_namespace='{previous}', pushed_namespace='{pushed}']"
+            ) from error
+        context.launch_configurations["ros_namespace"] = namespace
+
+
+def _shared_list(context: LaunchContext, key: str) -> list[Any]:
+    """The list that all scopes share once it exists, as in ROS 2; made when there is none."""
+    shared: list[Any] = context.launch_configurations.setdefault(key, [])
+    return shared
+
+
+@public("launch_ros.actions.set_parameter")
+class SetParameter(Action):
+    """Gives all nodes of the scope a parameter.
+
+    As in ROS 2, it leaks out of a scoped group if a global parameter existed outside already.
+    """
+
+    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        key = tuple(normalize_to_list_of_substitutions(name))
+        self.__param_dict = normalize_parameter_dict({key: value})
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("SetParameter", cls, entity, parser)
+
+    @property
+    def name(self) -> Any:
+        """The name."""
+        return next(iter(self.__param_dict.keys()))
+
+    @property
+    def value(self) -> Any:
+        """The value, normalised."""
+        return next(iter(self.__param_dict.values()))
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add it to the parameters of the scope."""
+        evaluated = evaluate_parameter_dict(context, self.__param_dict)
+        _shared_list(context, "global_params").extend(evaluated.items())
+
+
+@public("launch_ros.actions.set_parameters_from_file")
+class SetParametersFromFile(Action):
+    """Gives all nodes of the scope a parameter file."""
+
+    def __init__(self, filename: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._input_file = normalize_to_list_of_substitutions(filename)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("SetParametersFromFile", cls, entity, parser)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add it to the parameters of the scope."""
+        filename = perform_substitutions(context, self._input_file)
+        _shared_list(context, "global_params").append(filename)
+
+
+@public("launch_ros.actions.set_remap")
+class SetRemap(Action):
+    """Gives all nodes of the scope a remapping, before their own."""
+
+    def __init__(self, src: Any, dst: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__src = normalize_to_list_of_substitutions(src)
+        self.__dst = normalize_to_list_of_substitutions(dst)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("SetRemap", cls, entity, parser)
+
+    @property
+    def src(self) -> list[Substitution]:
+        """The name to replace."""
+        return self.__src
+
+    @property
+    def dst(self) -> list[Substitution]:
+        """The new name."""
+        return self.__dst
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add it to the remappings of the scope."""
+        rule = (perform_substitutions(context, self.src), perform_substitutions(context, self.dst))
+        _shared_list(context, "ros_remaps").append(rule)
+
+
+@public("launch_ros.actions.set_ros_log_dir")
+class SetROSLogDir(Action):
+    """Sets the folder that the nodes of the scope log into."""
+
+    def __init__(self, new_log_dir: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__new_log_dir = normalize_to_list_of_substitutions(new_log_dir)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("SetROSLogDir", cls, entity, parser)
+
+    @property
+    def log_dir(self) -> list[Substitution]:
+        """The folder."""
+        return self.__new_log_dir
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set `ROS_LOG_DIR`."""
+        context.environment["ROS_LOG_DIR"] = perform_substitutions(context, self.log_dir)
+
+
+@public("launch_ros.actions.set_use_sim_time")
+class SetUseSimTime(Action):
+    """Tells the launcher's own clock, not the nodes, to follow simulated time."""
+
+    def __init__(self, value: bool, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.__value = value
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("SetUseSimTime", cls, entity, parser)
+
+    @property
+    def value(self) -> bool:
+        """Whether to follow it."""
+        return self.__value
+
+    def execute(self, context: LaunchContext) -> None:
+        """Accept a bool only: ValueError otherwise, as rclpy has it."""
+        if not isinstance(self.value, bool):
+            raise ValueError(f"Type 'Type.BOOL' and value '{self.value}' do not agree")
+
+
+@public("launch_ros.substitutions.parameter")
+class Parameter(Substitution):
+    """The value of a parameter that SetParameter gave to the scope."""
+
+    def __init__(self, name: Any, *, default: Any = None) -> None:
+        self.__name = normalize_to_list_of_substitutions(name)
+        self.__default = None if default is None else _default(default)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The name."""
+        return self.__name
+
+    @property
+    def default(self) -> list[Substitution] | None:
+        """What stands in where there is no such parameter."""
+        return self.__default
+
+    def describe(self) -> str:
+        """Like `Parameter('rate')`."""
+        return f"Parameter({' + '.join([sub.describe() for sub in self.name])})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The value as text, else the default; SubstitutionFailure without either."""
+        name = perform_substitutions(context, self.name)
+        for parameter in context.launch_configurations.get("global_params", None) or ():
+            if isinstance(parameter, tuple) and parameter[0] == name:
+                return str(parameter[1])
+        if self.default is None:
+            raise SubstitutionFailure(f"parameter '{name}' not found")
+        return perform_substitutions(context, self.default)
+
+
+def _default(default: Any) -> list[Substitution]:
+    items = default if isinstance(default, (list, tuple)) else [default]
+    return normalize_to_list_of_substitutions(
+        [item if isinstance(item, (str, Substitution)) else str(item) for item in items]
+    )

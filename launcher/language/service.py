@@ -1,0 +1,62 @@
+"""LaunchService: ROS 2's way to run a description from a script; here the launcher runs it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NoReturn
+
+from launcher.language.context import LaunchContext
+from launcher.language.naming import public
+
+
+@public("launch.launch_service")
+class LaunchService:
+    """Collects descriptions; `run` says that the command line runs launch files here."""
+
+    def __init__(
+        self,
+        *,
+        argv: Iterable[str] | None = None,
+        noninteractive: bool = False,
+        debug: bool = False,
+    ) -> None:
+        self.__context = LaunchContext(argv=argv, noninteractive=noninteractive)
+        self._descriptions: list[Any] = []
+        self._debug = debug
+
+    @property
+    def context(self) -> LaunchContext:
+        """The context of the run that does not take place."""
+        return self.__context
+
+    @property
+    def event_loop(self) -> None:
+        """None: no loop runs."""
+        return None
+
+    @property
+    def task(self) -> None:
+        """None: no task runs."""
+        return None
+
+    def emit_event(self, event: Any) -> None:
+        """Queue an event."""
+        self.__context.emit_event_sync(event)
+
+    def include_launch_description(self, launch_description: Any) -> None:
+        """Keep a description."""
+        self._descriptions.append(launch_description)
+
+    def run(self, *, shutdown_when_idle: bool = True) -> NoReturn:
+        """RuntimeError: a launch file cannot start a second launcher inside of this one."""
+        raise RuntimeError(
+            "LaunchService.run() is not available inside of a launch file; "
+            "start the file with `python -m launcher FILE`"
+        )
+
+    async def run_async(self, *, shutdown_when_idle: bool = True) -> NoReturn:
+        """RuntimeError, like `run`."""
+        self.run(shutdown_when_idle=shutdown_when_idle)
+
+    def shutdown(self) -> None:
+        """Nothing runs."""

@@ -1,0 +1,55 @@
+"""Session: what launch files of one run reach without a context: log folder and loggers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from contextvars import ContextVar
+
+Say = Callable[[str, str, str], None]
+
+
+class Session:
+    """The log folder, and where messages of loggers go: (logger, level, text).
+
+    `say` is set while an interpreter runs; what is told before is kept for it in `untold`.
+    """
+
+    def __init__(self) -> None:
+        self._log_dir: str | None = None
+        self.say: Say | None = None
+        self.untold: list[tuple[str, str, str]] = []
+
+    def tell(self, logger: str, level: str, text: str) -> None:
+        """Say a message of a logger now, or keep it until somebody listens."""
+        if self.say is None:
+            self.untold.append((logger, level, text))
+        else:
+            self.say(logger, level, text)
+
+    @property
+    def log_dir(self) -> str:
+        """The folder that the driver chose, else the one below which runs have theirs."""
+        return default_log_dir() if self._log_dir is None else self._log_dir
+
+    @log_dir.setter
+    def log_dir(self, folder: str | None) -> None:
+        self._log_dir = folder
+
+
+def default_log_dir() -> str:
+    """`$ROS_LOG_DIR`, else `$ROS_HOME/log`, else `~/.ros/log`."""
+    folder = os.environ.get("ROS_LOG_DIR")
+    if not folder:
+        home = os.environ.get("ROS_HOME") or os.path.join("~", ".ros")
+        folder = os.path.join(home, "log")
+    return os.path.normpath(os.path.expanduser(folder))
+
+
+current_session: ContextVar[Session] = ContextVar("launcher_session")
+
+
+def current() -> Session:
+    """The session of the vocabulary that is open; a passing one if none is."""
+    session = current_session.get(None)
+    return Session() if session is None else session

@@ -1,0 +1,85 @@
+"""The output of a command as text."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_POLICIES = ("fail", "ignore", "warn", "capture")
+
+
+@public("launch.substitutions.command")
+class Command(Substitution):
+    """What a command writes to standard output; `on_stderr` says what becomes of the rest.
+
+    `fail`: an error; `ignore`; `warn`: tell the user; `capture`: part of the text.
+    """
+
+    def __init__(self, command: Any, *, on_stderr: Any = "fail") -> None:
+        self.__command = normalize_to_list_of_substitutions(command)
+        self.__on_stderr = normalize_to_list_of_substitutions(on_stderr)
+
+    @property
+    def command(self) -> list[Substitution]:
+        """The command line."""
+        return self.__command
+
+    @property
+    def on_stderr(self) -> list[Substitution]:
+        """The policy."""
+        return self.__on_stderr
+
+    def describe(self) -> str:
+        """Like `Command('xacro ' + ...)`."""
+        return f"Command({' + '.join([sub.describe() for sub in self.command])})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The output; SubstitutionFailure if the command is missing or fails."""
+        command = perform_substitutions(context, self.command)
+        policy = perform_substitutions(context, self.on_stderr)
+        if policy not in _POLICIES:
+            raise SubstitutionFailure(
+                "expected 'on_stderr' to be one of: 'fail', 'ignore', 'warn' or 'capture'"
+            )
+        result = _run(shlex.split(command), merged=policy == "capture")
+        if result.returncode != 0:
+            output = f"\nCaptured stderr output: {result.stderr}" if result.stderr else ""
+            raise SubstitutionFailure(f"executed command failed. Command: {command}{output}")
+        if result.stderr:
+            self._complain(context, command, result.stderr, policy)
+        return result.stdout
+
+    @staticmethod
+    def _complain(context: LaunchContext, command: str, stderr: str, policy: str) -> None:
+        message = (
+            f"executed command showed stderr output. Command: {command}\n"
+            f"Captured stderr output:\n{stderr}"
+        )
+        if policy == "fail":
+            raise SubstitutionFailure(message)
+        if policy == "warn":
+            context._host.log("launch.substitutions.command", "WARNING", message)
+
+
+def _run(words: list[str], *, merged: bool) -> subprocess.CompletedProcess[str]:
+    try:
+        return subprocess.run(
+            words,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT if merged else subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    except FileNotFoundError as error:
+        raise SubstitutionFailure(f"file not found: {error}") from error

@@ -1,0 +1,50 @@
+"""Environment variables as texts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.substitutions.environment_variable")
+class EnvironmentVariable(Substitution):
+    """The value of an environment variable, in the scope of the visit."""
+
+    def __init__(self, name: Any, *, default_value: Any = None) -> None:
+        self.__name = normalize_to_list_of_substitutions(name)
+        self.__default_value = (
+            None if default_value is None else normalize_to_list_of_substitutions(default_value)
+        )
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The name."""
+        return self.__name
+
+    @property
+    def default_value(self) -> list[Substitution] | None:
+        """What stands in where the variable is not set."""
+        return self.__default_value
+
+    def describe(self) -> str:
+        """Like `EnvVar('HOME')`."""
+        return f"EnvVar({' + '.join([sub.describe() for sub in self.name])})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The value, else the default; SubstitutionFailure without either."""
+        name = perform_substitutions(context, self.name)
+        value = context.environment.get(name)
+        if value is not None:
+            return value
+        if self.default_value is None:
+            raise SubstitutionFailure(f"environment variable '{name}' does not exist")
+        return perform_substitutions(context, self.default_value)

@@ -1,0 +1,176 @@
+"""Paths: joined, of this launch file, of programs; the content of files; the log folder."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language import session
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.substitutions.path_join_substitution")
+class PathJoinSubstitution(Substitution):
+    """Path components, joined as `os.path.join` does."""
+
+    def __init__(self, substitutions: Iterable[Any]) -> None:
+        self.__substitutions = normalize_to_list_of_substitutions(substitutions)
+
+    @property
+    def substitutions(self) -> list[Substitution]:
+        """The components."""
+        return self.__substitutions
+
+    def describe(self) -> str:
+        """Like `PathJoin('LaunchConfig('a') + 'b'')`."""
+        return f"PathJoin('{' + '.join([sub.describe() for sub in self.substitutions])}')"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The path."""
+        return os.path.join(*[sub.perform(context) for sub in self.substitutions])
+
+
+@public("launch.substitutions.path_substitution")
+class PathSubstitution(PathJoinSubstitution):
+    """A path that can be extended with `/` (newer than Jazzy)."""
+
+    def __init__(self, path: Any) -> None:
+        super().__init__(path if _is_sequence(path) else [path])
+
+    def __truediv__(self, additional_path: Any) -> PathSubstitution:
+        part = _Joined(additional_path) if _is_sequence(additional_path) else additional_path
+        return PathSubstitution([*self.substitutions, part])
+
+
+def _is_sequence(value: Any) -> bool:
+    return isinstance(value, Iterable) and not isinstance(value, str)
+
+
+class _Joined(Substitution):
+    """Several substitutions as one path component."""
+
+    def __init__(self, parts: Any) -> None:
+        self._parts = normalize_to_list_of_substitutions(parts)
+
+    def perform(self, context: LaunchContext) -> str:
+        return perform_substitutions(context, self._parts)
+
+
+@public("launch.substitutions.this_launch_file")
+class ThisLaunchFile(Substitution):
+    """The path of the launch file that is being visited."""
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def describe(self) -> str:
+        """`ThisLaunchFile()`."""
+        return "ThisLaunchFile()"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The path; SubstitutionFailure outside of a launch file."""
+        return _local(context, "current_launch_file_path", "ThisLaunchFile")
+
+
+@public("launch.substitutions.this_launch_file_dir")
+class ThisLaunchFileDir(Substitution):
+    """The folder of the launch file that is being visited."""
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def describe(self) -> str:
+        """`ThisLaunchFileDir()`."""
+        return "ThisLaunchFileDir()"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The folder; SubstitutionFailure outside of a launch file."""
+        return _local(context, "current_launch_file_directory", "ThisLaunchFileDir")
+
+
+def _local(context: LaunchContext, key: str, who: str) -> str:
+    value = context.get_locals_as_dict().get(key)
+    if value is None:
+        raise SubstitutionFailure(f"{who} used outside of a launch file (in a script)")
+    return str(value)
+
+
+@public("launch.substitutions.find_executable")
+class FindExecutable(Substitution):
+    """The path of a program on PATH."""
+
+    def __init__(self, *, name: Any) -> None:
+        self.__name = normalize_to_list_of_substitutions(name)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The program."""
+        return self.__name
+
+    def describe(self) -> str:
+        """Like `FindExec('xacro')`."""
+        return f"FindExec({' + '.join([sub.describe() for sub in self.name])})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The path; SubstitutionFailure if there is no such program."""
+        name = perform_substitutions(context, self.name)
+        path = shutil.which(name, path=context.environment.get("PATH"))
+        if path is None:
+            raise SubstitutionFailure(f"executable '{name}' not found on the PATH")
+        return path
+
+
+@public("launch.substitutions.file_content")
+class FileContent(Substitution):
+    """The text of a file, as it is (a last newline included)."""
+
+    def __init__(self, path: Any) -> None:
+        self.__path = normalize_to_list_of_substitutions(path)
+
+    @property
+    def path(self) -> list[Substitution]:
+        """The file."""
+        return self.__path
+
+    def describe(self) -> str:
+        """Like `FileContent('/a/b')`."""
+        return f"FileContent({' + '.join([sub.describe() for sub in self.path])})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The text; SubstitutionFailure if it cannot be read."""
+        path = perform_substitutions(context, self.path)
+        try:
+            with open(path) as file:
+                return file.read()
+        except FileNotFoundError:
+            raise SubstitutionFailure(f"File not found: {path}") from None
+        except PermissionError:
+            raise SubstitutionFailure(f"Permission denied: {path}") from None
+        except Exception as error:
+            raise SubstitutionFailure(f"Error reading file: {path}: {error}") from error
+
+
+@public("launch.substitutions.launch_log_dir")
+class LaunchLogDir(Substitution):
+    """The folder of this run's log files."""
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def describe(self) -> str:
+        """`LaunchLogDir()`."""
+        return "LaunchLogDir()"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The folder."""
+        return session.current().log_dir

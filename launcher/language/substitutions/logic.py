@@ -1,0 +1,243 @@
+"""Truth values as texts: not, and, or, any, all, equality, and a choice between two texts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.type_utils import is_substitution, perform_typed_substitution
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_MODULE = "launch.substitutions.boolean_substitution"
+
+
+def _truth(context: LaunchContext, value: list[Substitution]) -> bool:
+    try:
+        return bool(perform_typed_substitution(context, value, bool))
+    except (TypeError, ValueError) as error:
+        raise SubstitutionFailure(error) from error
+
+
+def _text(truth: bool) -> str:
+    return "true" if truth else "false"
+
+
+@public(_MODULE)
+class NotSubstitution(Substitution):
+    """The opposite of a truth value."""
+
+    def __init__(self, value: Any) -> None:
+        self.__value = normalize_to_list_of_substitutions(value)
+
+    @property
+    def value(self) -> list[Substitution]:
+        """The truth value."""
+        return self.__value
+
+    def describe(self) -> str:
+        """Like `NotSubstitution(...)`."""
+        return f"NotSubstitution({self.value})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """`true` or `false`; SubstitutionFailure if the value is neither."""
+        return _text(not _truth(context, self.value))
+
+
+class _TwoSided(Substitution):
+    """Base of substitutions of two truth values; both are always performed."""
+
+    def __init__(self, left: Any, right: Any, combine: Callable[[bool, bool], bool]) -> None:
+        self.__left = normalize_to_list_of_substitutions(left)
+        self.__right = normalize_to_list_of_substitutions(right)
+        self.__combine = combine
+
+    @property
+    def left(self) -> list[Substitution]:
+        """The left value."""
+        return self.__left
+
+    @property
+    def right(self) -> list[Substitution]:
+        """The right value."""
+        return self.__right
+
+    def describe(self) -> str:
+        """Like `AndSubstitution(... ...)`."""
+        return f"{type(self).__name__}({self.left} {self.right})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """`true` or `false`; SubstitutionFailure if a value is neither."""
+        left = _truth(context, self.left)
+        right = _truth(context, self.right)
+        return _text(self.__combine(left, right))
+
+
+@public(_MODULE)
+class AndSubstitution(_TwoSided):
+    """Whether both values are true."""
+
+    def __init__(self, left: Any, right: Any) -> None:
+        super().__init__(left, right, lambda one, other: one and other)
+
+
+@public(_MODULE)
+class OrSubstitution(_TwoSided):
+    """Whether one of the values is true."""
+
+    def __init__(self, left: Any, right: Any) -> None:
+        super().__init__(left, right, lambda one, other: one or other)
+
+
+class _ManySided(Substitution):
+    """Base of substitutions of any number of truth values; all are performed."""
+
+    def __init__(self, *args: Any) -> None:
+        self.__args = [normalize_to_list_of_substitutions(arg) for arg in args]
+
+    @property
+    def args(self) -> list[list[Substitution]]:
+        """The values."""
+        return self.__args
+
+    def describe(self) -> str:
+        """Like `AnySubstitution(... ...)`."""
+        return f"{type(self).__name__}({' '.join(str(arg) for arg in self.args)})"
+
+    def _truths(self, context: LaunchContext) -> list[bool]:
+        return [_truth(context, arg) for arg in self.args]
+
+
+@public(_MODULE)
+class AnySubstitution(_ManySided):
+    """Whether at least one of the values is true."""
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+
+    def perform(self, context: LaunchContext) -> str:
+        """`true` or `false`; SubstitutionFailure if a value is neither."""
+        return _text(any(self._truths(context)))
+
+
+@public(_MODULE)
+class AllSubstitution(_ManySided):
+    """Whether all of the values are true."""
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+
+    def perform(self, context: LaunchContext) -> str:
+        """`true` or `false`; SubstitutionFailure if a value is neither."""
+        return _text(all(self._truths(context)))
+
+
+@public("launch.substitutions.equals_substitution")
+class EqualsSubstitution(Substitution):
+    """Whether two values are equal: as truth values or numbers where both are such."""
+
+    def __init__(self, left: Any, right: Any) -> None:
+        self.__left = _side(left)
+        self.__right = _side(right)
+
+    @property
+    def left(self) -> list[Substitution]:
+        """The left value."""
+        return self.__left
+
+    @property
+    def right(self) -> list[Substitution]:
+        """The right value."""
+        return self.__right
+
+    def describe(self) -> str:
+        """Like `EqualsSubstitution(... ...)`."""
+        return f"EqualsSubstitution({self.left} {self.right})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """`true` or `false`."""
+        left = perform_substitutions(context, self.left)
+        right = perform_substitutions(context, self.right)
+        return _text(_equal(left, right))
+
+
+def _side(value: Any) -> list[Substitution]:
+    if is_substitution(value):
+        return normalize_to_list_of_substitutions(value)
+    if value is None:
+        value = ""
+    return normalize_to_list_of_substitutions(
+        str(value).lower() if isinstance(value, bool) else str(value)
+    )
+
+
+def _equal(left: str, right: str) -> bool:
+    truths = {"true": True, "1": True, "false": False, "0": False}
+    if left.lower() in truths and right.lower() in truths:
+        return truths[left.lower()] == truths[right.lower()]
+    try:
+        return math.isclose(float(left), float(right))
+    except ValueError:
+        return left == right
+
+
+@public("launch.substitutions.not_equals_substitution")
+class NotEqualsSubstitution(EqualsSubstitution):
+    """Whether two values differ."""
+
+    def __init__(self, left: Any, right: Any) -> None:
+        super().__init__(left, right)
+
+    def describe(self) -> str:
+        """Like `NotEqualsSubstitution(... ...)`."""
+        return f"NotEqualsSubstitution({self.left} {self.right})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """`true` or `false`."""
+        return _text(super().perform(context) == "false")
+
+
+@public("launch.substitutions.if_else_substitution")
+class IfElseSubstitution(Substitution):
+    """One of two texts, by a truth value; only the chosen one is performed."""
+
+    def __init__(self, condition: Any, if_value: Any = "", else_value: Any = "") -> None:
+        if if_value == else_value == "":
+            raise RuntimeError("One of if_value and else_value must be specified")
+        self._condition = normalize_to_list_of_substitutions(condition)
+        self._if_value = normalize_to_list_of_substitutions(if_value)
+        self._else_value = normalize_to_list_of_substitutions(else_value)
+
+    @property
+    def condition(self) -> list[Substitution]:
+        """The truth value."""
+        return self._condition
+
+    @property
+    def if_value(self) -> list[Substitution]:
+        """The text for true."""
+        return self._if_value
+
+    @property
+    def else_value(self) -> list[Substitution]:
+        """The text for false."""
+        return self._else_value
+
+    def describe(self) -> str:
+        """Like `IfElseSubstitution(LaunchConfig('x'), 'a', 'b')`."""
+        parts = (self.condition, self.if_value, self.else_value)
+        texts = [" + ".join(sub.describe() for sub in part) for part in parts]
+        return f"IfElseSubstitution({', '.join(texts)})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The chosen text; SubstitutionFailure if the condition is no truth value."""
+        chosen = self.if_value if _truth(context, self.condition) else self.else_value
+        return perform_substitutions(context, chosen)

@@ -1,0 +1,101 @@
+"""Names that nobody else has, and loop variables."""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution
+from launcher.language.substitutions.configuration import LocalSubstitution
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.substitutions.anon_name")
+class AnonName(Substitution):
+    """A name made unique; the same everywhere in the run for the same given name."""
+
+    def __init__(self, name: Any) -> None:
+        self.__name = normalize_to_list_of_substitutions(name)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The given name."""
+        return self.__name
+
+    def describe(self) -> str:
+        """Like `AnonName('node')`."""
+        return f"AnonName({' + '.join([sub.describe() for sub in self.name])})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The unique name."""
+        name = perform_substitutions(context, self.name)
+        key = "anon" + name
+        if key not in context.launch_configurations:
+            context.launch_configurations[key] = self.compute_name(name)
+        value: str = context.launch_configurations[key]
+        return value
+
+    @staticmethod
+    def compute_name(id_value: str) -> str:
+        """The name with host and process id; the number keeps ROS 2's form."""
+        import socket
+
+        name = f"{id_value}_{socket.gethostname()}_{os.getpid()}_{len(id_value)}"
+        return re.sub(r"[.\-:]", "_", name)
+
+
+@public("launch.substitutions.for_loop_var")
+class ForEachVar(LocalSubstitution):
+    """The value of a field in the current turn of a ForEach."""
+
+    def __init__(self, name: Any, *, default_value: Any = None) -> None:
+        super().__init__("for_each_values", description="for-each variable")
+        self.__name = normalize_to_list_of_substitutions(name)
+        self.__default_value = (
+            None if default_value is None else normalize_to_list_of_substitutions(default_value)
+        )
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The field."""
+        return self.__name
+
+    @property
+    def default_value(self) -> list[Substitution] | None:
+        """What stands in where the turn has no such field."""
+        return self.__default_value
+
+    def perform(self, context: LaunchContext) -> str:
+        """The value as text; KeyError if there is none."""
+        name = perform_substitutions(context, self.name)
+        values = context.get_locals_as_dict().get("for_each_values", {})
+        if name not in values and self.default_value is not None:
+            return perform_substitutions(context, self.default_value)
+        return str(values[name])
+
+
+@public("launch.substitutions.for_loop_var")
+class ForLoopIndex(LocalSubstitution):
+    """The index in the current turn of a ForLoop."""
+
+    def __init__(self, name: Any) -> None:
+        super().__init__("for_loop_index", description="for-loop index")
+        self.__name = normalize_to_list_of_substitutions(name)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The name of the index."""
+        return self.__name
+
+    def perform(self, context: LaunchContext) -> str:
+        """The index as text."""
+        name = perform_substitutions(context, self.name)
+        return str(context.get_locals_as_dict()["for_loop_indices"][name])

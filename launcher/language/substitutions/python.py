@@ -1,0 +1,62 @@
+"""Python expressions as texts."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.naming import public
+from launcher.language.substitution import Substitution
+from launcher.language.utilities import (
+    ensure_argument_type,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+
+@public("launch.substitutions.python_expression")
+class PythonExpression(Substitution):
+    """The value of a Python expression; it sees the given modules, and `math` without prefix."""
+
+    def __init__(self, expression: Any, python_modules: Any = ["math"]) -> None:  # noqa: B006
+        types = (str, Substitution, Iterable)
+        ensure_argument_type(expression, types, "expression", "PythonExpression")
+        ensure_argument_type(python_modules, types, "python_modules", "PythonExpression")
+        self.__expression = normalize_to_list_of_substitutions(expression)
+        if isinstance(python_modules, (str, Substitution)):
+            python_modules = [python_modules]
+        self.__python_modules = [
+            normalize_to_list_of_substitutions(module) for module in python_modules
+        ]
+
+    @property
+    def expression(self) -> list[Substitution]:
+        """The expression."""
+        return self.__expression
+
+    @property
+    def python_modules(self) -> list[list[Substitution]]:
+        """The modules."""
+        return self.__python_modules
+
+    def describe(self) -> str:
+        """Like `PythonExpr(LaunchConfig('n') + ' > 3', ['math'])`."""
+        expression = " + ".join([sub.describe() for sub in self.expression])
+        modules = ", ".join(
+            " + ".join([sub.describe() for sub in module]) for module in self.python_modules
+        )
+        return f"PythonExpr({expression}, [{modules}])"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The value as text; whatever the expression raises."""
+        names: dict[str, Any] = {}
+        for subs in self.python_modules:
+            module = importlib.import_module(perform_substitutions(context, subs))
+            if module.__name__ == "math":
+                names.update(vars(module))
+            names[module.__name__] = module
+        return str(eval(perform_substitutions(context, self.expression), {}, names))

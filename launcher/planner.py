@@ -1,0 +1,294 @@
+"""The planner: a launch file in virtual time. Nothing is started; the plan says what would be.
+
+Phase `run`: every process starts and lives, timers fire. Phase `exit`: each process in turn ends
+once with code 0, and what follows from it is played. A shutdown ends phase `run` and is ignored
+in phase `exit`. `Command` and functions of the launch file run for real.
+"""
+
+from __future__ import annotations
+
+import heapq
+import signal
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from launcher.errors import LaunchFileError
+from launcher.interpreter.core import Interpreter
+from launcher.language.compat import vocabulary
+from launcher.lifecycle import transition_steps
+from launcher.model import events as model
+from launcher.model.spec import ProcessSpec
+
+if TYPE_CHECKING:
+    from launcher.interpreter.host import Surprise
+    from launcher.language.description import LaunchDescription
+    from launcher.language.events import Shutdown
+
+HORIZON_S = 3600.0  # virtual time is not played further; respawns and timers may go on for ever
+_FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}
+_USER_LOGGER = "launch.user"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stamp:
+    """When something happened: virtual seconds, the phase, and the process whose end caused it."""
+
+    time_s: float
+    phase: str
+    cause: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedProcess:
+    """A process, and the launch file's own words on how it is started again."""
+
+    spec: ProcessSpec
+    respawn: bool
+    respawn_delay: float | None
+    respawn_max_retries: Any
+    stamp: Stamp
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanError:
+    """What ended the evaluation: `stage` is `load` or `run`; `kind` names ROS 2's exception."""
+
+    kind: str
+    message: str
+    stage: str
+    phase: str
+    fault: LaunchFileError
+
+
+@dataclass(slots=True, kw_only=True)
+class Plan:
+    """Everything that a launch file would do."""
+
+    path: str
+    environment: dict[str, str] = field(default_factory=dict)
+    arguments: list[Any] | None = None
+    arguments_error: str | None = None
+    declared: dict[str, str] = field(default_factory=dict)
+    processes: list[PlannedProcess] = field(default_factory=list)
+    loads: list[tuple[model.LoadRequest, Stamp]] = field(default_factory=list)
+    lifecycle: list[tuple[model.StateRequest, Stamp]] = field(default_factory=list)
+    logs: list[tuple[str, Stamp]] = field(default_factory=list)
+    shutdowns: list[tuple[str, Stamp]] = field(default_factory=list)
+    warnings: tuple[Surprise, ...] = ()
+    names_read: frozenset[str] = frozenset()
+    error: PlanError | None = None
+
+
+def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
+    """The plan of a launch file of any kind; faults of the file are in `plan.error`."""
+    plan = Plan(path=path)
+    with vocabulary():
+        description = _load(plan)
+        if description is not None:
+            _evaluate(plan, description, arguments)
+    return plan
+
+
+def plan_document(path: str, arguments: Iterable[tuple[str, str]]) -> dict[str, Any]:
+    """The canonical document of the plan, ready for `json.dumps`."""
+    from launcher.render.plan_json import document
+
+    return document(make_plan(path, arguments))
+
+
+def _load(plan: Plan) -> LaunchDescription | None:
+    from launcher import frontends
+
+    try:
+        return frontends.load(plan.path)
+    except LaunchFileError as fault:
+        plan.arguments_error = fault.message
+        plan.error = _plan_error(fault, getattr(fault, "stage", "load"), "run")
+        return None
+
+
+def _evaluate(
+    plan: Plan, description: LaunchDescription, arguments: Iterable[tuple[str, str]]
+) -> None:
+    world = _World(plan)
+    interpreter = Interpreter(
+        description,
+        path=plan.path,
+        arguments=arguments,
+        answer=world.answer,
+        shutdown_when_idle=False,
+    )
+    plan.environment = interpreter.environment
+    world.play(interpreter, description)
+    plan.declared = interpreter.host.declared_values
+    plan.warnings = tuple(interpreter.warnings)
+    plan.names_read = frozenset(interpreter.host.names_read)
+
+
+def _plan_error(fault: LaunchFileError, stage: str, phase: str) -> PlanError:
+    cause = fault.__cause__ or fault
+    kind = getattr(cause, "ros_type", None) or type(cause).__name__
+    return PlanError(kind=kind, message=str(cause), stage=stage, phase=phase, fault=fault)
+
+
+class _World:
+    """Virtual time and the processes in it; answers each effect at once."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._interpreter: Interpreter
+        self._now_s = 0.0
+        self._phase = "run"
+        self._cause: int | None = None
+        self._timers: list[tuple[float, int, model.Event]] = []
+        self._cancelled: set[int] = set()
+        self._sequence = 0
+        self._living: dict[int, int] = {}  # process_id -> index in the plan
+        self._to_exit: deque[int] = deque()
+        self._seen: set[int] = set()
+
+    # ---- the course of time
+
+    def play(self, interpreter: Interpreter, description: LaunchDescription) -> None:
+        """Phase run, then phase exit; the interpreter is closed in the end."""
+        self._interpreter = interpreter
+        interpreter.host.shutdown_filter = self._shutdown
+        try:
+            self._list_arguments(description)
+            interpreter.begin()
+            self._run_timers()
+            self._run_exits()
+        finally:
+            interpreter.close()
+        if interpreter.failure is not None:
+            self._plan.error = _plan_error(interpreter.failure, "run", self._failed_in)
+
+    @property
+    def _failed_in(self) -> str:
+        return self._phase
+
+    def _list_arguments(self, description: LaunchDescription) -> None:
+        try:
+            self._plan.arguments = list(description.get_launch_arguments())
+        except Exception as error:
+            self._plan.arguments_error = f"{type(error).__name__}: {error}"
+
+    @property
+    def _goes_on(self) -> bool:
+        return self._interpreter.failure is None and self._phase != "shutdown"
+
+    def _run_timers(self) -> None:
+        while self._goes_on and self._timers and self._timers[0][0] <= HORIZON_S:
+            self._now_s = self._timers[0][0]
+            due: list[model.Event] = []
+            while self._timers and self._timers[0][0] == self._now_s:
+                event = heapq.heappop(self._timers)[2]
+                if getattr(event, "timer_id", None) not in self._cancelled:
+                    due.append(event)
+            self._interpreter.handle_together(due)
+
+    def _run_exits(self) -> None:
+        while self._goes_on and self._to_exit:
+            self._phase = "exit"
+            process_id = self._to_exit.popleft()
+            if process_id not in self._living:
+                continue
+            self._cause = self._living[process_id]
+            self._interpreter.handle_together([self._exit(process_id)])
+            self._run_timers()
+
+    def _exit(self, process_id: int) -> model.ProcessExited:
+        index = self._living.pop(process_id)
+        process = self._plan.processes[index]
+        if process.respawn and process.respawn_max_retries != 0:
+            delay_s = max(0.0, process.respawn_delay or 0.0)
+            started = model.ProcessStarted(process_id=process_id, pid=_pid(process_id))
+            self._at(delay_s, started)
+        return model.ProcessExited(
+            process_id=process_id,
+            pid=_pid(process_id),
+            returncode=0,
+            will_restart=process.respawn,
+        )
+
+    def _at(self, delay_s: float, event: model.Event) -> None:
+        self._sequence += 1
+        heapq.heappush(self._timers, (self._now_s + delay_s, self._sequence, event))
+
+    # ---- what happens
+
+    @property
+    def _stamp(self) -> Stamp:
+        return Stamp(time_s=self._now_s, phase=self._phase, cause=self._cause)
+
+    def _shutdown(self, event: Shutdown) -> bool:
+        if self._phase == "shutdown":
+            return True
+        self._plan.shutdowns.append((str(event.reason), self._stamp))
+        if self._phase == "exit":
+            return False
+        self._phase = "shutdown"
+        return True
+
+    def answer(self, effect: model.Effect) -> list[model.Event]:
+        """Note the effect in the plan; the events that it brings at once."""
+        match effect:
+            case model.StartProcess():
+                return self._start(effect)
+            case model.CallLater(timer_id=timer_id, delay_s=delay_s):
+                self._at(delay_s, model.TimerFired(timer_id=timer_id))
+            case model.CancelTimer(timer_id=timer_id):
+                self._cancelled.add(timer_id)
+            case model.LogMessage(logger=logger, text=text):
+                if logger == _USER_LOGGER:
+                    self._plan.logs.append((text, self._stamp))
+            case model.SignalProcess(process_id=process_id, signum=signum):
+                if signum in _FATAL_SIGNALS and process_id in self._living:
+                    return [self._exit(process_id)]
+            case model.StopProcess(process_id=process_id):
+                if process_id in self._living:
+                    return [self._exit(process_id)]
+            case model.LoadComponent(request_id=request_id, request=load):
+                self._plan.loads.append((load, self._stamp))
+                return [_loaded(request_id, load)]
+            case model.ChangeState(request_id=request_id, request=change):
+                self._plan.lifecycle.append((change, self._stamp))
+                return [model.StateChanged(request_id=request_id), *_transitions(change)]
+        return []
+
+    def _start(self, effect: model.StartProcess) -> list[model.Event]:
+        action = self._interpreter.host.processes[effect.process_id].action
+        respawn, delay_s, retries = action._respawn_settings()
+        planned = PlannedProcess(
+            spec=effect.spec,
+            respawn=respawn,
+            respawn_delay=delay_s,
+            respawn_max_retries=retries,
+            stamp=self._stamp,
+        )
+        self._living[effect.process_id] = len(self._plan.processes)
+        self._to_exit.append(effect.process_id)
+        self._plan.processes.append(planned)
+        return [model.ProcessStarted(process_id=effect.process_id, pid=_pid(effect.process_id))]
+
+
+def _pid(process_id: int) -> int:
+    return 100_000 + process_id  # looks like one; nothing has it
+
+
+def _loaded(request_id: int, load: model.LoadRequest) -> model.ComponentLoaded:
+    namespace = (load.namespace or "/").rstrip("/")
+    name = f"{namespace}/{load.name}" if load.name else ""
+    return model.ComponentLoaded(request_id=request_id, full_node_name=name, unique_id=1)
+
+
+def _transitions(change: model.StateRequest) -> list[model.Event]:
+    steps = transition_steps(change.transition_id)
+    return [
+        model.TransitionSeen(
+            node=change.node, transition=label, start_state=start, goal_state=goal
+        )
+        for label, start, goal in steps
+    ]

@@ -1,0 +1,134 @@
+"""The plan as the canonical document that `plan --json` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.substitutions.text import TextSubstitution
+
+if TYPE_CHECKING:
+    from launcher.language.actions.arguments import DeclareLaunchArgument
+    from launcher.model.events import LoadRequest, StateRequest
+    from launcher.model.spec import ParameterSource
+    from launcher.planner import Plan, PlanError, PlannedProcess, Stamp
+
+GENERATED = "<generated>"
+
+
+def document(plan: Plan) -> dict[str, Any]:
+    """The plan as plain data for `json.dumps`."""
+    result: dict[str, Any] = {
+        "arguments": None
+        if plan.arguments is None
+        else [_argument(argument) for argument in plan.arguments],
+        "declared": dict(plan.declared),
+        "processes": [_process(process, plan.environment) for process in plan.processes],
+        "loads": [{**_load(load), **_stamp(stamp)} for load, stamp in plan.loads],
+        "lifecycle": [{**_change(change), **_stamp(stamp)} for change, stamp in plan.lifecycle],
+        "logs": [{"message": text, **_stamp(stamp)} for text, stamp in plan.logs],
+        "shutdowns": [{"reason": reason, **_stamp(stamp)} for reason, stamp in plan.shutdowns],
+        "error": None if plan.error is None else _error(plan.error),
+    }
+    if plan.arguments is None:
+        result["arguments_error"] = plan.arguments_error
+    if plan.warnings:
+        result["warnings"] = [
+            {"text": warning.text, "where": str(warning.origin) if warning.origin else None}
+            for warning in plan.warnings
+        ]
+    return result
+
+
+def _argument(argument: DeclareLaunchArgument) -> dict[str, Any]:
+    default = argument.default_value
+    texts = None
+    if default is not None and all(isinstance(sub, TextSubstitution) for sub in default):
+        texts = "".join(sub.text for sub in default if isinstance(sub, TextSubstitution))
+    return {
+        "name": argument.name,
+        "description": argument.description,
+        "has_default": default is not None,
+        "default": texts,
+        "choices": None if argument.choices is None else list(argument.choices),
+    }
+
+
+def _process(process: PlannedProcess, environment: Mapping[str, str]) -> dict[str, Any]:
+    spec = process.spec
+    ros = spec.ros
+    sources = ros.parameters if ros else ()
+    generated = {source.file for source in sources if source.generated is not None}
+    return {
+        "package": ros.package if ros else None,
+        "executable": ros.executable if ros else None,
+        "node_name": ros.node_name if ros else None,
+        "namespace": ros.namespace if ros else None,
+        "remappings": [list(rule) for rule in ros.remappings] if ros else [],
+        "cmd": [GENERATED if word in generated else word for word in spec.argv],
+        "parameters": [_parameter(source) for source in sources],
+        "env_set": {k: v for k, v in spec.env.items() if environment.get(k) != v},
+        "env_unset": sorted(name for name in environment if name not in spec.env),
+        "cwd": spec.cwd,
+        "shell": spec.shell,
+        "output": _output(spec.output_given),
+        "emulate_tty": spec.emulate_tty,
+        "respawn": process.respawn,
+        "respawn_delay": process.respawn_delay,
+        "respawn_max_retries": process.respawn_max_retries,
+        "sigterm_timeout": spec.sigterm_timeout_given,
+        "sigkill_timeout": spec.sigkill_timeout_given,
+        "label": spec.label,
+        **_stamp(process.stamp),
+    }
+
+
+def _parameter(source: ParameterSource) -> dict[str, Any]:
+    if source.rule is not None:
+        return {"rule": source.rule}
+    if source.generated is not None:
+        return {"generated": source.generated}
+    return {"file": source.file}
+
+
+def _output(output: Any) -> Any:
+    if not isinstance(output, Mapping):
+        return output
+    return {
+        key: sorted(value) if isinstance(value, (set, frozenset, list, tuple)) else value
+        for key, value in output.items()
+    }
+
+
+def _load(load: LoadRequest) -> dict[str, Any]:
+    return {
+        "container": load.container,
+        "package": load.package,
+        "plugin": load.plugin,
+        "name": load.name or "",
+        "namespace": load.namespace or "",
+        "remappings": [list(rule) for rule in load.remappings],
+        "parameters": [[name, _plain(value)] for name, value in load.parameters],
+        "extra_arguments": [[name, _plain(value)] for name, value in load.extra_arguments],
+    }
+
+
+def _plain(value: object) -> object:
+    return list(value) if isinstance(value, (list, tuple)) else value
+
+
+def _change(change: StateRequest) -> dict[str, Any]:
+    return {"node": change.node, "transition": change.transition}
+
+
+def _stamp(stamp: Stamp) -> dict[str, Any]:
+    return {"time": stamp.time_s, "phase": stamp.phase, "cause": stamp.cause}
+
+
+def _error(error: PlanError) -> dict[str, Any]:
+    return {
+        "type": error.kind,
+        "message": error.message,
+        "stage": error.stage,
+        "phase": error.phase,
+    }
