@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 from launcher.errors import LaunchFileError
 
+_SHOWN = 120  # characters of a text of the launch file in a message
+
 
 @dataclass(frozen=True, slots=True)
 class Place:
@@ -78,11 +80,19 @@ class StructureError(FrontendError, RuntimeError):
 
 
 def first_of(errors: Sequence[LaunchFileError]) -> LaunchFileError:
-    """The first error, carrying the others."""
+    """The first error, carrying the others and those that they carry."""
     first, *others = errors
     if isinstance(first, FrontendError):
-        first.others += tuple(others)
+        for other in others:
+            first.others += (other, *_taken_from(other))
     return first
+
+
+def _taken_from(error: LaunchFileError) -> tuple[LaunchFileError, ...]:
+    if not isinstance(error, FrontendError):
+        return ()
+    taken, error.others = error.others, ()
+    return taken
 
 
 # What people write who come from ROS 1, or who take one tag for another: the right attribute.
@@ -117,6 +127,17 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     """A hint that names the nearest known name; None if none is near."""
     near = difflib.get_close_matches(name, sorted(known), n=1)
     return f"did you mean '{near[0]}'?" if near else None
+
+
+def count_of(error: LaunchFileError) -> int:
+    """How many mistakes an error tells of."""
+    return 1 + len(getattr(error, "others", ()))
+
+
+def shown(text: object) -> str:
+    """A text as it may stand in a message: not longer than a line."""
+    found = str(text)
+    return found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
 
 
 def locate(error: LaunchFileError, place: Place | None) -> None:

@@ -21,10 +21,11 @@ from launcher.frontends.entity_errors import (
     attribute_hint,
     did_you_mean,
     missing_hint,
+    shown,
 )
 from launcher.frontends.types import coerce_text, is_entity_list
 
-MAX_TEXT = 4 * 1024 * 1024  # characters; the largest launch files of the field have 100 KiB
+MAX_TEXT = 1024 * 1024  # characters; the largest launch files of the field have some 100 KiB
 MAX_DEPTH = 60  # nested tags; each level costs Python frames while actions are parsed
 MAX_XML_ENTITY = 256  # characters that one `&name;` may stand for; it may not hold another one
 
@@ -200,7 +201,7 @@ class XmlEntity(Entity):
             wanted = getattr(data_type, "__name__", str(data_type))
             raise AttributeTypeError(
                 f"attribute '{name}' of <{self.type_name}> should be of type {wanted}, "
-                f"'{text}' is not",
+                f"'{shown(text)}' is not",
                 place=self._attribute_place(name),
             ) from problem
 

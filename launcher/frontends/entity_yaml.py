@@ -24,7 +24,8 @@ from launcher.frontends.entity_errors import (
 from launcher.frontends.types import is_entity_list
 from launcher.language.type_utils import is_instance_of
 
-MAX_TEXT = 4 * 1024 * 1024  # characters
+MAX_TEXT = 512 * 1024  # characters; YAML is read at some 100 KiB a second
+MAX_NUMBER = 1000  # digits; numbers to base 60 take quadratic time
 MAX_NODES = 200_000  # with every alias counted as what it stands for
 MAX_DEPTH = 120  # a nested action takes two levels
 
@@ -70,6 +71,8 @@ def _check_size(root: yaml.Node, source: SourceText) -> None:
             problem = "an alias within itself" if id(node) in open_nodes else "nested too deeply"
             place = _place(node, source)
             raise FrontendError(f"this YAML is {problem}", place=place, ros_type="RecursionError")
+        if _is_long_number(node):
+            raise FrontendError("this number is too long", place=_place(node, source))
         open_nodes.add(id(node))
         total = 1 + sum(size(child, depth + 1) for child in _child_nodes(node))
         open_nodes.discard(id(node))
@@ -80,6 +83,11 @@ def _check_size(root: yaml.Node, source: SourceText) -> None:
         return total
 
     size(root, 0)
+
+
+def _is_long_number(node: yaml.Node) -> bool:
+    is_number = node.tag.endswith((":int", ":float"))
+    return is_number and isinstance(node, yaml.ScalarNode) and len(node.value) > MAX_NUMBER
 
 
 def _child_nodes(node: yaml.Node) -> Iterator[yaml.Node]:

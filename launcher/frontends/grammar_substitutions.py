@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from launcher.frontends import expose
-from launcher.frontends.entity_errors import FrontendError, Place, did_you_mean, locate
+from launcher.frontends.entity_errors import FrontendError, Place, did_you_mean, locate, shown
 from launcher.frontends.grammar import Call, GrammarError, Part, Text, parse_template
 from launcher.language.origin import Origin
 from launcher.language.substitution import Substitution
@@ -91,7 +91,7 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
 
 def _syntax_error(value: str, problem: GrammarError, place: Place | None) -> FrontendError:
     return FrontendError(
-        f"in '{value}': {problem}",
+        f"in '{shown(value)}': {problem}",
         place=_shifted(place, problem.position),
         hint=r"a '$(' that is meant as text is written '\$('" if problem.at_end else None,
         ros_type="UnexpectedEOF" if problem.at_end else "UnexpectedCharacters",

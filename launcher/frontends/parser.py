@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.frontends import expose, grammar, grammar_substitutions
 from launcher.frontends.entity import Entity, SourceText
-from launcher.frontends.entity_errors import FrontendError, StructureError, first_of, locate
+from launcher.frontends.entity_errors import (
+    FrontendError,
+    StructureError,
+    count_of,
+    first_of,
+    locate,
+)
 from launcher.language.description import LaunchDescription
 from launcher.language.naming import public
 from launcher.language.origin import Origin
@@ -21,6 +27,7 @@ if TYPE_CHECKING:
 
 PARSER_GROUP = "launch.frontend.parser"
 BUILTIN_SUFFIXES = ("xml", "yaml")
+MAX_PROBLEMS = 20  # told at once; a file with more is broken in another way
 
 
 @public("launch.frontend.parser")
@@ -116,6 +123,8 @@ class Parser:
                 actions.append(self.parse_action(entity))
             except LaunchFileError as problem:
                 problems.append(problem)
+                if sum(map(count_of, problems)) >= MAX_PROBLEMS:
+                    break
         if problems:
             raise first_of(problems)
         return actions

@@ -12,6 +12,8 @@ from launcher.frontends.entity import Entity
 from launcher.frontends.entity_errors import UnexpectedContentError, did_you_mean
 from launcher.language.type_utils import get_typed_value
 
+MAX_TYPED = 100_000  # characters; what is longer is a text (a robot description), no value
+
 # How `type="..."` of a parameter is written.
 TYPE_IDENTIFIERS: dict[str, Any] = {
     "bool": bool,
@@ -47,4 +49,6 @@ def coerce_text(text: str | list[str], data_type: Any, *, can_be_str: bool) -> A
 
     ValueError if it is no such value, TypeError if pieces are given for a scalar.
     """
+    if len(text) > MAX_TYPED and isinstance(text, str) and can_be_str:
+        return text
     return get_typed_value(text, data_type, can_be_str)

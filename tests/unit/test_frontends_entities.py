@@ -235,6 +235,7 @@ HOSTILE_YAML = {
     "deep blocks": "".join(" " * n + "a:\n" for n in range(400)),
     "endless": "a: &a [*a]",
     "long number": "a: " + "9" * 10_000,
+    "long number to base 60": "a: " + "1:" * 100_000 + "1",
     "bad date": "a: 2001-99-99",
     "bad tag": "a: !!python/object:os.system {}",
     "bad character": "a: \x01",

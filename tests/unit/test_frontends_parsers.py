@@ -10,7 +10,7 @@ import pytest
 
 from launcher.frontends import expose
 from launcher.frontends.entity_errors import FrontendError
-from launcher.frontends.parser import Parser
+from launcher.frontends.parser import MAX_PROBLEMS, Parser
 from launcher.frontends.parsers.process import parse_words
 from launcher.frontends.xml import XmlParser
 from launcher.frontends.yaml import YamlParser
@@ -247,6 +247,15 @@ def test_all_independent_mistakes_are_told_at_once() -> None:
         parser.parse_description(root)
     lines = [line for line in caught.value.render().splitlines() if line.startswith("error")]
     assert [line.split(":")[2] for line in lines] == ["2", "4", "5"]
+
+
+def test_not_more_mistakes_are_told_than_a_person_can_read() -> None:
+    root, parser = XmlParser.load(
+        StringIO("<launch>" + "<group><lgo/><nod/></group>" * 500 + "</launch>")
+    )
+    with pytest.raises(FrontendError) as caught:
+        parser.parse_description(root)
+    assert len(caught.value.others) + 1 == MAX_PROBLEMS
 
 
 def test_caret_stands_under_the_character_that_is_wrong() -> None:

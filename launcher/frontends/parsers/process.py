@@ -7,7 +7,7 @@ from collections.abc import Collection
 from typing import Any
 
 from launcher.frontends.entity import Entity
-from launcher.frontends.entity_errors import AttributeTypeError, UnexpectedContentError
+from launcher.frontends.entity_errors import AttributeTypeError, UnexpectedContentError, shown
 from launcher.frontends.parsers.base import (
     Parsed,
     as_dictionary,
@@ -118,7 +118,7 @@ def _split(text: str, cmd: str) -> list[str]:
         return shlex.split(text)
     except ValueError as problem:
         raise UnexpectedContentError(
-            f"in '{cmd}': {problem}",
+            f"in '{shown(cmd)}': {problem}",
             hint="quotes cannot enclose a substitution: leave them out, its value is one word"
             if "$(" in cmd
             else None,
