@@ -40,6 +40,10 @@ unit: $(VENV)/.dev
 overflow: $(VENV)/.run
 	@$(PY) -m group_gp1.queue_overflow $(ARGS)
 
+## picture: draw the graph of the running fleet into docs/fleet.svg
+picture: $(VENV)/.dev
+	@$(PY) -m tools.draw_fleet docs/fleet.svg
+
 env: $(VENV)/.run
 dev: $(VENV)/.dev
 

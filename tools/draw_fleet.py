@@ -12,7 +12,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-DOMAIN = "77"
+from group_gp1.domain_lease import leased_domain
+from launcher.graph.dot import to_dot
+from launcher.graph.observer import Observer
+from launcher.graph.snapshot import DEBUG_TOPICS, Endpoint, Snapshot
+from launcher.graph.svg import to_svg
+
 NODES = 7
 ENDS = 12  # of the fleet's own topics
 TOPICS = {"/fleet/tasks", "/fleet/status", "/fleet/report"}
@@ -21,25 +26,26 @@ ARGUMENTS = ["enable_debug:=true", "enable_qos_probe:=true"]
 
 def main(target: str) -> int:
     """Write the picture to `target`; 1 if the fleet did not come up."""
-    os.environ |= {"ROS_DOMAIN_ID": DOMAIN, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with leased_domain() as domain_id:
+        os.environ["ROS_DOMAIN_ID"] = str(domain_id)
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        return _run_and_draw(Path(target))
+
+
+def _run_and_draw(target: Path) -> int:
     fleet = subprocess.Popen(
         [sys.executable, "-m", "launcher", "system", *ARGUMENTS],
         stdout=subprocess.DEVNULL,
         start_new_session=True,
     )
     try:
-        return _draw(Path(target))
+        return _draw(target)
     finally:
         fleet.send_signal(signal.SIGINT)
         fleet.wait()
 
 
 def _draw(target: Path) -> int:
-    from launcher.graph.dot import to_dot
-    from launcher.graph.observer import Observer
-    from launcher.graph.snapshot import DEBUG_TOPICS
-    from launcher.graph.svg import to_svg
-
     with Observer() as observer:
         snapshot = observer.wait_for(
             lambda s: len(s.nodes) == NODES and set(s.topics()) >= TOPICS and len(_ends(s)) == ENDS,
@@ -53,8 +59,8 @@ def _draw(target: Path) -> int:
     return 0
 
 
-def _ends(snapshot: object) -> list[object]:
-    return [e for e in snapshot.endpoints if e.topic in TOPICS]  # type: ignore[attr-defined]
+def _ends(snapshot: Snapshot) -> list[Endpoint]:
+    return [endpoint for endpoint in snapshot.endpoints if endpoint.topic in TOPICS]
 
 
 if __name__ == "__main__":
