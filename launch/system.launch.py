@@ -4,12 +4,11 @@ With an installation of ROS 2: `ros2 launch group_gp1 system.launch.py enable_de
 without one: `python -m launcher system enable_debug:=true`.
 """
 
+from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, GroupAction, TimerAction
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-
-from launch import LaunchDescription
 
 ROBOT_3_DELAY_S = 5.0  # late enough to find a backlog on /fleet/tasks
 
