@@ -22,6 +22,8 @@ from launcher.engine.reactor import Reactor
 from launcher.model.spec import RestartPolicy, StopPolicy
 
 POLL_S = 0.02  # nobody tells us when somebody else's child ends
+# Their parents are gone, and SIGINT is often ignored (what a shell started with `&` ignores it).
+PATIENCE = StopPolicy(sigterm_timeout_s=1.0, sigkill_timeout_s=5.0)
 
 
 class Remnants:
@@ -44,7 +46,7 @@ class Remnants:
         self._ignore = ignore
         self._say = say
         self._on_done = on_done
-        self._machine = ProcessMachine(RestartPolicy(), StopPolicy())
+        self._machine = ProcessMachine(RestartPolicy(), PATIENCE)
         self._kill_polls = 0
 
     def check(self) -> None:
@@ -62,7 +64,7 @@ class Remnants:
         if self._machine.deadline is None:
             self._kill_polls += 1
             sweep.signal_all(self._run_id, 9, ignore=self._ignore)  # something may have forked
-        if self._kill_polls * POLL_S > StopPolicy().sigkill_timeout_s:
+        if self._kill_polls * POLL_S > PATIENCE.sigkill_timeout_s:
             self._say("ERROR", f"could not be killed: {_names(pids)}")
             self._machine.handle(Exited(-9), self._reactor.now())
             self._on_done()

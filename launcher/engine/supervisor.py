@@ -101,7 +101,7 @@ class Supervisor:
         self._failed = False
         self._killed = False
         self._remnants: Remnants | None = None
-        self._folder = RunFolder(env, lambda text: self._say("WARNING", "launch", text))
+        self._folder = RunFolder(env, lambda text: screen.log("WARNING", "launch", text))
         self._relay = Relay(
             reactor,
             screen,

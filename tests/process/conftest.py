@@ -1,0 +1,97 @@
+"""Fixtures of the process tests: small launch files, run by the real launcher."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import uuid
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+
+from tests.support.terminal import Terminal, marked_processes
+
+MARK = "LAUNCHER_TEST_MARK"
+TIMEOUT_S = 60
+
+HEAD = """
+import sys
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess, RegisterEventHandler, Shutdown, TimerAction
+from launch.event_handlers import OnProcessExit
+
+def sh(script, **options):
+    return ExecuteProcess(cmd=["sh", "-c", script], **{"output": "screen", **options})
+
+def py(script, **options):
+    return ExecuteProcess(cmd=[sys.executable, "-c", script], **{"output": "screen", **options})
+
+def generate_launch_description():
+    return LaunchDescription([
+"""
+
+
+class Bench:
+    """Writes a launch file from the text of its actions, and runs it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.mark = uuid.uuid4().hex
+        self.env = {
+            **os.environ,
+            "ROS_LOG_DIR": str(folder / "log"),
+            "TERM": "xterm-256color",
+            MARK: self.mark,
+        }
+        for name in ("NO_COLOR", "FORCE_COLOR"):
+            self.env.pop(name, None)
+        self.terminals: list[Terminal] = []
+
+    def command(self, actions: str, *words: str) -> Sequence[str]:
+        file = self.folder / "bench.launch.py"
+        file.write_text(f"{HEAD}{actions}\n    ])\n", encoding="utf-8")
+        return [sys.executable, "-m", "launcher", str(file), *words]
+
+    def run(self, actions: str, *words: str) -> subprocess.CompletedProcess[bytes]:
+        """Run to the end, with standard output in a pipe."""
+        return subprocess.run(
+            self.command(actions, *words),
+            env=self.env,
+            capture_output=True,
+            timeout=TIMEOUT_S,
+            check=False,
+        )
+
+    def start(self, actions: str, *words: str) -> subprocess.Popen[bytes]:
+        """Start with standard output in a pipe."""
+        return subprocess.Popen(
+            self.command(actions, *words),
+            env=self.env,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+
+    def terminal(self, actions: str, *words: str) -> Terminal:
+        """Start in a terminal."""
+        terminal = Terminal(self.command(actions, *words), env=self.env)
+        self.terminals.append(terminal)
+        return terminal
+
+    def survivors(self) -> list[str]:
+        """Command lines of what still runs of all that was started here."""
+        return [" ".join(p.cmdline()) for p in marked_processes(MARK, self.mark)]
+
+    def close(self) -> None:
+        for process in marked_processes(MARK, self.mark):
+            process.kill()
+        for terminal in self.terminals:
+            terminal.__exit__()
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    one = Bench(tmp_path)
+    yield one
+    one.close()

@@ -1,0 +1,102 @@
+"""What is said about processes, and what the launcher's exit code says."""
+
+from __future__ import annotations
+
+import re
+
+from tests.process.conftest import Bench
+
+
+def test_a_clean_run_says_what_ros2_launch_says_and_exits_with_0(bench: Bench):
+    done = bench.run('sh("echo hello; echo there >&2")')
+    out = done.stdout.decode()
+    assert done.returncode == 0
+    assert re.search(r"^\[INFO\] \[launch\]: All log files can be found below ", out, re.M)
+    assert re.search(r"^\[INFO\] \[sh-1\]: process started with pid \[\d+\]$", out, re.M)
+    assert "[sh-1] hello\n[sh-1] there\n" in out
+    assert re.search(r"^\[INFO\] \[sh-1\]: process has finished cleanly \[pid \d+\]$", out, re.M)
+
+
+def test_a_death_is_told_with_its_code_and_makes_the_run_fail(bench: Bench):
+    done = bench.run('sh("echo hello; exit 3"), sh("kill -SEGV $$")')
+    out = done.stdout.decode()
+    assert done.returncode == 1
+    death = r"process has died \[pid \d+, exit code 3, cmd 'sh -c echo hello; exit 3'\]\."
+    died = rf"^\[ERROR\] \[sh-1\]: {death}$"
+    assert re.search(died, out, re.M)
+    assert re.search(r"process has died \[pid \d+, exit code -11, cmd ", out)
+
+
+def test_a_program_that_does_not_exist_is_told_and_the_others_run_on(bench: Bench):
+    done = bench.run('ExecuteProcess(cmd=["/no/such/program"]), sh("echo hello")')
+    out = done.stdout.decode()
+    assert done.returncode == 1
+    assert "[ERROR] [program-1]: process could not be started: No such file or directory" in out
+    assert "[sh-2] hello\n" in out
+
+
+def test_the_output_of_a_process_comes_before_the_news_of_its_end(bench: Bench):
+    done = bench.run('sh("seq 2000; printf last")')
+    lines = done.stdout.decode().splitlines()
+    assert lines.index("[sh-1] last") < lines.index(next(x for x in lines if "finished" in x))
+    assert [f"[sh-1] {n}" for n in range(1, 2001)] == [x for x in lines if re.match(r".* \d+$", x)]
+
+
+def test_stdout_and_stderr_keep_the_order_in_which_they_were_written(bench: Bench):
+    done = bench.run('sh("for i in 1 2 3; do echo out $i; echo err $i >&2; done")')
+    shown = [x for x in done.stdout.decode().splitlines() if re.search("(out|err) .$", x)]
+    assert shown == [f"[sh-1] {stream} {n}" for n in (1, 2, 3) for stream in ("out", "err")]
+
+
+def test_python_children_are_not_buffered_although_they_write_to_a_pipe(bench: Bench):
+    process = bench.start("py(\"print('early'); input()\")")
+    assert process.stdout is not None
+    lines = iter(process.stdout.readline, b"")
+    assert any(line == b"[python-1] early\n" for line in lines)
+    process.terminate()
+    process.communicate(timeout=20)
+
+
+def test_emulate_tty_gives_a_terminal_and_plain_newlines(bench: Bench):
+    script = "import sys; print(sys.stdout.isatty(), sys.stderr.isatty(), sys.stdin.isatty())"
+    done = bench.run(f'py("{script}", emulate_tty=True)')
+    assert b"[python-1] True True False\n" in done.stdout
+
+
+def test_a_prompt_is_shown_before_its_newline_and_its_line_is_completed(bench: Bench):
+    terminal = bench.terminal("sh(\"printf 'name? '; sleep 0.5; echo bob\")")
+    assert terminal.exit_code() == 0
+    assert "[sh-1] name? bob\n" in terminal.text
+
+
+def test_output_log_hides_stdout_shows_stderr_and_keeps_both_in_the_file(bench: Bench):
+    done = bench.run('sh("echo to stdout; echo to stderr >&2", output="log")')
+    assert b"to stdout" not in done.stdout
+    assert b"[sh-1] to stderr\n" in done.stdout
+    log = (bench.folder / "log" / "latest" / "launch.log").read_text()
+    assert re.search(r"^\d+\.\d{7} \[sh-1\] to stdout$", log, re.M)
+    assert re.search(r"^\d+\.\d{7} \[sh-1\] to stderr$", log, re.M)
+
+
+def test_a_log_folder_that_cannot_be_made_is_said_once_and_changes_nothing_else(bench: Bench):
+    (bench.folder / "log").write_text("a file where a folder should be")
+    done = bench.run('sh("echo hello")')
+    assert done.returncode == 0
+    assert done.stdout.count(b"no log files from here on") == 1
+    assert b"[sh-1] hello\n" in done.stdout
+
+
+def test_colour_is_off_in_a_pipe_and_on_by_force(bench: Bench):
+    actions = 'sh("echo $RCUTILS_COLORIZED_OUTPUT")'
+    assert b"[sh-1] 0\n" in bench.run(actions).stdout
+    bench.env["FORCE_COLOR"] = "1"
+    assert re.search(rb"\x1b\[38;5;\d+m\[sh-1\]\x1b\[0m 1\n", bench.run(actions).stdout)
+    bench.env["NO_COLOR"] = "1"
+    assert b"\x1b" not in bench.run(actions).stdout
+
+
+def test_a_respawned_process_runs_again_as_often_as_it_may(bench: Bench):
+    done = bench.run('sh("echo run; exit 1", respawn=True, respawn_max_retries=2)')
+    assert done.stdout.count(b"[sh-1] run\n") == 3
+    assert b"[ERROR] [sh-1]: process is given up after 2 restarts" in done.stdout
+    assert done.returncode == 1

@@ -1,0 +1,138 @@
+"""However a run ends, nothing of it is left."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import signal
+import time
+
+from tests.process.conftest import Bench
+from tests.support.terminal import Terminal
+from tests.support.waiting import wait_until
+
+STUBBORN = "trap '' INT TERM; echo ready; while :; do sleep 0.1; done"
+
+
+def test_ctrl_c_reaches_each_child_exactly_once(bench: Bench):
+    script = "trap 'echo got INT; exit 0' INT; echo ready; while :; do sleep 0.05; done"
+    terminal = bench.terminal(f'sh("{script}"), sh("{script}")')
+    terminal.wait_for_all("[sh-1]", "[sh-2]")
+    wait_until(lambda: _seen(terminal, "ready", 2), "both are ready")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    assert terminal.text.count("got INT") == 2
+    order = re.findall(r"sending signal 'SIGINT' to process\[sh-(\d)\]", terminal.text)
+    assert order == ["2", "1"]
+
+
+def _seen(terminal, text: str, times: int) -> bool:
+    if terminal.text.count(text) < times:
+        terminal.wait_for(text)
+    return terminal.text.count(text) >= times
+
+
+def test_a_child_that_ignores_everything_is_killed_after_its_timeouts(bench: Bench):
+    terminal = bench.terminal(
+        f'sh("{STUBBORN}", sigterm_timeout="0.3", sigkill_timeout="0.2")',
+    )
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 130
+    assert re.search(r"failed to terminate '0.3' seconds after receiving 'SIGINT'", terminal.text)
+    assert "escalating to 'SIGKILL'" in terminal.text
+    assert bench.survivors() == []
+
+
+def test_each_further_ctrl_c_takes_the_next_step_at_once(bench: Bench):
+    terminal = bench.terminal(f'sh("{STUBBORN}")')
+    terminal.wait_for("ready")
+    begun = time.monotonic()
+    terminal.ctrl_c()
+    terminal.wait_for("sending signal 'SIGINT'")
+    terminal.ctrl_c()
+    terminal.wait_for("sending signal 'SIGTERM'")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 130
+    assert time.monotonic() - begun < 5.0, "it waited for the timeouts"
+    assert bench.survivors() == []
+
+
+def test_a_stop_says_for_whom_it_waits(bench: Bench):
+    terminal = bench.terminal(f'sh("{STUBBORN}", sigterm_timeout="1.5", sigkill_timeout="0.1")')
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    terminal.wait_for("still waiting for sh-1")
+    assert terminal.exit_code() == 130
+
+
+GRANDCHILDREN = (
+    "sleep 1000 & setsid -f sleep 1001; sh -c 'sleep 1002 & sleep 1003' & echo ready; wait"
+)
+
+
+def test_grandchildren_and_daemons_end_with_the_run(bench: Bench):
+    terminal = bench.terminal(f'sh("{GRANDCHILDREN}")')
+    terminal.wait_for("ready")
+    wait_until(lambda: _sleeps(bench) == 4, "all four sleep")
+    terminal.ctrl_c()
+    terminal.exit_code()
+    assert bench.survivors() == []
+
+
+def test_grandchildren_and_daemons_end_with_a_killed_launcher(bench: Bench):
+    terminal = bench.terminal(f'sh("{GRANDCHILDREN}"), sh("{STUBBORN}")')
+    terminal.wait_for_all("ready")
+    wait_until(lambda: _sleeps(bench) >= 4, "all four sleep")
+    terminal.kill()
+    wait_until(lambda: bench.survivors() == [], "nothing is left")
+
+
+def _sleeps(bench: Bench) -> int:
+    return sum(line.startswith("sleep 100") for line in bench.survivors())
+
+
+def test_a_daemon_of_a_process_that_ended_by_itself_ends_with_the_run(bench: Bench):
+    done = bench.run('sh("setsid -f sleep 1000 >/dev/null 2>&1")')
+    assert done.returncode == 0
+    assert b"stopping what processes left behind: sleep [" in done.stdout
+    assert bench.survivors() == []
+
+
+def test_a_stopped_process_is_ended_too(bench: Bench):
+    terminal = bench.terminal(
+        'sh("echo ready; kill -STOP $$", sigterm_timeout="0.2", sigkill_timeout="0.2")'
+    )
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    terminal.exit_code()
+    assert bench.survivors() == []
+
+
+def test_a_launcher_that_was_started_in_the_background_obeys_sigint(bench: Bench):
+    # A script's shell ignores SIGINT for what it starts with `&`, and children inherit that.
+    words = shlex.join(bench.command('sh("echo ready; exec sleep 1000")'))
+    script = f"{words} & echo launcher $!; wait $!; echo exit code $?"
+    with Terminal(["sh", "-c", script], env=bench.env) as shell:
+        shell.wait_for("ready")
+        os.kill(int(re.findall(r"launcher (\d+)", shell.text)[0]), signal.SIGINT)
+        shell.wait_for("exit code 0")
+    assert bench.survivors() == []
+
+
+def test_a_reader_that_goes_away_ends_the_run_in_order_and_without_a_word(bench: Bench):
+    process = bench.start('sh("while :; do echo line; sleep 0.01; done")')
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.readline()
+    process.stdout.close()
+    assert process.wait(timeout=20) == 0
+    assert process.stderr.read() == b""
+    assert bench.survivors() == []
+
+
+def test_on_exit_shutdown_takes_the_system_down_with_the_required_process(bench: Bench):
+    done = bench.run('sh("exit 4", on_exit=Shutdown()), sh("sleep 1000")')
+    assert done.returncode == 1
+    assert b"process has died [pid" in done.stdout
+    assert bench.survivors() == []
