@@ -10,8 +10,14 @@ from launcher.language.substitutions.text import TextSubstitution
 
 
 def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """`log`."""
-    return parse_texts(cls, entity, parser, {"msg": "message"})
+    """`log`; newer releases of ROS 2 know an attribute `level`."""
+    _, arguments = parse_texts(cls, entity, parser, {"msg": "message"})
+    level = entity.get_attr("level", optional=True)
+    if level is None:
+        return cls, arguments
+    from launcher.language.actions.logs import Log
+
+    return Log, {**arguments, "level": parser.parse_substitution(level)}
 
 
 def parse_shutdown(cls: type, entity: Entity, parser: Any) -> Parsed:

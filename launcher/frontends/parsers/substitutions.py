@@ -32,6 +32,8 @@ _WORDS = {
     "EnvironmentVariable": Words("env", ("name",), ("default_value",)),
     "EqualsSubstitution": Words("equals", ("left", "right")),
     "ExecutableInPackage": Words("exec-in-pkg", ("executable", "package")),
+    "ForEachVar": Words("for-var", ("name",), ("default_value",)),
+    "ForLoopIndex": Words("index", ("name",)),
     "FileContent": Words("file-content", ("path",)),
     "FindExecutable": Words("find-exec", ("name",)),
     "FindPackagePrefix": Words("find-pkg-prefix", ("package",)),
@@ -48,15 +50,31 @@ _WORDS = {
     "ThisLaunchFileDir": Words("dirname"),
 }
 
+# Those that take any number of words, and at least this many; newer than Jazzy.
+_JOINS = {"PathJoinSubstitution": 1, "StringJoinSubstitution": 2}
+
 
 def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
     """The class and its keyword arguments, for any substitution of ours or a subclass of one."""
     for ancestor in cls.__mro__:
         if ancestor.__name__ in _WORDS:
             return cls, _keywords(_WORDS[ancestor.__name__], data)
+    if cls.__name__ in _JOINS:
+        return cls, _joined(cls.__name__, data)
     # $(any ...) and $(all ...) hand their words over by a name that the constructor does not
     # know: ROS 2 Jazzy rejects them, and so do we.
     return cls, {"args": data}
+
+
+def _joined(class_name: str, data: Sequence[Any]) -> dict[str, Any]:
+    """`string-join` has the delimiter first; a word of a path may be made of several pieces."""
+    if len(data) < _JOINS[class_name]:
+        raise AttributeTypeError(f"too few words, {len(data)}", ros_type="VisitError")
+    if class_name == "StringJoinSubstitution":
+        return {"delimiter": data[0], "substitutions": data[1:]}
+    from launcher.language.substitutions.text import StringJoinSubstitution
+
+    return {"substitutions": [StringJoinSubstitution([word]) for word in data]}
 
 
 def _keywords(words: Words, data: Sequence[Any]) -> dict[str, Any]:

@@ -306,6 +306,11 @@ class ReplaceEnvironmentVariables(Action):
         super().__init__(**kwargs)
         self.__environment = environment or {}
 
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("ReplaceEnvironmentVariables", cls, entity, parser)
+
     @property
     def environment(self) -> Mapping[Any, Any]:
         """The new environment."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.naming import public
 from launcher.language.substitution import Substitution
@@ -24,6 +25,11 @@ class Log(Action):
         super().__init__(**kwargs)
         self.__msg = normalize_to_list_of_substitutions(msg)
         self.__level = normalize_to_list_of_substitutions(level)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("Log", cls, entity, parser)
 
     @property
     def msg(self) -> list[Substitution]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.events import OpaqueFunction
 from launcher.language.naming import public
@@ -29,6 +30,11 @@ class ForEach(Action):
         super().__init__(**kwargs)
         self._input_values = normalize_to_list_of_substitutions(input_values)
         self._function = function
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("ForEach", cls, entity, parser)
 
     @property
     def input_values(self) -> Any:
@@ -69,6 +75,11 @@ class ForLoop(Action):
         ) else normalize_to_list_of_substitutions(length)
         self._function = function
         self._name = name
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return frontend_registry.parse_with("ForLoop", cls, entity, parser)
 
     @property
     def length(self) -> Any:
