@@ -7,11 +7,15 @@ in phase `exit`. `Command` and functions of the launch file run for real.
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 import signal
+import sys
+import tempfile
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from launcher.errors import LaunchFileError
@@ -19,7 +23,7 @@ from launcher.interpreter.core import Interpreter
 from launcher.language.compat import vocabulary
 from launcher.lifecycle import transition_steps
 from launcher.model import events as model
-from launcher.model.spec import ProcessSpec
+from launcher.model.spec import ParameterSource, ProcessSpec
 
 if TYPE_CHECKING:
     from launcher.interpreter.host import Surprise
@@ -84,7 +88,8 @@ class Plan:
 def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
     """The plan of a launch file of any kind; faults of the file are in `plan.error`."""
     plan = Plan(path=path)
-    with vocabulary():
+    # Launch files print; standard output belongs to the plan.
+    with vocabulary(), contextlib.redirect_stdout(sys.stderr):
         description = _load(plan)
         if description is not None:
             _evaluate(plan, description, arguments)
@@ -118,11 +123,9 @@ def _evaluate(
         path=plan.path,
         arguments=arguments,
         answer=world.answer,
-        shutdown_when_idle=False,
     )
     plan.environment = interpreter.environment
     world.play(interpreter, description)
-    plan.declared = interpreter.host.declared_values
     plan.warnings = tuple(interpreter.warnings)
     plan.names_read = frozenset(interpreter.host.names_read)
 
@@ -159,6 +162,7 @@ class _World:
             self._list_arguments(description)
             interpreter.begin()
             self._run_timers()
+            self._plan.declared = dict(interpreter.host.declared_values)
             self._run_exits()
         finally:
             interpreter.close()
@@ -262,7 +266,7 @@ class _World:
         action = self._interpreter.host.processes[effect.process_id].action
         respawn, delay_s, retries = action._respawn_settings()
         planned = PlannedProcess(
-            spec=effect.spec,
+            spec=_with_temporary_files(effect.spec),
             respawn=respawn,
             respawn_delay=delay_s,
             respawn_max_retries=retries,
@@ -272,6 +276,27 @@ class _World:
         self._to_exit.append(effect.process_id)
         self._plan.processes.append(planned)
         return [model.ProcessStarted(process_id=effect.process_id, pid=_pid(effect.process_id))]
+
+
+def _with_temporary_files(spec: ProcessSpec) -> ProcessSpec:
+    """The spec with the content of parameter files that helpers of the launch file wrote."""
+    if spec.ros is None:
+        return spec
+    parameters = tuple(_with_content(source) for source in spec.ros.parameters)
+    return replace(spec, ros=replace(spec.ros, parameters=parameters))
+
+
+def _with_content(source: ParameterSource) -> ParameterSource:
+    if source.file is None or source.generated is not None:
+        return source
+    path = Path(source.file)
+    if path.parent != Path(tempfile.gettempdir()):
+        return source
+    import yaml
+
+    with path.open() as file:
+        content = yaml.safe_load(file)
+    return replace(source, generated=content) if isinstance(content, dict) else source
 
 
 def _pid(process_id: int) -> int:
@@ -287,8 +312,6 @@ def _loaded(request_id: int, load: model.LoadRequest) -> model.ComponentLoaded:
 def _transitions(change: model.StateRequest) -> list[model.Event]:
     steps = transition_steps(change.transition_id)
     return [
-        model.TransitionSeen(
-            node=change.node, transition=label, start_state=start, goal_state=goal
-        )
+        model.TransitionSeen(node=change.node, transition=label, start_state=start, goal_state=goal)
         for label, start, goal in steps
     ]

@@ -34,7 +34,9 @@ class Interpreter:
     """Walks a launch description; see the package's docstring for the use.
 
     `path` is the launch file (for `ThisLaunchFileDir` and messages); `environment` replaces
-    `os.environ` for the run; `answer` belongs to drivers in virtual time (see RunHost).
+    `os.environ` for the run. `answer` is for a driver in virtual time (see RunHost): there the
+    interpreter neither ends an idle run nor one that failed, and shows what a failed visit had
+    asked for already.
     """
 
     def __init__(
@@ -46,7 +48,6 @@ class Interpreter:
         environment: Mapping[str, str] | None = None,
         noninteractive: bool = False,
         answer: Answer | None = None,
-        shutdown_when_idle: bool = True,
     ) -> None:
         self._environment_before = dict(os.environ)
         if environment is not None:
@@ -56,7 +57,7 @@ class Interpreter:
         self.arguments = dict(pairs)
         self._path = path
         self._description = description
-        self._shutdown_when_idle = shutdown_when_idle
+        self._is_virtual = answer is not None
         self.failure: LaunchFileError | None = None
         self.context = LaunchContext(
             argv=[f"{name}:={value}" for name, value in self.arguments.items()],
@@ -99,6 +100,8 @@ class Interpreter:
             self._drain()
         except Exception as error:
             self.failure = faults.explain(error, self._path)
+            if self._is_virtual:
+                self._run_steps()
 
     def take_effects(self) -> list[model.Effect]:
         """The effects that were not taken yet."""
@@ -197,20 +200,19 @@ class Interpreter:
             self._run_steps()
             if self.context._event_queue:
                 self._process(self.context._event_queue.popleft())
-            elif self.host.answers:
-                self._take_in(self.host.answers.popleft())
             elif not self._becomes_idle():
                 return
 
     def _run_steps(self) -> None:
-        while self.host.steps:
-            self.host.steps.popleft()()
-        # What the world answered at once came about before the next event of the queue.
-        while self.host.answers:
-            self._take_in(self.host.answers.popleft())
+        while self.host.steps or self.host.answers:
+            while self.host.steps:
+                self.host.steps.popleft()()
+            # What the world answered at once came about before the next event of the queue.
+            while self.host.answers:
+                self._take_in(self.host.answers.popleft())
 
     def _becomes_idle(self) -> bool:
-        if not self._shutdown_when_idle or self.host.is_busy or self.host.shutdown_pending:
+        if self._is_virtual or self.host.is_busy or self.host.shutdown_pending:
             return False
         if self.context.is_shutdown:
             return False
@@ -227,8 +229,7 @@ class Interpreter:
             for entity in [entity for entity in many if entity is not None]:
                 if not is_a_subclass(entity, LaunchDescriptionEntity):
                     raise RuntimeError(
-                        "expected a LaunchDescriptionEntity from event_handler, "
-                        f"got '{entity}'"
+                        f"expected a LaunchDescriptionEntity from event_handler, got '{entity}'"
                     )
                 visit_all_entities_and_collect_futures(entity, self.context)
             self.context._pop_locals()
@@ -248,6 +249,9 @@ class Interpreter:
 
     def _fail(self, error: Exception) -> None:
         self.failure = self.failure or faults.explain(error, self._path)
+        if self._is_virtual:
+            self._run_steps()
+            return
         text = f"Caught exception in launch (see debug for traceback): {error}"
         self.host.log("launch", "ERROR", text)
         self.context._event_queue.clear()

@@ -7,7 +7,7 @@ import os
 import traceback
 from types import TracebackType
 
-from launcher.errors import LaunchFileError, LauncherError
+from launcher.errors import LauncherError, LaunchFileError
 from launcher.language.origin import Origin, is_own_file
 from launcher.language.sources import InvalidLaunchFileError
 

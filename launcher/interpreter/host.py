@@ -93,8 +93,15 @@ class RunHost:
         if self.shutdown_pending:
             action._completed()  # a shutdown asked for in the same visit comes first
             return
+        try:
+            spec = make_spec(action, self._context, self.generated)
+        except Exception as error:
+            # As in ROS 2, where the task of this one process fails; the others go on.
+            name = str(action.process_description.final_name)
+            self.log(name, "ERROR", f"exception occurred while executing process: {error}")
+            action._completed()
+            return
         process_id = self._new_id()
-        spec = make_spec(action, self._context, self.generated)
         self.processes[process_id] = Process(action)
         self.request(model.StartProcess(process_id=process_id, spec=spec))
 

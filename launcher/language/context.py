@@ -43,9 +43,7 @@ class LaunchContext:
     `Command` runs see what was set. Whoever owns the context restores it afterwards.
     """
 
-    def __init__(
-        self, *, argv: Iterable[str] | None = None, noninteractive: bool = False
-    ) -> None:
+    def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
         self.__argv = argv if argv is not None else []
         self.__noninteractive = noninteractive
         self._event_queue: deque[Event] = deque()
@@ -154,9 +152,7 @@ class LaunchContext:
         """Whether any registered handler matches."""
         return any(handler.matches(event) for handler in self._event_handlers)
 
-    def register_event_handler(
-        self, event_handler: BaseEventHandler, append: bool = False
-    ) -> None:
+    def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
         """Add a handler; it is asked before those registered earlier, unless `append`."""
         if append:
             self._event_handlers.append(event_handler)

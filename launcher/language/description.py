@@ -101,7 +101,9 @@ class _ArgumentSearch:
                 self._add(entity, conditional, includes)
             below = includes
             if isinstance(entity, IncludeLaunchDescription):
-                below = [*(includes or []), entity]
+                # One list for all nested includes of a branch, as in ROS 2.
+                below = [] if includes is None else includes
+                below.append(entity)
             self.look_at(entity.describe_sub_entities(), conditional=False, includes=below)
             for _, conditionals in entity.describe_conditional_sub_entities():
                 self.look_at(conditionals, conditional=True, includes=below)

@@ -43,9 +43,7 @@ class Shutdown(Event):
 
     name = "launch.events.Shutdown"
 
-    def __init__(
-        self, *, reason: str = "reason not given", due_to_sigint: bool = False
-    ) -> None:
+    def __init__(self, *, reason: str = "reason not given", due_to_sigint: bool = False) -> None:
         self.__reason = reason
         self.__due_to_sigint = due_to_sigint
 

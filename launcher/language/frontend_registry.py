@@ -34,16 +34,12 @@ def expose_substitution(name: str) -> Callable[[_T], _T]:
     return _exposer(name, substitution_parse_methods, "substitution")
 
 
-def _exposer(
-    name: str, table: dict[str, Callable[..., Any]], kind: str
-) -> Callable[[_T], _T]:
+def _exposer(name: str, table: dict[str, Callable[..., Any]], kind: str) -> Callable[[_T], _T]:
     def expose(exposed: _T) -> _T:
         parse = _parse_method(exposed, name, kind)
         known = table.get(name)
         if known is not None and _identity(known) != _identity(parse):
-            raise RuntimeError(
-                f"Two {kind} parsing methods exposed with the same name: [{name}]."
-            )
+            raise RuntimeError(f"Two {kind} parsing methods exposed with the same name: [{name}].")
         table[name] = parse
         return exposed
 

@@ -71,6 +71,4 @@ def _handler(register: RegisterEventHandler) -> _Tree:
 
 def format_substitutions(substitutions: Any) -> str:
     """Substitutions as people read them, joined by plus signs."""
-    return " + ".join(
-        sub.describe() for sub in normalize_to_list_of_substitutions(substitutions)
-    )
+    return " + ".join(sub.describe() for sub in normalize_to_list_of_substitutions(substitutions))

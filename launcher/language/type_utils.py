@@ -249,9 +249,7 @@ def perform_typed_substitution(context: LaunchContext, value: Any, data_type: An
         return coerce_to_type(perform_substitutions(context, value), data_type)
     if isinstance(value, list):
         return _perform_items(context, value, data_type)
-    raise TypeError(
-        f"Input value is not an acceptable 'NormalizedValueType'.Got value='{value}'"
-    )
+    raise TypeError(f"Input value is not an acceptable 'NormalizedValueType'.Got value='{value}'")
 
 
 def _perform_items(context: LaunchContext, items: list[Any], data_type: Any) -> Any:

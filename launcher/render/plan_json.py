@@ -87,7 +87,7 @@ def _parameter(source: ParameterSource) -> dict[str, Any]:
     if source.rule is not None:
         return {"rule": source.rule}
     if source.generated is not None:
-        return {"generated": source.generated}
+        return {"generated": _plain(source.generated)}
     return {"file": source.file}
 
 
@@ -114,7 +114,16 @@ def _load(load: LoadRequest) -> dict[str, Any]:
 
 
 def _plain(value: object) -> object:
-    return list(value) if isinstance(value, (list, tuple)) else value
+    """The value as JSON has it."""
+    if isinstance(value, bytes):
+        return f"<bytes {value.hex()}>"
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (str, int, float, bool, type(None))):
+        return value
+    return str(value)
 
 
 def _change(change: StateRequest) -> dict[str, Any]:

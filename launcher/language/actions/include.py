@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.configuration import SetLaunchConfiguration
+from launcher.language.context import LaunchContext
 from launcher.language.naming import public
 from launcher.language.sources import AnyLaunchDescriptionSource, LaunchDescriptionSource
 from launcher.language.utilities import (
@@ -17,7 +18,6 @@ from launcher.language.utilities import (
 )
 
 if TYPE_CHECKING:
-    from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
 
 
@@ -81,20 +81,34 @@ class IncludeLaunchDescription(Action):
                 "current_launch_file_directory": self._get_launch_file_directory(),
             }
         )
-        self._check_required(context, description.get_launch_arguments())
+        self._check_required(context, description)
         sets = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
         return [*sets, description]
 
-    def _check_required(self, context: LaunchContext, declared: Iterable[Any]) -> None:
-        given = [
-            perform_substitutions(context, normalize_to_list_of_substitutions(name))
-            for name, _ in self.launch_arguments
-        ]
-        for argument in declared:
+    def _check_required(self, context: LaunchContext, description: Any) -> None:
+        # As in ROS 2, names that were given to one nested include count for all that follow.
+        given = _names(context, self.launch_arguments)
+        pairs = description.get_launch_arguments_with_include_launch_description_actions()
+        for argument, includes in pairs:
             if argument._conditionally_included or argument.default_value is not None:
                 continue
+            for include in includes or ():
+                given += include._try_get_arguments_names_without_context()
             if argument.name not in given:
                 raise RuntimeError(
                     f"Included launch description missing required argument '{argument.name}' "
                     f"(description: '{argument.description}'), given: [{', '.join(given)}]"
                 )
+
+    def _try_get_arguments_names_without_context(self) -> list[str]:
+        try:
+            return _names(LaunchContext(), self.launch_arguments)
+        except Exception:  # an attempt: names that need a context are not known here
+            return []
+
+
+def _names(context: LaunchContext, arguments: Iterable[tuple[Any, Any]]) -> list[str]:
+    return [
+        perform_substitutions(context, normalize_to_list_of_substitutions(name))
+        for name, _ in arguments
+    ]

@@ -227,9 +227,7 @@ class ExecuteLocal(Action):
         name = self.__process_description.final_name
         text = f"sending signal '{event.signal_name}' to process[{name}]"
         context._host.log(str(name), "INFO", text)
-        context._host.request(
-            model.SignalProcess(process_id=process_id, signum=int(event.signal))
-        )
+        context._host.request(model.SignalProcess(process_id=process_id, signum=int(event.signal)))
 
     def _on_stdin(self, event: Any, context: LaunchContext) -> None:
         process_id = context._host.process_of(self)
@@ -241,7 +239,7 @@ class ExecuteLocal(Action):
     def _spawn_emulates_tty(self, context: LaunchContext) -> bool:
         # Read when the process really starts, so a later SetLaunchConfiguration counts.
         if "emulate_tty" not in context.launch_configurations:
-            return self.__emulate_tty
+            return bool(self.__emulate_tty)
         value = context.launch_configurations["emulate_tty"]
         return evaluate_condition_expression(context, normalize_to_list_of_substitutions(value))
 

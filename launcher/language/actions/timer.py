@@ -118,9 +118,21 @@ class TimerAction(Action):
             )
 
     def _start(self, context: LaunchContext) -> None:
-        delay_s = perform_typed_substitution(context, self.__period, float)
+        try:
+            delay_s = perform_typed_substitution(context, self.__period, float)
+        except Exception as error:
+            # ROS 2 loses the timer and hangs at the end; we lose it and say so.
+            self._lose(context, error)
+            return
         if not self.__canceled:
             self.__timer_id = self._call_later(context, delay_s)
+
+    def _lose(self, context: LaunchContext, error: Exception) -> None:
+        text = f"the timer never fires, its period is no number: {error}"
+        context._host.log("launch.actions.timer_action", "ERROR", text)
+        context._host.warn_surprise(text, self._origin)
+        assert self._completed_future is not None
+        self._completed_future.set_result(None)
 
     def _call_later(self, context: LaunchContext, delay_s: float) -> int:
         return context._host.call_later(max(0.0, delay_s), lambda: self._fire(context))

@@ -62,9 +62,7 @@ class ComposableNode:
         self.__node_namespace = _optional(namespace)
         self.__parameters = None if parameters is None else normalize_parameters(parameters)
         self.__remappings = list(normalize_remap_rules(remappings)) if remappings else None
-        self.__extra_arguments = (
-            normalize_parameters(extra_arguments) if extra_arguments else None
-        )
+        self.__extra_arguments = normalize_parameters(extra_arguments) if extra_arguments else None
         self.__condition = condition
 
     @classmethod
@@ -204,9 +202,7 @@ class LoadComposableNodes(Action):
 
         context._host.load_component(first, answered)
 
-    def _tell(
-        self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded
-    ) -> None:
+    def _tell(self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded) -> None:
         name = answer.full_node_name or request.name or ""
         container = self.__container_name
         if answer.error is not None:
@@ -257,7 +253,7 @@ def get_composable_node_load_request(
         namespace=namespace or "",
         remappings=tuple(_remappings(description, context)),
         parameters=pairs(parameters) if parameters else (),
-        extra_arguments=pairs(description.extra_arguments or ()),
+        extra_arguments=pairs(description.extra_arguments) if description.extra_arguments else (),
     )
 
 
@@ -281,5 +277,3 @@ def _global_parameters(context: LaunchContext) -> list[Any]:
         else ParameterFile(Path(parameter).resolve())
         for parameter in context.launch_configurations.get("global_params", None) or ()
     ]
-
-

@@ -42,7 +42,9 @@ class ChangeState(Event):
         self.__lifecycle_node_matcher = lifecycle_node_matcher
         self.__transition_id = transition_id
         if transition_id not in self.valid_transitions:
-            known = ", ".join(f"{name}: {number}" for number, name in self.valid_transitions.items())
+            known = ", ".join(
+                f"{name}: {number}" for number, name in self.valid_transitions.items()
+            )
             raise ValueError(
                 f"given transition_id of '{transition_id}', expected one of {{{known}}}"
             )
@@ -125,9 +127,7 @@ class OnStateTransition(EventHandler):
         **kwargs: Any,
     ) -> None:
         if not isinstance(target_lifecycle_node, (LifecycleNode, type(None))):
-            raise RuntimeError(
-                "OnStateTransition requires a 'LifecycleNode' action as the target"
-            )
+            raise RuntimeError("OnStateTransition requires a 'LifecycleNode' action as the target")
         self.__target = target_lifecycle_node
         self.__wanted = {
             "transition": transition,
@@ -157,8 +157,7 @@ class OnStateTransition(EventHandler):
         if self.__target is None:
             return "event == StateTransition"
         return (
-            "event == StateTransition and event.action == "
-            f"LifecycleNode({hex(id(self.__target))})"
+            f"event == StateTransition and event.action == LifecycleNode({hex(id(self.__target))})"
         )
 
 
@@ -204,8 +203,7 @@ class LifecycleNode(Node):
             if answer.error is not None:
                 constant = ChangeState.valid_transitions[number]
                 text = (
-                    f"Failed to make transition '{constant}' for LifecycleNode "
-                    f"'{self.node_name}'"
+                    f"Failed to make transition '{constant}' for LifecycleNode '{self.node_name}'"
                 )
                 context._host.log(_LOGGER, "ERROR", text)
 
@@ -225,9 +223,7 @@ class LifecycleNode(Node):
 class LifecycleTransition(Action):
     """Takes lifecycle nodes through transitions, each when the one before has succeeded."""
 
-    def __init__(
-        self, *, lifecycle_node_names: Any, transition_ids: Any, **kwargs: Any
-    ) -> None:
+    def __init__(self, *, lifecycle_node_names: Any, transition_ids: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         if len(transition_ids) == 0:
             raise ValueError("No transition_ids provided.")
@@ -310,5 +306,3 @@ def _transition_of(
         )
 
     return matcher
-
-

@@ -48,9 +48,7 @@ def validate_node_name(name: str) -> bool:
         fail("node name must not be empty", 0)
     bad = re.search(r"[^A-Za-z0-9_]", name)
     if bad:
-        fail(
-            f"node name must not contain characters other than {_NAME_CHARACTERS}", bad.start()
-        )
+        fail(f"node name must not contain characters other than {_NAME_CHARACTERS}", bad.start())
     if name[0].isdigit():
         fail("node name must not start with a number", 0)
     if len(name) > _MAX_NODE_NAME:

@@ -233,7 +233,9 @@ class Node(ExecuteProcess):
         import yaml
 
         name, value = parameter.evaluate(context)
-        return f"{name}:={yaml.dump(value)}"
+        # A scalar is dumped as a document of its own, with an end mark that has no place here.
+        text = yaml.dump(value).rstrip("\n").removesuffix("\n...")
+        return f"{name}:={text}"
 
     def _add_remappings(self, context: LaunchContext) -> None:
         rules = list(context.launch_configurations.get("ros_remaps", None) or ())
@@ -271,7 +273,7 @@ class Node(ExecuteProcess):
 
     def _ros_identity(self) -> RosIdentity:
         namespace: str | None = self.__expanded_node_namespace
-        found = self.__program._found if isinstance(self.__program, ExecutableInPackage) else None
+        found = None if self.__package is None else self.__program._found
         return RosIdentity(
             package=found[0] if found else None,
             executable=found[1] if found else self._program_word(),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from launcher import packages
-from launcher.errors import ExecutableNotFoundError
+from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.language.naming import public
 from launcher.language.substitution import Substitution, SubstitutionFailure
 from launcher.language.utilities import (
@@ -17,6 +17,33 @@ from launcher.language.utilities import (
 
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
+
+
+def _missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
+    """The error as one that launch files catch: a KeyError of ament_index_python's kind."""
+    try:
+        from ament_index_python.packages import PackageNotFoundError as AmentError
+    except ImportError:
+        AmentError = KeyError
+    kind = type("PackageNotFoundError", (PackageNotFoundError, AmentError), {})
+    prefixes = [p for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+    missing: PackageNotFoundError = kind(error.message, hint=error.hint)
+    missing.args = (f"package '{name}' not found, searching: {prefixes}",)
+    return missing
+
+
+def _package_prefix(name: str) -> str:
+    try:
+        return str(packages.package_prefix(name, os.environ))
+    except PackageNotFoundError as error:
+        raise _missing(error, name) from None
+
+
+def _share_directory(name: str) -> str:
+    try:
+        return str(packages.share_directory(name, os.environ))
+    except PackageNotFoundError as error:
+        raise _missing(error, name) from None
 
 
 @public("launch_ros.substitutions.find_package")
@@ -60,7 +87,7 @@ class FindPackagePrefix(FindPackage):
     @staticmethod
     def find(package_name: str) -> str:
         """The prefix."""
-        return str(packages.package_prefix(package_name, os.environ))
+        return _package_prefix(package_name)
 
 
 @public("launch_ros.substitutions.find_package")
@@ -70,11 +97,13 @@ class FindPackageShare(FindPackage):
     @staticmethod
     def find(package_name: str) -> str:
         """The folder."""
-        return str(packages.share_directory(package_name, os.environ))
+        return _share_directory(package_name)
 
 
 class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
     """The package has no such executable: ROS 2's failure, with our advice."""
+
+    ros_type = "SubstitutionFailure"
 
     def __init__(self, error: ExecutableNotFoundError) -> None:
         ExecutableNotFoundError.__init__(self, error.message, hint=error.hint)
@@ -115,6 +144,8 @@ class ExecutableInPackage(FindPackagePrefix):
         self._found = (package, executable)
         try:
             path: Path = packages.find_executable(package, executable, os.environ)
+        except PackageNotFoundError as error:
+            raise _missing(error, package) from None
         except ExecutableNotFoundError as error:
             raise ExecutableMissing(error) from None
         return str(path)

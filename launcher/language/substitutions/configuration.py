@@ -44,9 +44,7 @@ class LaunchConfiguration(Substitution):
 
     def describe(self) -> str:
         """Like `LaunchConfig('name')`."""
-        return "LaunchConfig({})".format(
-            " + ".join([sub.describe() for sub in self.variable_name])
-        )
+        return "LaunchConfig({})".format(" + ".join([sub.describe() for sub in self.variable_name]))
 
     def perform(self, context: LaunchContext) -> str:
         """The value, else the default; SubstitutionFailure without either."""

@@ -2,20 +2,20 @@
 
 from launcher.language.compat.names import refuse_unknown
 from launcher.language.ros.some_types import (
-    EvaluatedParameterValue,
     EvaluatedParameters,
+    EvaluatedParameterValue,
     MultiValueType,
     ParameterFile,
     ParameterName,
-    ParameterValue,
     Parameters,
     ParametersDict,
+    ParameterValue,
     SingleValueType,
     SomeParameterFile,
     SomeParameterName,
-    SomeParameterValue,
     SomeParameters,
     SomeParametersDict,
+    SomeParameterValue,
 )
 
 __all__ = [

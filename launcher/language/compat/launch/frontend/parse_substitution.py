@@ -3,7 +3,9 @@
 from launcher.language.compat.names import borrow, refuse_unknown
 
 parse_substitution = borrow("launcher.frontends.grammar_substitutions", "parse_substitution")
-parse_if_substitutions = borrow("launcher.frontends.grammar_substitutions", "parse_if_substitutions")
+parse_if_substitutions = borrow(
+    "launcher.frontends.grammar_substitutions", "parse_if_substitutions"
+)
 
 __all__ = ["parse_if_substitutions", "parse_substitution"]
 

@@ -8,11 +8,13 @@ from launcher.language.python_file import (
 from launcher.language.sources import (
     AnyLaunchDescriptionSource,
     FrontendLaunchDescriptionSource,
-    InvalidLaunchFileError as InvalidFrontendLaunchFileError,
     PythonLaunchDescriptionSource,
     get_launch_description_from_any_launch_file,
     get_launch_description_from_frontend_launch_file,
     get_launch_description_from_python_launch_file,
+)
+from launcher.language.sources import (
+    InvalidLaunchFileError as InvalidFrontendLaunchFileError,
 )
 
 __all__ = [

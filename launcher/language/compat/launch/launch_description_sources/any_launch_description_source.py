@@ -5,4 +5,6 @@ from launcher.language.sources import AnyLaunchDescriptionSource
 
 __all__ = ["AnyLaunchDescriptionSource"]
 
-__getattr__ = refuse_unknown("launch.launch_description_sources.any_launch_description_source", __all__)
+__getattr__ = refuse_unknown(
+    "launch.launch_description_sources.any_launch_description_source", __all__
+)

@@ -5,4 +5,6 @@ from launcher.language.sources import FrontendLaunchDescriptionSource
 
 __all__ = ["FrontendLaunchDescriptionSource"]
 
-__getattr__ = refuse_unknown("launch.launch_description_sources.frontend_launch_description_source", __all__)
+__getattr__ = refuse_unknown(
+    "launch.launch_description_sources.frontend_launch_description_source", __all__
+)

@@ -5,4 +5,6 @@ from launcher.language.sources import get_launch_description_from_frontend_launc
 
 __all__ = ["get_launch_description_from_frontend_launch_file"]
 
-__getattr__ = refuse_unknown("launch.launch_description_sources.frontend_launch_file_utilities", __all__)
+__getattr__ = refuse_unknown(
+    "launch.launch_description_sources.frontend_launch_file_utilities", __all__
+)

@@ -5,4 +5,6 @@ from launcher.language.sources import PythonLaunchDescriptionSource
 
 __all__ = ["PythonLaunchDescriptionSource"]
 
-__getattr__ = refuse_unknown("launch.launch_description_sources.python_launch_description_source", __all__)
+__getattr__ = refuse_unknown(
+    "launch.launch_description_sources.python_launch_description_source", __all__
+)

@@ -13,4 +13,6 @@ __all__ = [
     "load_python_launch_file_as_module",
 ]
 
-__getattr__ = refuse_unknown("launch.launch_description_sources.python_launch_file_utilities", __all__)
+__getattr__ = refuse_unknown(
+    "launch.launch_description_sources.python_launch_file_utilities", __all__
+)

@@ -5,4 +5,6 @@ from launcher.language.utilities import visit_all_entities_and_collect_futures
 
 __all__ = ["visit_all_entities_and_collect_futures"]
 
-__getattr__ = refuse_unknown("launch.utilities.visit_all_entities_and_collect_futures_impl", __all__)
+__getattr__ = refuse_unknown(
+    "launch.utilities.visit_all_entities_and_collect_futures_impl", __all__
+)

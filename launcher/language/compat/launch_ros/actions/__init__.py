@@ -6,14 +6,17 @@ from launcher.language.ros.lifecycle import LifecycleNode, LifecycleTransition
 from launcher.language.ros.node import Node
 from launcher.language.ros.scope import (
     PushROSNamespace,
-    PushROSNamespace as PushRosNamespace,
     SetParameter,
     SetParametersFromFile,
-    SetROSLogDir,
     SetRemap,
+    SetROSLogDir,
     SetUseSimTime,
 )
-from launcher.language.ros.timer import RosTimer, RosTimer as ROSTimer
+from launcher.language.ros.scope import (
+    PushROSNamespace as PushRosNamespace,
+)
+from launcher.language.ros.timer import RosTimer
+from launcher.language.ros.timer import RosTimer as ROSTimer
 
 __all__ = [
     "ComposableNodeContainer",

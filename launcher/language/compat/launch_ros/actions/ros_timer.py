@@ -1,7 +1,8 @@
 """`launch_ros.actions.ros_timer`: our vocabulary under ROS 2's name."""
 
 from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.timer import RosTimer, RosTimer as ROSTimer
+from launcher.language.ros.timer import RosTimer
+from launcher.language.ros.timer import RosTimer as ROSTimer
 
 __all__ = ["ROSTimer", "RosTimer"]
 

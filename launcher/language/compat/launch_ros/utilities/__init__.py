@@ -10,11 +10,15 @@ from launcher.language.ros.names import (
 )
 from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
-    evaluate_parameter_dict as evaluate_parameters_dict,
     evaluate_parameters,
     normalize_parameter_dict,
-    normalize_parameter_dict as normalize_parameters_dict,
     normalize_parameters,
+)
+from launcher.language.ros.parameter_values import (
+    evaluate_parameter_dict as evaluate_parameters_dict,
+)
+from launcher.language.ros.parameter_values import (
+    normalize_parameter_dict as normalize_parameters_dict,
 )
 from launcher.language.ros.remappings import normalize_remap_rule, normalize_remap_rules
 from launcher.language.ros.tracking import add_node_name, get_node_name_count

@@ -5,4 +5,6 @@ from launcher.language.sources import XMLLaunchDescriptionSource
 
 __all__ = ["XMLLaunchDescriptionSource"]
 
-__getattr__ = refuse_unknown("launch_xml.launch_description_sources.xml_launch_description_source", __all__)
+__getattr__ = refuse_unknown(
+    "launch_xml.launch_description_sources.xml_launch_description_source", __all__
+)

@@ -5,4 +5,6 @@ from launcher.language.sources import YAMLLaunchDescriptionSource
 
 __all__ = ["YAMLLaunchDescriptionSource"]
 
-__getattr__ = refuse_unknown("launch_yaml.launch_description_sources.yaml_launch_description_source", __all__)
+__getattr__ = refuse_unknown(
+    "launch_yaml.launch_description_sources.yaml_launch_description_source", __all__
+)
