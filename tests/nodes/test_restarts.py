@@ -7,6 +7,8 @@ import json
 from group_gp1 import qos, topics
 from group_gp1.messages import TaskAssignment
 
+ROOMY = 100  # depth that keeps everything that is sent until both sides are connected
+
 
 def test_a_task_that_a_restarted_robot_does_again_is_counted_once(domain):
     statuses = domain.record(topics.STATUS, qos.STATUS)
@@ -34,7 +36,7 @@ def test_tasks_of_a_restarted_dispatcher_are_counted_as_new_ones(domain):
     domain.wait_for_line(monitor, "robot_1 is reporting")
     for _ in range(2):  # the second one counts its tasks from 1 again
         before = len(done_ids(statuses))
-        dispatcher = domain.start("dispatcher", dispatch_rate_hz=5.0, robot_ids="[robot_1]")
+        dispatcher = start_fast_dispatcher(domain)
         domain.wait_until(lambda n=before: len(done_ids(statuses)) >= n + 6, "six tasks are done")
         dispatcher.stop()
         assigned = len(dispatcher.matching("Assigned task"))
@@ -47,7 +49,13 @@ def test_tasks_of_a_restarted_dispatcher_are_counted_as_new_ones(domain):
 
 
 def start_fast_robot(domain):
-    return domain.start("robot_1", task_duration_s=0.0, status_period_s=0.1)
+    settings = {"task_duration_s": 0.0, "status_period_s": 0.1, "task_queue_depth": ROOMY}
+    return domain.start("robot_1", **settings)
+
+
+def start_fast_dispatcher(domain):
+    settings = {"dispatch_rate_hz": 5.0, "task_history_depth": ROOMY, "robot_ids": "[robot_1]"}
+    return domain.start("dispatcher", **settings)
 
 
 def assignment(task_id: str) -> str:
