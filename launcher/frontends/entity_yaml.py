@@ -112,12 +112,14 @@ class YamlEntity(Entity):
         source: SourceText,
         *,
         node: yaml.Node | None = None,
+        key_node: yaml.Node | None = None,
         parent: Entity | None = None,
     ) -> None:
         self._element = element
         self._type_name = type_name
         self._source = source
         self._node = node
+        self._key_node = key_node
         self._parent = parent
         self._read_keys: set[Any] = set()
         self._children_read = False
@@ -134,8 +136,9 @@ class YamlEntity(Entity):
 
     @property
     def place(self) -> Place | None:
-        """Where its value begins."""
-        return _place(self._node, self._source) if self._node is not None else None
+        """Where its key begins; an item of a list has none, then where the item begins."""
+        node = self._key_node or self._node
+        return _place(node, self._source) if node is not None else None
 
     @property
     def source(self) -> SourceText:
@@ -208,7 +211,11 @@ class YamlEntity(Entity):
             return name in self._element
         if isinstance(self._element, list):
             return False
-        raise AttributeTypeError(self._wrong_shape("attributes (a mapping)"), place=self.place)
+        raise AttributeTypeError(
+            self._wrong_shape("attributes (a mapping)"),
+            place=self.place,
+            hint=f"write '{self._type_name}: {{}}'" if self._element is None else None,
+        )
 
     def _wrong_shape(self, wanted: str) -> str:
         found = "nothing" if self._element is None else type(self._element).__name__
@@ -238,8 +245,8 @@ class YamlEntity(Entity):
                 hint="a new action begins with '- '" if isinstance(item, dict) else None,
             )
         ((key, value),) = item.items()
-        value_node = node_of_key(node, key)
-        return YamlEntity(value, key, self._source, node=value_node or node)
+        key_node, value_node = _pair_of_key(node, key)
+        return YamlEntity(value, key, self._source, node=value_node, key_node=key_node or node)
 
     def _value_node(self, name: Any) -> yaml.Node | None:
         return node_of_key(self._node, name)
@@ -272,9 +279,21 @@ def _pairs(node: yaml.Node | None) -> list[tuple[yaml.Node, yaml.Node]]:
     return list(node.value) if isinstance(node, yaml.MappingNode) else []
 
 
+def key_of(node: yaml.Node | None) -> yaml.Node | None:
+    """The first key of a mapping."""
+    return next((key for key, _ in _pairs(node)), None)
+
+
 def node_of_key(node: yaml.Node | None, name: Any) -> yaml.Node | None:
-    found = [value for key, value in _pairs(node) if key.value == str(name)]
-    return found[-1] if found else None  # of keys that occur twice, the last one counts
+    """The value of a key of a mapping."""
+    return _pair_of_key(node, name)[1]
+
+
+def _pair_of_key(
+    node: yaml.Node | None, name: Any
+) -> tuple[yaml.Node, yaml.Node] | tuple[None, None]:
+    found = [pair for pair in _pairs(node) if pair[0].value == str(name)]
+    return found[-1] if found else (None, None)  # of keys that occur twice, the last one counts
 
 
 def _type_text(data_type: Any) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from launcher.frontends.entity_errors import AttributeTypeError, StructureError
-from launcher.frontends.entity_yaml import YamlEntity, node_of_key, parse_yaml
+from launcher.frontends.entity_yaml import YamlEntity, key_of, node_of_key, parse_yaml
 from launcher.frontends.parser import Parser, read_text
 from launcher.language.description import LaunchDescription
 
@@ -24,7 +24,8 @@ class YamlParser(Parser):
         if len(tree) != 1:
             raise StructureError("Expected only one root", place=source.place(1))
         ((type_name, element),) = tree.items()
-        entity = YamlEntity(element, type_name, source, node=node_of_key(node, type_name))
+        value_node = node_of_key(node, type_name)
+        entity = YamlEntity(element, type_name, source, node=value_node, key_node=key_of(node))
         parser = cls()
         parser.source = source
         return entity, parser

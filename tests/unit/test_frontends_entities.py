@@ -226,6 +226,13 @@ def test_merged_and_anchored_yaml_keys_know_their_lines() -> None:
     assert caught.value.source_line == "      m: 5"
 
 
+def test_yaml_key_that_occurs_twice_counts_once() -> None:
+    entity = from_yaml("a:\n  - b: {n: '1'}\n    b: {n: '2'}\n")
+    (child,) = entity.children
+    assert child.get_attr("n") == "2"
+    assert child.place is not None and child.place.line == 3
+
+
 LAUGHS = "".join(f"a{n + 1}: &a{n + 1} [{', '.join([f'*a{n}'] * 9)}]\n" for n in range(9))
 HOSTILE_YAML = {
     "laughs": "a0: &a0 [x]\n" + LAUGHS,

@@ -211,7 +211,7 @@ def test_every_tag_is_tested() -> None:
 REFUSED = {
     '<log message="m" if="1" unless="0"/>': "cannot be used together",
     '<node pkg="p"/>': "needs the attribute 'exec'",
-    '<node pkg="p" exec="e" node-name="n"/>': "node_name",
+    '<node pkg="p" exec="e" node-name="n"/>': "no longer takes 'node-name'",
     '<node pkg="p" exec="e" type="t"/>': "has no attribute 'type'",
     '<node pkg="p" exec="e"><env name="n" vlaue="v"/></node>': "needs the attribute 'value'",
     '<node pkg="p" exec="e"><param/></node>': "needs a 'name'",
@@ -233,7 +233,7 @@ REFUSED = {
     '<load_composable_node target="t"/>': "needs a nested tag <composable_node>",
     '<log message="$(find p)"/>': "no substitution",
     '<log message="$(env)"/>': "has 0 words",
-    '<log message="$(any 1 0)"/>': "args",
+    '<log message="$(any 1 0)"/>': "in Python only",
     '<log message="$(var a"/>': "expected '\\)'",
     '<param name="n" value="1"/>': "no action 'param'",
     "log: {message: 5}": "should be of type str",

@@ -6,14 +6,17 @@ from collections.abc import Iterable
 from typing import Any
 
 from launcher.frontends.entity import Entity
-from launcher.frontends.entity_errors import StructureError, UnexpectedContentError
+from launcher.frontends.entity_errors import (
+    AttributeTypeError,
+    StructureError,
+    UnexpectedContentError,
+)
 from launcher.frontends.parsers.base import ENTITIES, Parsed, add_texts, name_value_pairs
 from launcher.frontends.parsers.process import parse_process
 from launcher.frontends.types import get_data_type_from_identifier
 
-# Keyword of the constructor -> attribute. `node-name` is read, then refused by the constructor.
+# Keyword of the constructor -> attribute.
 _TEXTS = {
-    "node_name": "node-name",
     "name": "name",
     "exec_name": "exec_name",
     "package": "pkg",
@@ -28,6 +31,9 @@ def parse_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
         text = entity.get_attr(attribute, optional=True)
         if text is not None:
             arguments[keyword] = cls._parse_cmdline(text, parser)
+    if entity.get_attr("node-name", optional=True) is not None:
+        message = "<node> no longer takes 'node-name'"
+        raise AttributeTypeError(message, place=entity.place, hint="it is written 'name'")
     add_texts(arguments, entity, parser, _TEXTS, optional=True)
     add_texts(arguments, entity, parser, {"executable": "exec"}, optional=False)
     add_texts(arguments, entity, parser, {"namespace": "namespace"}, optional=True)

@@ -50,6 +50,11 @@ _WORDS = {
     "ThisLaunchFileDir": Words("dirname"),
 }
 
+_ONLY_IN_PYTHON = {
+    "AllSubstitution": "$(and LEFT RIGHT), which may be nested",
+    "AnySubstitution": "$(or LEFT RIGHT), which may be nested",
+}
+
 # Those that take any number of words, and at least this many; newer than Jazzy.
 _JOINS = {"PathJoinSubstitution": 1, "StringJoinSubstitution": 2}
 
@@ -61,9 +66,13 @@ def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
             return cls, _keywords(_WORDS[ancestor.__name__], data)
     if cls.__name__ in _JOINS:
         return cls, _joined(cls.__name__, data)
-    # $(any ...) and $(all ...) hand their words over by a name that the constructor does not
-    # know: ROS 2 Jazzy rejects them, and so do we.
-    return cls, {"args": data}
+    if cls.__name__ in _ONLY_IN_PYTHON:
+        raise AttributeTypeError(
+            "ROS 2 Jazzy knows this substitution in Python only",
+            hint=f"write {_ONLY_IN_PYTHON[cls.__name__]}",
+            ros_type="VisitError",
+        )
+    raise NotImplementedError(f"{cls.__name__} has no class method 'parse'")
 
 
 def _joined(class_name: str, data: Sequence[Any]) -> dict[str, Any]:
