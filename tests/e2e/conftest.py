@@ -49,10 +49,10 @@ class World:
 
     def survivors(self) -> list[str]:
         """What still runs of everything that was started here."""
-        return [" ".join(p.cmdline()) for p in marked_processes(MARK, self.mark)]
+        return list(marked_processes(MARK, self.mark))
 
     def close(self) -> None:
-        for process in marked_processes(MARK, self.mark):
+        for process in marked_processes(MARK, self.mark).values():
             process.kill()
 
 

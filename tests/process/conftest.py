@@ -81,10 +81,10 @@ class Bench:
 
     def survivors(self) -> list[str]:
         """Command lines of what still runs of all that was started here."""
-        return [" ".join(p.cmdline()) for p in marked_processes(MARK, self.mark)]
+        return list(marked_processes(MARK, self.mark))
 
     def close(self) -> None:
-        for process in marked_processes(MARK, self.mark):
+        for process in marked_processes(MARK, self.mark).values():
             process.kill()
         for terminal in self.terminals:
             terminal.__exit__()

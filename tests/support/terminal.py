@@ -101,13 +101,13 @@ class Terminal:
         self._child.kill(signal.SIGKILL)
 
 
-def marked_processes(variable: str, value: str) -> list[psutil.Process]:
-    """Every process of the machine whose environment has this entry, zombies left out."""
-    found = []
+def marked_processes(variable: str, value: str) -> dict[str, psutil.Process]:
+    """Command line -> process of all whose environment has this entry, zombies left out."""
+    found = {}
     for process in psutil.process_iter():
         try:
             if process.environ().get(variable) == value:
-                found.append(process)
+                found[f"{' '.join(process.cmdline())} [{process.pid}]"] = process
         except (psutil.NoSuchProcess, psutil.AccessDenied):
-            continue
+            continue  # NoSuchProcess is also what a zombie raises
     return found
