@@ -21,7 +21,7 @@ class SourceText:
     def lines(self) -> list[str]:
         """The lines without their ends."""
         if self._lines is None:
-            self._lines = self.text.splitlines()
+            self._lines = self.text.split("\n")  # as expat counts; splitlines() knows more ends
         return self._lines
 
     def place(self, line: int, column: int | None = None) -> Place:
@@ -34,7 +34,7 @@ class SourceText:
         if isinstance(value, str):
             self._last_read = (value, place)
 
-    def place_of(self, value: str) -> Place | None:
+    def place_of(self, value: object) -> Place | None:
         """Where this text came from, if it is the one that was read last."""
         if self._last_read is not None and self._last_read[0] == value:
             return self._last_read[1]

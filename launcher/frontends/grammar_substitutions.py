@@ -32,26 +32,26 @@ def parse_substitution(value: str, place: Place | None = None) -> list[Substitut
     return [_build(part, place) for part in parts]
 
 
-def parse_if_substitutions(value: Any) -> Any:
+def parse_if_substitutions(value: Any, place: Place | None = None) -> Any:
     """Substitutions for a text that holds some; the text itself, or another value, as it is.
 
     In a list each item is treated alone; ValueError if it then holds values of several types.
     """
     kinds: set[type] = set()
     if isinstance(value, list):
-        output: Any = [_parse_if(item, kinds) for item in value]
+        output: Any = [_parse_if(item, kinds, place) for item in value]
     else:
-        output = _parse_if(value, kinds)
+        output = _parse_if(value, kinds, place)
     if len(kinds) > 1:
         raise ValueError("The result is a non-uniform list")
     return output
 
 
-def _parse_if(value: Any, kinds: set[type]) -> Any:
+def _parse_if(value: Any, kinds: set[type], place: Place | None) -> Any:
     if not isinstance(value, str):
         kinds.add(type(value))
         return value
-    substitutions = parse_substitution(value)
+    substitutions = parse_substitution(value, place)
     if len(substitutions) == 1 and isinstance(substitutions[0], TextSubstitution):
         kinds.add(str)
         return substitutions[0].text

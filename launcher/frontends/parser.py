@@ -11,6 +11,7 @@ from launcher.frontends import expose, grammar, grammar_substitutions
 from launcher.frontends.entity import Entity, SourceText
 from launcher.frontends.entity_errors import (
     FrontendError,
+    Place,
     StructureError,
     count_of,
     first_of,
@@ -149,12 +150,14 @@ class Parser:
 
     def parse_substitution(self, value: str) -> list[Substitution]:
         """The substitutions of a text."""
-        place = self.source.place_of(value) if self.source is not None else None
-        return grammar_substitutions.parse_substitution(value, place)
+        return grammar_substitutions.parse_substitution(value, self._place_of(value))
 
     def parse_if_substitutions(self, value: Any) -> Any:
         """Substitutions where a value is a text that holds some, else the value as it is."""
-        return grammar_substitutions.parse_if_substitutions(value)
+        return grammar_substitutions.parse_if_substitutions(value, self._place_of(value))
+
+    def _place_of(self, value: object) -> Place | None:
+        return self.source.place_of(value) if self.source is not None else None
 
     def escape_characters(self, value: str) -> str:
         """A text without its backslashes."""
