@@ -35,8 +35,8 @@ _MEANINGS = {
     ExitCode.OK: "everything ended as expected, a requested stop included",
     ExitCode.PROCESS_FAILED: "a process died, could not be started, or the launcher itself failed",
     ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
-    ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process had to be killed",
-    ExitCode.TERMINATED: "stopped by SIGTERM or SIGHUP, and a process had to be killed",
+    ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process was killed or had died",
+    ExitCode.TERMINATED: "stopped by SIGTERM or SIGHUP, and a process was killed or had died",
 }
 
 

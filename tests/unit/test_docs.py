@@ -1,0 +1,40 @@
+"""The documents say what is true."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from launcher.cli import VERBS, overview
+from launcher.errors import ExitCode
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def test_readme_and_help_have_the_same_table_of_exit_codes():
+    rows = dict(re.findall(r"^\| (\d+) \| ([^|]+) \|$", README, re.M))
+    assert {str(code.value): code.meaning for code in ExitCode}.items() <= rows.items()
+    assert all(code.meaning in overview() for code in ExitCode)
+
+
+def test_every_verb_has_help_and_stands_in_the_readme():
+    for verb in VERBS:
+        assert verb.help in overview()
+        assert verb.name == "launch" or f"python -m launcher {verb.name} " in README
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_between_documents_lead_somewhere(document: Path):
+    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", document.read_text(encoding="utf-8")):
+        assert (document.parent / target).exists(), target
+
+
+def test_every_make_target_that_the_readme_names_exists():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    named = set(re.findall(r"^make (\w+)|`make (\w+)", README, re.M))
+    for target in {a or b for a, b in named}:
+        assert re.search(rf"^{target}:", makefile, re.M), target
