@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import signal
+import subprocess
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -109,15 +111,20 @@ class Domain:
         return port is None or int(port[1]) in self._ports
 
     def close(self) -> None:
-        """End every process; a killed one cannot remove its shared memory, so that is done here."""
+        """End every process; what killed ones left in shared memory is removed here."""
         self.shared_memory()
         for node in self.nodes:
+            if node.running:
+                node.signal(signal.SIGINT)  # a killed node would hold on to the listener's files
+        for node in self.nodes:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                node.wait(5.0)
             node.kill()
         self._executor.shutdown()
         self.listener.destroy_node()
         self._context.try_shutdown()
-        for path in self._shared_memory:  # nobody else was in this domain
-            path.unlink(missing_ok=True)
+        for path in self._shared_memory | set(filter(self._is_private, self._listener_files)):
+            path.unlink(missing_ok=True)  # nobody else was in this domain
 
 
 @contextlib.contextmanager

@@ -100,10 +100,15 @@ class NodeProcess:
 
 
 def shared_memory_of(pid: int) -> set[Path]:
-    """The files of Fast DDS in /dev/shm that a process has in use, locks included."""
+    """The files of Fast DDS in /dev/shm that a process has in use, with their locks."""
     try:
         maps = Path(f"/proc/{pid}/maps").read_text(encoding="utf-8")
     except (FileNotFoundError, ProcessLookupError):
         return set()
-    mapped = re.findall(r"(/dev/shm/(?:sem\.)?fast\S+)", maps)
-    return {Path(name + suffix) for name in mapped for suffix in ("", "_el")}
+    mapped = {Path(name) for name in re.findall(r"/dev/shm/fast\w+", maps)}
+    return {path.with_name(name) for path in mapped for name in _companions(path.name)}
+
+
+def _companions(name: str) -> tuple[str, str, str]:
+    """The file itself, its lock and, where it is a port, its semaphore."""
+    return name, f"{name}_el", f"sem.{name}_mutex"
