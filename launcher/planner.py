@@ -11,7 +11,6 @@ import contextlib
 import heapq
 import signal
 import sys
-import tempfile
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -289,6 +288,8 @@ def _with_temporary_files(spec: ProcessSpec) -> ProcessSpec:
 def _with_content(source: ParameterSource) -> ParameterSource:
     if source.file is None or source.generated is not None:
         return source
+    import tempfile
+
     path = Path(source.file)
     if path.parent != Path(tempfile.gettempdir()):
         return source

@@ -73,7 +73,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
     def create_future(self) -> asyncio.Future[Any]:
         return asyncio.Future(loop=self)
 
-    def create_task(self, coro: Any, **kwargs: Any) -> asyncio.Task[Any]:  # type: ignore[override]
+    def create_task(self, coro: Any, **kwargs: Any) -> asyncio.Task[Any]:
         task: asyncio.Task[Any] = asyncio.Task(coro, loop=self, **kwargs)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -117,3 +117,10 @@ class TimerLoop(asyncio.AbstractEventLoop):
             task._log_destroy_pending = False  # type: ignore[attr-defined]
             coroutine.close()
         self._tasks.clear()
+
+
+def make_loop(host: RunHost) -> TimerLoop:
+    """A loop for the coroutines of one run; what it does not offer raises NotImplementedError."""
+    vars_of_loop: Any = TimerLoop
+    vars_of_loop.__abstractmethods__ = frozenset()
+    return TimerLoop(host)  # type: ignore[abstract]

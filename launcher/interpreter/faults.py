@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import linecache
 import os
-import traceback
 from types import TracebackType
 
 from launcher.errors import LauncherError, LaunchFileError
@@ -66,8 +64,9 @@ def _place(error: BaseException, path: str) -> Origin | None:
 def _innermost(trace: TracebackType | None) -> Origin | None:
     """The innermost frame of a file that is neither ours nor of the standard library."""
     found = None
-    for frame, line in traceback.walk_tb(trace):
-        name = frame.f_code.co_filename
+    while trace is not None:
+        name, line = trace.tb_frame.f_code.co_filename, trace.tb_lineno
+        trace = trace.tb_next
         if not name.startswith("<") and not is_own_file(name) and not _is_library(name):
             found = Origin(name, line)
     return found
@@ -78,5 +77,7 @@ def _is_library(name: str) -> bool:
 
 
 def _source_line(place: Origin) -> str | None:
+    import linecache
+
     line = linecache.getline(place.path, place.line).rstrip("\n")
     return line or None

@@ -173,9 +173,9 @@ class RunHost:
     def asyncio_loop(self) -> Any:
         """The loop for coroutines of the launch file; asyncio is imported only now."""
         if self._loop is None:
-            from launcher.interpreter.coroutines import TimerLoop
+            from launcher.interpreter.coroutines import make_loop
 
-            self._loop = TimerLoop(self)
+            self._loop = make_loop(self)
         return self._loop
 
     # ---- asked by the interpreter

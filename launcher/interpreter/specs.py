@@ -80,7 +80,7 @@ def _with_contents(
         return None
     parameters = tuple(
         ParameterSource(file=source.file, generated=generated[source.file])
-        if source.file in generated
+        if source.file is not None and source.file in generated
         else source
         for source in identity.parameters
     )

@@ -24,7 +24,9 @@ class Action(LaunchDescriptionEntity):
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type, dict[str, Any]]:
         """(class, keyword arguments) for an XML or YAML entity; subclasses call super()."""
-        return frontend_registry.parse_base_action(cls, entity, parser)
+        parsed: tuple[type, dict[str, Any]]
+        parsed = frontend_registry.parse_base_action(cls, entity, parser)
+        return parsed
 
     @property
     def condition(self) -> Condition | None:

@@ -11,7 +11,12 @@ if TYPE_CHECKING:
 
 
 class Host(Protocol):
-    """Requests of entities; none of them blocks, and none acts before the visit is over."""
+    """Requests of entities; none of them blocks, and none acts before the visit is over.
+
+    `shutdown_pending` is true from the moment a shutdown is asked for to its handling.
+    """
+
+    shutdown_pending: bool
 
     def accepts(self, event: Event) -> bool:
         """Whether an emitted event is to be queued."""
@@ -70,6 +75,7 @@ class NoHost:
 
     def __init__(self) -> None:
         self._processes = 0
+        self.shutdown_pending = False
 
     def accepts(self, event: Event) -> bool:
         """Queue everything; nobody will look."""

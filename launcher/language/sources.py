@@ -191,7 +191,8 @@ def get_launch_description_from_any_launch_file(
     likely: list[Exception] = []
     for loader in _loaders(is_markup=is_markup):
         try:
-            return loader(launch_file_path)
+            description: LaunchDescription = loader(launch_file_path)
+            return description
         except Exception as error:
             likely.append(error)
     known = extension if is_markup or extension == "py" else ""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # `typing.List[int]` is how launch files spell a list type, so that is what we compare with.
 ScalarTypesTuple = (int, float, bool, str)
 ListTypesTuple = (List[int], List[float], List[bool], List[str])  # noqa: UP006
-AllowedTypesTuple = ScalarTypesTuple + ListTypesTuple  # type: ignore[operator]
+AllowedTypesTuple = ScalarTypesTuple + ListTypesTuple
 
 ScalarTypesType = Type[Union[int, float, bool, str]]  # noqa: UP006
 ListTypesType = Any

@@ -58,14 +58,15 @@ class IncludeLaunchDescription(Action):
         return self.__launch_arguments
 
     def _get_launch_file(self) -> str:
-        return os.path.abspath(self.__launch_description_source.location)
+        return os.path.abspath(self.launch_description_source.location)
 
     def _get_launch_file_directory(self) -> str:
         path = self._get_launch_file()
         if os.path.exists(path):
             return os.path.dirname(path)
-        location: str = self.__launch_description_source.location
-        return location  # like '<script>': a description that comes from no file
+        return (
+            self.launch_description_source.location
+        )  # like '<script>': a description that comes from no file
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """The description, if it can be loaded without a context."""

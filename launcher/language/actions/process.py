@@ -13,7 +13,7 @@ from launcher.language.conditions import evaluate_condition_expression
 from launcher.language.event_handler import EventHandler
 from launcher.language.executable import Executable
 from launcher.language.future import Future
-from launcher.language.handlers import OnProcessExit, OnProcessIO
+from launcher.language.handlers import OnProcessExit, OnProcessIO, OnShutdown
 from launcher.language.naming import public
 from launcher.language.process_events import (
     ProcessIO,
@@ -40,6 +40,10 @@ if TYPE_CHECKING:
     from launcher.language.entity import LaunchDescriptionEntity
 
 
+_SIGTERM_TIMEOUT = LaunchConfiguration("sigterm_timeout", default=5)
+_SIGKILL_TIMEOUT = LaunchConfiguration("sigkill_timeout", default=5)
+
+
 @public("launch.actions.execute_local")
 class ExecuteLocal(Action):
     """Starts a process on this machine; timeouts and `respawn_delay` are in seconds.
@@ -53,8 +57,8 @@ class ExecuteLocal(Action):
         *,
         process_description: Executable,
         shell: bool = False,
-        sigterm_timeout: Any = LaunchConfiguration("sigterm_timeout", default=5),
-        sigkill_timeout: Any = LaunchConfiguration("sigkill_timeout", default=5),
+        sigterm_timeout: Any = _SIGTERM_TIMEOUT,
+        sigkill_timeout: Any = _SIGKILL_TIMEOUT,
         emulate_tty: bool = False,
         output: Any = "log",
         output_format: str = "[{this.process_description.final_name}] {line}",
@@ -190,6 +194,8 @@ class ExecuteLocal(Action):
             _TargetedHandler(self, SignalProcess, self._on_signal_process),
             _TargetedHandler(self, ProcessStdin, self._on_stdin),
         ]
+        if type(self)._shutdown_process is not ExecuteLocal._shutdown_process:
+            handlers.append(OnShutdown(on_shutdown=self._on_shutdown))
         if self.__on_exit is not None:
             handlers.append(OnProcessExit(target_action=self, on_exit=self.__on_exit))
         if self.__cached_output:
@@ -211,10 +217,21 @@ class ExecuteLocal(Action):
             return self.__output
         return perform_substitutions(context, self.__output)
 
-    def _on_shutdown_process(self, event: Any, context: LaunchContext) -> None:
+    def _on_shutdown_process(self, event: Any, context: LaunchContext) -> Any:
+        return (
+            self._shutdown_process(context, send_sigint=True)
+            if (event.process_matcher(self))
+            else None
+        )
+
+    def _shutdown_process(self, context: LaunchContext, *, send_sigint: bool) -> Any:
+        """Stop the process; overridden by subclasses that clean up, which call super()."""
         process_id = context._host.process_of(self)
-        if event.process_matcher(self) and process_id is not None:
+        if process_id is not None and not context._host.shutdown_pending:
             context._host.request(model.StopProcess(process_id=process_id))
+
+    def _on_shutdown(self, event: Any, context: LaunchContext) -> Any:
+        return self._shutdown_process(context, send_sigint=not event.due_to_sigint)
 
     def _on_signal_process(self, event: Any, context: LaunchContext) -> None:
         if not event.process_matcher(self):
@@ -284,15 +301,15 @@ class ExecuteLocal(Action):
 
 
 class _TargetedHandler(EventHandler):
-    """Calls a method of the action for one kind of event; yields nothing."""
+    """Calls a method of the action for one kind of event."""
 
     def __init__(self, action: ExecuteLocal, kind: type, react: Any) -> None:
         super().__init__(matcher=lambda event: is_a_subclass(event, kind))
         self._react = react
 
-    def handle(self, event: Any, context: LaunchContext) -> None:
+    def handle(self, event: Any, context: LaunchContext) -> Any:
         super().handle(event, context)
-        self._react(event, context)
+        return self._react(event, context)
 
 
 _SINKS = {"screen": Sink.SCREEN, "log": Sink.LOG, "own_log": Sink.OWN_LOG}

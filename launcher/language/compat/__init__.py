@@ -43,12 +43,12 @@ def vocabulary() -> Iterator[Session]:
     token = current_session.set(session)
     saved = _take_modules()
     finder = _Finder()
-    sys.meta_path.insert(0, finder)  # type: ignore[arg-type]
+    sys.meta_path.insert(0, finder)
     try:
         yield session
     finally:
         current_session.reset(token)
-        sys.meta_path.remove(finder)  # type: ignore[arg-type]
+        sys.meta_path.remove(finder)
         _take_modules()
         sys.modules.update(saved)
 

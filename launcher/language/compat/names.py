@@ -1,11 +1,11 @@
-"""The answer to a name that a vocabulary module does not have."""
+"""Names of the vocabulary: looked up when asked for, and what is said when one is unknown."""
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from types import FrameType, ModuleType
 from typing import Any
 
@@ -16,26 +16,38 @@ class NameNotProvidedError(ImportError):
     ros_type = "ImportError"
 
 
-def refuse_unknown(module: str, provided: Iterable[str]) -> Callable[[str], Any]:
-    """A module's `__getattr__` that says what there is instead.
+def reexport(module: str, sources: Mapping[str, str]) -> Callable[[str], Any]:
+    """A module's `__getattr__`: each name comes from `sources[name]`, as `module[:other name]`.
 
-    `from launch.actions import X` is an ImportError with our message. Everything else, also
-    the question of the import system whether X might be a submodule, is an AttributeError.
+    A source is imported when one of its names is first asked for: a launch file pays for what
+    it uses. A name that is a submodule is that submodule, as after ROS 2's own `import launch`.
+    For an unknown name `from launch.actions import X` is an ImportError with our message;
+    everything else, also the import system's question whether X is a submodule, is an
+    AttributeError.
     """
-    names = sorted(name for name in provided if not name.startswith("_"))
 
     def __getattr__(name: str) -> Any:
-        if not name.startswith("__") and (submodule := _submodule(module, name)) is not None:
-            return submodule
-        if name.startswith("__") or not _is_from_import(sys._getframe(1)):
-            raise AttributeError(f"module '{module}' has no attribute '{name}'", name=name)
-        raise NameNotProvidedError(_message(module, name, names), name=name)
+        if name in sources:
+            value = _fetch(name, sources[name])
+            setattr(sys.modules[module], name, value)
+            return value
+        if not name.startswith("__"):
+            submodule = _submodule(module, name)
+            if submodule is not None:
+                return submodule
+            if _is_from_import(sys._getframe(1)):
+                raise NameNotProvidedError(_message(module, name, sorted(sources)), name=name)
+        raise AttributeError(f"module '{module}' has no attribute '{name}'")
 
     return __getattr__
 
 
+def _fetch(name: str, source: str) -> Any:
+    path, _, original = source.partition(":")
+    return getattr(importlib.import_module(path), original or name)
+
+
 def _submodule(module: str, name: str) -> ModuleType | None:
-    """`launch.actions` after a mere `import launch`: ROS 2 imports its submodules at once."""
     if getattr(sys.modules.get(module), "__path__", None) is None:
         return None
     full_name = f"{module}.{name}"
@@ -58,8 +70,3 @@ def _is_from_import(frame: FrameType) -> bool:
     import opcode
 
     return frame.f_code.co_code[frame.f_lasti] == opcode.opmap["IMPORT_FROM"]
-
-
-def borrow(module: str, name: str) -> Any:
-    """A name from a module that stands above the language, looked up when it is imported."""
-    return getattr(importlib.import_module(module), name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tempfile import NamedTemporaryFile
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -11,6 +10,8 @@ if TYPE_CHECKING:
 
 def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str:
     """Write `text` into a new temporary file that the run owns; `content` is what it says."""
+    from tempfile import NamedTemporaryFile  # only nodes with parameters pay for it
+
     with NamedTemporaryFile(mode="w", prefix="launch_params_", delete=False) as file:
         file.write(text)
     context._host.remember_file(file.name, content)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -42,9 +42,8 @@ class ChangeState(Event):
         self.__lifecycle_node_matcher = lifecycle_node_matcher
         self.__transition_id = transition_id
         if transition_id not in self.valid_transitions:
-            known = ", ".join(
-                f"{name}: {number}" for number, name in self.valid_transitions.items()
-            )
+            pairs = self.valid_transitions.items()
+            known = ", ".join(f"{name}: {number}" for number, name in pairs)
             raise ValueError(
                 f"given transition_id of '{transition_id}', expected one of {{{known}}}"
             )
@@ -253,12 +252,12 @@ class LifecycleTransition(Action):
             self._watch_errors(context, name)
         return [*actions, *(emits[name][0] for name in names)]
 
-    def _step_handler(self, name: str, number: int, following: list[Action]) -> EventHandler:
+    def _step_handler(self, name: str, number: int, following: Sequence[Action]) -> EventHandler:
         transition = lifecycle.TRANSITIONS[number]
         done = OpaqueFunction(function=lambda context: self._forget(context, name))
         return OnStateTransition(
             matcher=_transition_of(name, transition.goal, transition.between),
-            entities=following or [done],
+            entities=list(following) or [done],
             handle_once=True,
         )
 

@@ -1,8 +1,11 @@
-"""`launch.action`: our vocabulary under ROS 2's name."""
+"""`launch.action`, re-exported."""
 
-from launcher.language.action import Action
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["Action"]
+_SOURCES = {
+    "Action": "launcher.language.action",
+}
 
-__getattr__ = refuse_unknown("launch.action", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.condition`: our vocabulary under ROS 2's name."""
+"""`launch.condition`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.condition import Condition
+from launcher.language.compat.names import reexport
 
-__all__ = ["Condition"]
+_SOURCES = {
+    "Condition": "launcher.language.condition",
+}
 
-__getattr__ = refuse_unknown("launch.condition", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

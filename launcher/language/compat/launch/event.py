@@ -1,8 +1,11 @@
-"""`launch.event`: our vocabulary under ROS 2's name."""
+"""`launch.event`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.event import Event
+from launcher.language.compat.names import reexport
 
-__all__ = ["Event"]
+_SOURCES = {
+    "Event": "launcher.language.event",
+}
 
-__getattr__ = refuse_unknown("launch.event", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

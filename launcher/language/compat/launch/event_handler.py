@@ -1,8 +1,12 @@
-"""`launch.event_handler`: our vocabulary under ROS 2's name."""
+"""`launch.event_handler`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.event_handler import BaseEventHandler, EventHandler
+from launcher.language.compat.names import reexport
 
-__all__ = ["BaseEventHandler", "EventHandler"]
+_SOURCES = {
+    "BaseEventHandler": "launcher.language.event_handler",
+    "EventHandler": "launcher.language.event_handler",
+}
 
-__getattr__ = refuse_unknown("launch.event_handler", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.invalid_launch_file_error`: our vocabulary under ROS 2's name."""
+"""`launch.invalid_launch_file_error`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.sources import InvalidLaunchFileError
+from launcher.language.compat.names import reexport
 
-__all__ = ["InvalidLaunchFileError"]
+_SOURCES = {
+    "InvalidLaunchFileError": "launcher.language.sources",
+}
 
-__getattr__ = refuse_unknown("launch.invalid_launch_file_error", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

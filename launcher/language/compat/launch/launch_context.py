@@ -1,8 +1,11 @@
-"""`launch.launch_context`: our vocabulary under ROS 2's name."""
+"""`launch.launch_context`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.context import LaunchContext
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchContext"]
+_SOURCES = {
+    "LaunchContext": "launcher.language.context",
+}
 
-__getattr__ = refuse_unknown("launch.launch_context", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

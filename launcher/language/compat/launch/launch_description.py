@@ -1,8 +1,11 @@
-"""`launch.launch_description`: our vocabulary under ROS 2's name."""
+"""`launch.launch_description`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.description import LaunchDescription
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchDescription"]
+_SOURCES = {
+    "LaunchDescription": "launcher.language.description",
+}
 
-__getattr__ = refuse_unknown("launch.launch_description", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

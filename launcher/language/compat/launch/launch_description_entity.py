@@ -1,8 +1,11 @@
-"""`launch.launch_description_entity`: our vocabulary under ROS 2's name."""
+"""`launch.launch_description_entity`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.entity import LaunchDescriptionEntity
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchDescriptionEntity"]
+_SOURCES = {
+    "LaunchDescriptionEntity": "launcher.language.entity",
+}
 
-__getattr__ = refuse_unknown("launch.launch_description_entity", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.launch_description_source`: our vocabulary under ROS 2's name."""
+"""`launch.launch_description_source`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.sources import LaunchDescriptionSource
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchDescriptionSource"]
+_SOURCES = {
+    "LaunchDescriptionSource": "launcher.language.sources",
+}
 
-__getattr__ = refuse_unknown("launch.launch_description_source", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

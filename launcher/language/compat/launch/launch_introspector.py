@@ -1,8 +1,11 @@
-"""`launch.launch_introspector`: our vocabulary under ROS 2's name."""
+"""`launch.launch_introspector`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.introspection import LaunchIntrospector
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchIntrospector"]
+_SOURCES = {
+    "LaunchIntrospector": "launcher.language.introspection",
+}
 
-__getattr__ = refuse_unknown("launch.launch_introspector", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

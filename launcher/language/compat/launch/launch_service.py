@@ -1,8 +1,11 @@
-"""`launch.launch_service`: our vocabulary under ROS 2's name."""
+"""`launch.launch_service`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.service import LaunchService
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchService"]
+_SOURCES = {
+    "LaunchService": "launcher.language.service",
+}
 
-__getattr__ = refuse_unknown("launch.launch_service", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

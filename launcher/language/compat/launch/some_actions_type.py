@@ -1,8 +1,12 @@
-"""`launch.some_actions_type`: our vocabulary under ROS 2's name."""
+"""`launch.some_actions_type`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.some_types import SomeActionsType, SomeActionsType_types_tuple
+from launcher.language.compat.names import reexport
 
-__all__ = ["SomeActionsType", "SomeActionsType_types_tuple"]
+_SOURCES = {
+    "SomeActionsType": "launcher.language.some_types",
+    "SomeActionsType_types_tuple": "launcher.language.some_types",
+}
 
-__getattr__ = refuse_unknown("launch.some_actions_type", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,12 @@
-"""`launch.some_entities_type`: our vocabulary under ROS 2's name."""
+"""`launch.some_entities_type`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.some_types import SomeEntitiesType, SomeEntitiesType_types_tuple
+from launcher.language.compat.names import reexport
 
-__all__ = ["SomeEntitiesType", "SomeEntitiesType_types_tuple"]
+_SOURCES = {
+    "SomeEntitiesType": "launcher.language.some_types",
+    "SomeEntitiesType_types_tuple": "launcher.language.some_types",
+}
 
-__getattr__ = refuse_unknown("launch.some_entities_type", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,12 @@
-"""`launch.some_substitutions_type`: our vocabulary under ROS 2's name."""
+"""`launch.some_substitutions_type`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import SomeSubstitutionsType, SomeSubstitutionsType_types_tuple
+from launcher.language.compat.names import reexport
 
-__all__ = ["SomeSubstitutionsType", "SomeSubstitutionsType_types_tuple"]
+_SOURCES = {
+    "SomeSubstitutionsType": "launcher.language.utilities",
+    "SomeSubstitutionsType_types_tuple": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.some_substitutions_type", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitution import Substitution
+from launcher.language.compat.names import reexport
 
-__all__ = ["Substitution"]
+_SOURCES = {
+    "Substitution": "launcher.language.substitution",
+}
 
-__getattr__ = refuse_unknown("launch.substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros`: our vocabulary under ROS 2's name."""
+"""`launch_ros`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.adapters import get_default_launch_description
+from launcher.language.compat.names import reexport
 
-__all__ = ["get_default_launch_description"]
+_SOURCES = {
+    "get_default_launch_description": "launcher.language.ros.adapters",
+}
 
-__getattr__ = refuse_unknown("launch_ros", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,13 @@
-"""`launch_ros.parameter_descriptions`: our vocabulary under ROS 2's name."""
+"""`launch_ros.parameter_descriptions`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.parameter_descriptions import Parameter, ParameterFile, ParameterValue
+from launcher.language.compat.names import reexport
 
-__all__ = ["Parameter", "ParameterFile", "ParameterValue"]
+_SOURCES = {
+    "Parameter": "launcher.language.ros.parameter_descriptions",
+    "ParameterFile": "launcher.language.ros.parameter_descriptions",
+    "ParameterValue": "launcher.language.ros.parameter_descriptions",
+}
 
-__getattr__ = refuse_unknown("launch_ros.parameter_descriptions", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

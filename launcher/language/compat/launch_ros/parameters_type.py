@@ -1,38 +1,24 @@
-"""`launch_ros.parameters_type`: our vocabulary under ROS 2's name."""
+"""`launch_ros.parameters_type`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.some_types import (
-    EvaluatedParameters,
-    EvaluatedParameterValue,
-    MultiValueType,
-    ParameterFile,
-    ParameterName,
-    Parameters,
-    ParametersDict,
-    ParameterValue,
-    SingleValueType,
-    SomeParameterFile,
-    SomeParameterName,
-    SomeParameters,
-    SomeParametersDict,
-    SomeParameterValue,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "EvaluatedParameterValue",
-    "EvaluatedParameters",
-    "MultiValueType",
-    "ParameterFile",
-    "ParameterName",
-    "ParameterValue",
-    "Parameters",
-    "ParametersDict",
-    "SingleValueType",
-    "SomeParameterFile",
-    "SomeParameterName",
-    "SomeParameterValue",
-    "SomeParameters",
-    "SomeParametersDict",
-]
+_SOURCES = {
+    "EvaluatedParameterValue": "launcher.language.ros.some_types",
+    "EvaluatedParameters": "launcher.language.ros.some_types",
+    "MultiValueType": "launcher.language.ros.some_types",
+    "ParameterFile": "launcher.language.ros.some_types",
+    "ParameterName": "launcher.language.ros.some_types",
+    "ParameterValue": "launcher.language.ros.some_types",
+    "Parameters": "launcher.language.ros.some_types",
+    "ParametersDict": "launcher.language.ros.some_types",
+    "SingleValueType": "launcher.language.ros.some_types",
+    "SomeParameterFile": "launcher.language.ros.some_types",
+    "SomeParameterName": "launcher.language.ros.some_types",
+    "SomeParameterValue": "launcher.language.ros.some_types",
+    "SomeParameters": "launcher.language.ros.some_types",
+    "SomeParametersDict": "launcher.language.ros.some_types",
+}
 
-__getattr__ = refuse_unknown("launch_ros.parameters_type", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,14 @@
-"""`launch_ros.remap_rule_type`: our vocabulary under ROS 2's name."""
+"""`launch_ros.remap_rule_type`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.some_types import RemapRule, RemapRules, SomeRemapRule, SomeRemapRules
+from launcher.language.compat.names import reexport
 
-__all__ = ["RemapRule", "RemapRules", "SomeRemapRule", "SomeRemapRules"]
+_SOURCES = {
+    "RemapRule": "launcher.language.ros.some_types",
+    "RemapRules": "launcher.language.ros.some_types",
+    "SomeRemapRule": "launcher.language.ros.some_types",
+    "SomeRemapRules": "launcher.language.ros.some_types",
+}
 
-__getattr__ = refuse_unknown("launch_ros.remap_rule_type", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,13 @@
-"""`launch_ros.ros_adapters`: our vocabulary under ROS 2's name."""
+"""`launch_ros.ros_adapters`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.adapters import ROSAdapter, get_ros_adapter, get_ros_node
+from launcher.language.compat.names import reexport
 
-__all__ = ["ROSAdapter", "get_ros_adapter", "get_ros_node"]
+_SOURCES = {
+    "ROSAdapter": "launcher.language.ros.adapters",
+    "get_ros_adapter": "launcher.language.ros.adapters",
+    "get_ros_node": "launcher.language.ros.adapters",
+}
 
-__getattr__ = refuse_unknown("launch_ros.ros_adapters", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

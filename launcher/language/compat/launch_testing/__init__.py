@@ -1,8 +1,12 @@
-"""`launch_testing`: our vocabulary under ROS 2's name."""
+"""`launch_testing`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.testing import parametrize, post_shutdown_test
+from launcher.language.compat.names import reexport
 
-__all__ = ["parametrize", "post_shutdown_test"]
+_SOURCES = {
+    "parametrize": "launcher.language.testing",
+    "post_shutdown_test": "launcher.language.testing",
+}
 
-__getattr__ = refuse_unknown("launch_testing", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,12 @@
-"""`launch_testing.markers`: our vocabulary under ROS 2's name."""
+"""`launch_testing.markers`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.testing import keep_alive, retry_on_failure
+from launcher.language.compat.names import reexport
 
-__all__ = ["keep_alive", "retry_on_failure"]
+_SOURCES = {
+    "keep_alive": "launcher.language.testing",
+    "retry_on_failure": "launcher.language.testing",
+}
 
-__getattr__ = refuse_unknown("launch_testing.markers", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

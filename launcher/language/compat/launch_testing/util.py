@@ -1,8 +1,11 @@
-"""`launch_testing.util`: our vocabulary under ROS 2's name."""
+"""`launch_testing.util`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.testing import KeepAliveProc
+from launcher.language.compat.names import reexport
 
-__all__ = ["KeepAliveProc"]
+_SOURCES = {
+    "KeepAliveProc": "launcher.language.testing",
+}
 
-__getattr__ = refuse_unknown("launch_testing.util", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

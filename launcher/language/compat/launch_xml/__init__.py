@@ -1,10 +1,12 @@
-"""`launch_xml`: our vocabulary under ROS 2's name."""
+"""`launch_xml`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.compat.names import reexport
 
-Parser = borrow("launcher.frontends.xml", "XmlParser")
-Entity = borrow("launcher.frontends.entity_xml", "XmlEntity")
+_SOURCES = {
+    "Entity": "launcher.frontends.entity_xml:XmlEntity",
+    "Parser": "launcher.frontends.xml:XmlParser",
+}
 
-__all__ = ["Entity", "Parser"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch_xml", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,9 +1,11 @@
-"""`launch_xml.entity`: our vocabulary under ROS 2's name."""
+"""`launch_xml.entity`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.compat.names import reexport
 
-Entity = borrow("launcher.frontends.entity_xml", "XmlEntity")
+_SOURCES = {
+    "Entity": "launcher.frontends.entity_xml:XmlEntity",
+}
 
-__all__ = ["Entity"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch_xml.entity", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

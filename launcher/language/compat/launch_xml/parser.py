@@ -1,9 +1,11 @@
-"""`launch_xml.parser`: our vocabulary under ROS 2's name."""
+"""`launch_xml.parser`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.compat.names import reexport
 
-Parser = borrow("launcher.frontends.xml", "XmlParser")
+_SOURCES = {
+    "Parser": "launcher.frontends.xml:XmlParser",
+}
 
-__all__ = ["Parser"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch_xml.parser", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

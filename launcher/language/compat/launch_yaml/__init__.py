@@ -1,10 +1,12 @@
-"""`launch_yaml`: our vocabulary under ROS 2's name."""
+"""`launch_yaml`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.compat.names import reexport
 
-Parser = borrow("launcher.frontends.yaml", "YamlParser")
-Entity = borrow("launcher.frontends.entity_yaml", "YamlEntity")
+_SOURCES = {
+    "Entity": "launcher.frontends.entity_yaml:YamlEntity",
+    "Parser": "launcher.frontends.yaml:YamlParser",
+}
 
-__all__ = ["Entity", "Parser"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch_yaml", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,9 +1,11 @@
-"""`launch_yaml.parser`: our vocabulary under ROS 2's name."""
+"""`launch_yaml.parser`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.compat.names import reexport
 
-Parser = borrow("launcher.frontends.yaml", "YamlParser")
+_SOURCES = {
+    "Parser": "launcher.frontends.yaml:YamlParser",
+}
 
-__all__ = ["Parser"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch_yaml.parser", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,69 +1,41 @@
-"""`launch.actions`: our vocabulary under ROS 2's name."""
+"""`launch.actions`, re-exported."""
 
-from launcher.language.actions.arguments import DeclareLaunchArgument
-from launcher.language.actions.configuration import (
-    AppendEnvironmentVariable,
-    PopEnvironment,
-    PopLaunchConfigurations,
-    PushEnvironment,
-    PushLaunchConfigurations,
-    ReplaceEnvironmentVariables,
-    ResetEnvironment,
-    ResetLaunchConfigurations,
-    SetEnvironmentVariable,
-    SetLaunchConfiguration,
-    UnsetEnvironmentVariable,
-    UnsetLaunchConfiguration,
-)
-from launcher.language.actions.coroutine import OpaqueCoroutine
-from launcher.language.actions.events import (
-    EmitEvent,
-    LogInfo,
-    OpaqueFunction,
-    RegisterEventHandler,
-    Shutdown,
-    UnregisterEventHandler,
-)
-from launcher.language.actions.group import GroupAction
-from launcher.language.actions.include import IncludeLaunchDescription
-from launcher.language.actions.logs import Log, LogDebug, LogError, LogWarning
-from launcher.language.actions.loops import ForEach, ForLoop
-from launcher.language.actions.process import ExecuteLocal, ExecuteProcess
-from launcher.language.actions.timer import TimerAction
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "AppendEnvironmentVariable",
-    "DeclareLaunchArgument",
-    "EmitEvent",
-    "ExecuteLocal",
-    "ExecuteProcess",
-    "ForEach",
-    "ForLoop",
-    "GroupAction",
-    "IncludeLaunchDescription",
-    "Log",
-    "LogDebug",
-    "LogError",
-    "LogInfo",
-    "LogWarning",
-    "OpaqueCoroutine",
-    "OpaqueFunction",
-    "PopEnvironment",
-    "PopLaunchConfigurations",
-    "PushEnvironment",
-    "PushLaunchConfigurations",
-    "RegisterEventHandler",
-    "ReplaceEnvironmentVariables",
-    "ResetEnvironment",
-    "ResetLaunchConfigurations",
-    "SetEnvironmentVariable",
-    "SetLaunchConfiguration",
-    "Shutdown",
-    "TimerAction",
-    "UnregisterEventHandler",
-    "UnsetEnvironmentVariable",
-    "UnsetLaunchConfiguration",
-]
+_SOURCES = {
+    "AppendEnvironmentVariable": "launcher.language.actions.configuration",
+    "DeclareLaunchArgument": "launcher.language.actions.arguments",
+    "EmitEvent": "launcher.language.actions.events",
+    "ExecuteLocal": "launcher.language.actions.process",
+    "ExecuteProcess": "launcher.language.actions.process",
+    "ForEach": "launcher.language.actions.loops",
+    "ForLoop": "launcher.language.actions.loops",
+    "GroupAction": "launcher.language.actions.group",
+    "IncludeLaunchDescription": "launcher.language.actions.include",
+    "Log": "launcher.language.actions.logs",
+    "LogDebug": "launcher.language.actions.logs",
+    "LogError": "launcher.language.actions.logs",
+    "LogInfo": "launcher.language.actions.events",
+    "LogWarning": "launcher.language.actions.logs",
+    "OpaqueCoroutine": "launcher.language.actions.coroutine",
+    "OpaqueFunction": "launcher.language.actions.events",
+    "PopEnvironment": "launcher.language.actions.configuration",
+    "PopLaunchConfigurations": "launcher.language.actions.configuration",
+    "PushEnvironment": "launcher.language.actions.configuration",
+    "PushLaunchConfigurations": "launcher.language.actions.configuration",
+    "RegisterEventHandler": "launcher.language.actions.events",
+    "ReplaceEnvironmentVariables": "launcher.language.actions.configuration",
+    "ResetEnvironment": "launcher.language.actions.configuration",
+    "ResetLaunchConfigurations": "launcher.language.actions.configuration",
+    "SetEnvironmentVariable": "launcher.language.actions.configuration",
+    "SetLaunchConfiguration": "launcher.language.actions.configuration",
+    "Shutdown": "launcher.language.actions.events",
+    "TimerAction": "launcher.language.actions.timer",
+    "UnregisterEventHandler": "launcher.language.actions.events",
+    "UnsetEnvironmentVariable": "launcher.language.actions.configuration",
+    "UnsetLaunchConfiguration": "launcher.language.actions.configuration",
+}
 
-__getattr__ = refuse_unknown("launch.actions", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

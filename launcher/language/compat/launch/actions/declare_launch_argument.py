@@ -1,8 +1,11 @@
-"""`launch.actions.declare_launch_argument`: our vocabulary under ROS 2's name."""
+"""`launch.actions.declare_launch_argument`, re-exported."""
 
-from launcher.language.actions.arguments import DeclareLaunchArgument
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["DeclareLaunchArgument"]
+_SOURCES = {
+    "DeclareLaunchArgument": "launcher.language.actions.arguments",
+}
 
-__getattr__ = refuse_unknown("launch.actions.declare_launch_argument", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.actions.emit_event`: our vocabulary under ROS 2's name."""
+"""`launch.actions.emit_event`, re-exported."""
 
-from launcher.language.actions.events import EmitEvent
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["EmitEvent"]
+_SOURCES = {
+    "EmitEvent": "launcher.language.actions.events",
+}
 
-__getattr__ = refuse_unknown("launch.actions.emit_event", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.actions.execute_local`: our vocabulary under ROS 2's name."""
+"""`launch.actions.execute_local`, re-exported."""
 
-from launcher.language.actions.process import ExecuteLocal
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["ExecuteLocal"]
+_SOURCES = {
+    "ExecuteLocal": "launcher.language.actions.process",
+}
 
-__getattr__ = refuse_unknown("launch.actions.execute_local", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,12 @@
-"""`launch.actions.for_loop`: our vocabulary under ROS 2's name."""
+"""`launch.actions.for_loop`, re-exported."""
 
-from launcher.language.actions.loops import ForEach, ForLoop
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["ForEach", "ForLoop"]
+_SOURCES = {
+    "ForEach": "launcher.language.actions.loops",
+    "ForLoop": "launcher.language.actions.loops",
+}
 
-__getattr__ = refuse_unknown("launch.actions.for_loop", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.actions.group_action`: our vocabulary under ROS 2's name."""
+"""`launch.actions.group_action`, re-exported."""
 
-from launcher.language.actions.group import GroupAction
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["GroupAction"]
+_SOURCES = {
+    "GroupAction": "launcher.language.actions.group",
+}
 
-__getattr__ = refuse_unknown("launch.actions.group_action", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

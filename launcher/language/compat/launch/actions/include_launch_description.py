@@ -1,8 +1,11 @@
-"""`launch.actions.include_launch_description`: our vocabulary under ROS 2's name."""
+"""`launch.actions.include_launch_description`, re-exported."""
 
-from launcher.language.actions.include import IncludeLaunchDescription
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["IncludeLaunchDescription"]
+_SOURCES = {
+    "IncludeLaunchDescription": "launcher.language.actions.include",
+}
 
-__getattr__ = refuse_unknown("launch.actions.include_launch_description", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

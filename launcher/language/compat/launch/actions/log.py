@@ -1,9 +1,15 @@
-"""`launch.actions.log`: our vocabulary under ROS 2's name."""
+"""`launch.actions.log`, re-exported."""
 
-from launcher.language.actions.events import LogInfo
-from launcher.language.actions.logs import Log, LogDebug, LogError, LogWarning
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["Log", "LogDebug", "LogError", "LogInfo", "LogWarning"]
+_SOURCES = {
+    "Log": "launcher.language.actions.logs",
+    "LogDebug": "launcher.language.actions.logs",
+    "LogError": "launcher.language.actions.logs",
+    "LogInfo": "launcher.language.actions.events",
+    "LogWarning": "launcher.language.actions.logs",
+}
 
-__getattr__ = refuse_unknown("launch.actions.log", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

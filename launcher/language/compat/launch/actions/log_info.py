@@ -1,8 +1,11 @@
-"""`launch.actions.log_info`: our vocabulary under ROS 2's name."""
+"""`launch.actions.log_info`, re-exported."""
 
-from launcher.language.actions.events import LogInfo
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["LogInfo"]
+_SOURCES = {
+    "LogInfo": "launcher.language.actions.events",
+}
 
-__getattr__ = refuse_unknown("launch.actions.log_info", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.actions.opaque_coroutine`: our vocabulary under ROS 2's name."""
+"""`launch.actions.opaque_coroutine`, re-exported."""
 
-from launcher.language.actions.coroutine import OpaqueCoroutine
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["OpaqueCoroutine"]
+_SOURCES = {
+    "OpaqueCoroutine": "launcher.language.actions.coroutine",
+}
 
-__getattr__ = refuse_unknown("launch.actions.opaque_coroutine", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.actions.opaque_function`: our vocabulary under ROS 2's name."""
+"""`launch.actions.opaque_function`, re-exported."""
 
-from launcher.language.actions.events import OpaqueFunction
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["OpaqueFunction"]
+_SOURCES = {
+    "OpaqueFunction": "launcher.language.actions.events",
+}
 
-__getattr__ = refuse_unknown("launch.actions.opaque_function", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

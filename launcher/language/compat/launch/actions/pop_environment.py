@@ -1,8 +1,11 @@
-"""`launch.actions.pop_environment`: our vocabulary under ROS 2's name."""
+"""`launch.actions.pop_environment`, re-exported."""
 
-from launcher.language.actions.configuration import PopEnvironment
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["PopEnvironment"]
+_SOURCES = {
+    "PopEnvironment": "launcher.language.actions.configuration",
+}
 
-__getattr__ = refuse_unknown("launch.actions.pop_environment", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.actions.register_event_handler`: our vocabulary under ROS 2's name."""
+"""`launch.actions.register_event_handler`, re-exported."""
 
-from launcher.language.actions.events import RegisterEventHandler
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["RegisterEventHandler"]
+_SOURCES = {
+    "RegisterEventHandler": "launcher.language.actions.events",
+}
 
-__getattr__ = refuse_unknown("launch.actions.register_event_handler", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.actions.replace_environment_variables`: our vocabulary under ROS 2's name."""
+"""`launch.actions.replace_environment_variables`, re-exported."""
 
-from launcher.language.actions.configuration import ReplaceEnvironmentVariables
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["ReplaceEnvironmentVariables"]
+_SOURCES = {
+    "ReplaceEnvironmentVariables": "launcher.language.actions.configuration",
+}
 
-__getattr__ = refuse_unknown("launch.actions.replace_environment_variables", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

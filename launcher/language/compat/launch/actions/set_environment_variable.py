@@ -1,8 +1,11 @@
-"""`launch.actions.set_environment_variable`: our vocabulary under ROS 2's name."""
+"""`launch.actions.set_environment_variable`, re-exported."""
 
-from launcher.language.actions.configuration import SetEnvironmentVariable
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["SetEnvironmentVariable"]
+_SOURCES = {
+    "SetEnvironmentVariable": "launcher.language.actions.configuration",
+}
 
-__getattr__ = refuse_unknown("launch.actions.set_environment_variable", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

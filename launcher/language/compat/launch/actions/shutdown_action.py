@@ -1,8 +1,11 @@
-"""`launch.actions.shutdown_action`: our vocabulary under ROS 2's name."""
+"""`launch.actions.shutdown_action`, re-exported."""
 
-from launcher.language.actions.events import Shutdown
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["Shutdown"]
+_SOURCES = {
+    "Shutdown": "launcher.language.actions.events",
+}
 
-__getattr__ = refuse_unknown("launch.actions.shutdown_action", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

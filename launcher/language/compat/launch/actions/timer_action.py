@@ -1,8 +1,11 @@
-"""`launch.actions.timer_action`: our vocabulary under ROS 2's name."""
+"""`launch.actions.timer_action`, re-exported."""
 
-from launcher.language.actions.timer import TimerAction
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["TimerAction"]
+_SOURCES = {
+    "TimerAction": "launcher.language.actions.timer",
+}
 
-__getattr__ = refuse_unknown("launch.actions.timer_action", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

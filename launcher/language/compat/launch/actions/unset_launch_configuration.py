@@ -1,8 +1,11 @@
-"""`launch.actions.unset_launch_configuration`: our vocabulary under ROS 2's name."""
+"""`launch.actions.unset_launch_configuration`, re-exported."""
 
-from launcher.language.actions.configuration import UnsetLaunchConfiguration
-from launcher.language.compat.names import refuse_unknown
+from launcher.language.compat.names import reexport
 
-__all__ = ["UnsetLaunchConfiguration"]
+_SOURCES = {
+    "UnsetLaunchConfiguration": "launcher.language.actions.configuration",
+}
 
-__getattr__ = refuse_unknown("launch.actions.unset_launch_configuration", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

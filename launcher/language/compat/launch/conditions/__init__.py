@@ -1,22 +1,16 @@
-"""`launch.conditions`: our vocabulary under ROS 2's name."""
+"""`launch.conditions`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.conditions import (
-    IfCondition,
-    InvalidConditionExpressionError,
-    LaunchConfigurationEquals,
-    LaunchConfigurationNotEquals,
-    UnlessCondition,
-    evaluate_condition_expression,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "IfCondition",
-    "InvalidConditionExpressionError",
-    "LaunchConfigurationEquals",
-    "LaunchConfigurationNotEquals",
-    "UnlessCondition",
-    "evaluate_condition_expression",
-]
+_SOURCES = {
+    "IfCondition": "launcher.language.conditions",
+    "InvalidConditionExpressionError": "launcher.language.conditions",
+    "LaunchConfigurationEquals": "launcher.language.conditions",
+    "LaunchConfigurationNotEquals": "launcher.language.conditions",
+    "UnlessCondition": "launcher.language.conditions",
+    "evaluate_condition_expression": "launcher.language.conditions",
+}
 
-__getattr__ = refuse_unknown("launch.conditions", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.conditions.evaluate_condition_expression_impl`: our vocabulary under ROS 2's name."""
+"""`launch.conditions.evaluate_condition_expression_impl`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.conditions import evaluate_condition_expression
+from launcher.language.compat.names import reexport
 
-__all__ = ["evaluate_condition_expression"]
+_SOURCES = {
+    "evaluate_condition_expression": "launcher.language.conditions",
+}
 
-__getattr__ = refuse_unknown("launch.conditions.evaluate_condition_expression_impl", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

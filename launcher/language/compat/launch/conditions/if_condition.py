@@ -1,8 +1,11 @@
-"""`launch.conditions.if_condition`: our vocabulary under ROS 2's name."""
+"""`launch.conditions.if_condition`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.conditions import IfCondition
+from launcher.language.compat.names import reexport
 
-__all__ = ["IfCondition"]
+_SOURCES = {
+    "IfCondition": "launcher.language.conditions",
+}
 
-__getattr__ = refuse_unknown("launch.conditions.if_condition", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.conditions.invalid_condition_expression_error`: our vocabulary under ROS 2's name."""
+"""`launch.conditions.invalid_condition_expression_error`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.conditions import InvalidConditionExpressionError
+from launcher.language.compat.names import reexport
 
-__all__ = ["InvalidConditionExpressionError"]
+_SOURCES = {
+    "InvalidConditionExpressionError": "launcher.language.conditions",
+}
 
-__getattr__ = refuse_unknown("launch.conditions.invalid_condition_expression_error", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

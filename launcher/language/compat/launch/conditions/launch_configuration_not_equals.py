@@ -1,8 +1,11 @@
-"""`launch.conditions.launch_configuration_not_equals`: our vocabulary under ROS 2's name."""
+"""`launch.conditions.launch_configuration_not_equals`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.conditions import LaunchConfigurationNotEquals
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchConfigurationNotEquals"]
+_SOURCES = {
+    "LaunchConfigurationNotEquals": "launcher.language.conditions",
+}
 
-__getattr__ = refuse_unknown("launch.conditions.launch_configuration_not_equals", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.conditions.unless_condition`: our vocabulary under ROS 2's name."""
+"""`launch.conditions.unless_condition`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.conditions import UnlessCondition
+from launcher.language.compat.names import reexport
 
-__all__ = ["UnlessCondition"]
+_SOURCES = {
+    "UnlessCondition": "launcher.language.conditions",
+}
 
-__getattr__ = refuse_unknown("launch.conditions.unless_condition", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.descriptions`: our vocabulary under ROS 2's name."""
+"""`launch.descriptions`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.executable import Executable
+from launcher.language.compat.names import reexport
 
-__all__ = ["Executable"]
+_SOURCES = {
+    "Executable": "launcher.language.executable",
+}
 
-__getattr__ = refuse_unknown("launch.descriptions", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

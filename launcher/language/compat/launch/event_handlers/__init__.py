@@ -1,26 +1,18 @@
-"""`launch.event_handlers`: our vocabulary under ROS 2's name."""
+"""`launch.event_handlers`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.handlers import (
-    OnActionEventBase,
-    OnExecutionComplete,
-    OnIncludeLaunchDescription,
-    OnProcessExit,
-    OnProcessIO,
-    OnProcessStart,
-    OnShutdown,
-    event_named,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "OnActionEventBase",
-    "OnExecutionComplete",
-    "OnIncludeLaunchDescription",
-    "OnProcessExit",
-    "OnProcessIO",
-    "OnProcessStart",
-    "OnShutdown",
-    "event_named",
-]
+_SOURCES = {
+    "OnActionEventBase": "launcher.language.handlers",
+    "OnExecutionComplete": "launcher.language.handlers",
+    "OnIncludeLaunchDescription": "launcher.language.handlers",
+    "OnProcessExit": "launcher.language.handlers",
+    "OnProcessIO": "launcher.language.handlers",
+    "OnProcessStart": "launcher.language.handlers",
+    "OnShutdown": "launcher.language.handlers",
+    "event_named": "launcher.language.handlers",
+}
 
-__getattr__ = refuse_unknown("launch.event_handlers", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

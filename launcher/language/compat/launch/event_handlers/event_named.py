@@ -1,8 +1,11 @@
-"""`launch.event_handlers.event_named`: our vocabulary under ROS 2's name."""
+"""`launch.event_handlers.event_named`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.handlers import event_named
+from launcher.language.compat.names import reexport
 
-__all__ = ["event_named"]
+_SOURCES = {
+    "event_named": "launcher.language.handlers",
+}
 
-__getattr__ = refuse_unknown("launch.event_handlers.event_named", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.event_handlers.on_action_event_base`: our vocabulary under ROS 2's name."""
+"""`launch.event_handlers.on_action_event_base`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.handlers import OnActionEventBase
+from launcher.language.compat.names import reexport
 
-__all__ = ["OnActionEventBase"]
+_SOURCES = {
+    "OnActionEventBase": "launcher.language.handlers",
+}
 
-__getattr__ = refuse_unknown("launch.event_handlers.on_action_event_base", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.event_handlers.on_execution_complete`: our vocabulary under ROS 2's name."""
+"""`launch.event_handlers.on_execution_complete`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.handlers import OnExecutionComplete
+from launcher.language.compat.names import reexport
 
-__all__ = ["OnExecutionComplete"]
+_SOURCES = {
+    "OnExecutionComplete": "launcher.language.handlers",
+}
 
-__getattr__ = refuse_unknown("launch.event_handlers.on_execution_complete", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

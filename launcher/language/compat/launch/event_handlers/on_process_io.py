@@ -1,8 +1,11 @@
-"""`launch.event_handlers.on_process_io`: our vocabulary under ROS 2's name."""
+"""`launch.event_handlers.on_process_io`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.handlers import OnProcessIO
+from launcher.language.compat.names import reexport
 
-__all__ = ["OnProcessIO"]
+_SOURCES = {
+    "OnProcessIO": "launcher.language.handlers",
+}
 
-__getattr__ = refuse_unknown("launch.event_handlers.on_process_io", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

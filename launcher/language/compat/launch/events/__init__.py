@@ -1,20 +1,15 @@
-"""`launch.events`: our vocabulary under ROS 2's name."""
+"""`launch.events`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.events import (
-    ExecutionComplete,
-    IncludeLaunchDescription,
-    Shutdown,
-    TimerEvent,
-    matches_action,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "ExecutionComplete",
-    "IncludeLaunchDescription",
-    "Shutdown",
-    "TimerEvent",
-    "matches_action",
-]
+_SOURCES = {
+    "ExecutionComplete": "launcher.language.events",
+    "IncludeLaunchDescription": "launcher.language.events",
+    "Shutdown": "launcher.language.events",
+    "TimerEvent": "launcher.language.events",
+    "matches_action": "launcher.language.events",
+}
 
-__getattr__ = refuse_unknown("launch.events", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

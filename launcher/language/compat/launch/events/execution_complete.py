@@ -1,8 +1,11 @@
-"""`launch.events.execution_complete`: our vocabulary under ROS 2's name."""
+"""`launch.events.execution_complete`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.events import ExecutionComplete
+from launcher.language.compat.names import reexport
 
-__all__ = ["ExecutionComplete"]
+_SOURCES = {
+    "ExecutionComplete": "launcher.language.events",
+}
 
-__getattr__ = refuse_unknown("launch.events.execution_complete", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.events.include_launch_description`: our vocabulary under ROS 2's name."""
+"""`launch.events.include_launch_description`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.events import IncludeLaunchDescription
+from launcher.language.compat.names import reexport
 
-__all__ = ["IncludeLaunchDescription"]
+_SOURCES = {
+    "IncludeLaunchDescription": "launcher.language.events",
+}
 
-__getattr__ = refuse_unknown("launch.events.include_launch_description", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

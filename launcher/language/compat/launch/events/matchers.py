@@ -1,8 +1,11 @@
-"""`launch.events.matchers`: our vocabulary under ROS 2's name."""
+"""`launch.events.matchers`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.events import matches_action
+from launcher.language.compat.names import reexport
 
-__all__ = ["matches_action"]
+_SOURCES = {
+    "matches_action": "launcher.language.events",
+}
 
-__getattr__ = refuse_unknown("launch.events.matchers", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

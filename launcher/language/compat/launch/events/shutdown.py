@@ -1,8 +1,11 @@
-"""`launch.events.shutdown`: our vocabulary under ROS 2's name."""
+"""`launch.events.shutdown`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.events import Shutdown
+from launcher.language.compat.names import reexport
 
-__all__ = ["Shutdown"]
+_SOURCES = {
+    "Shutdown": "launcher.language.events",
+}
 
-__getattr__ = refuse_unknown("launch.events.shutdown", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.events.timer_event`: our vocabulary under ROS 2's name."""
+"""`launch.events.timer_event`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.events import TimerEvent
+from launcher.language.compat.names import reexport
 
-__all__ = ["TimerEvent"]
+_SOURCES = {
+    "TimerEvent": "launcher.language.events",
+}
 
-__getattr__ = refuse_unknown("launch.events.timer_event", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,18 +1,22 @@
-"""`launch.frontend`: our vocabulary under ROS 2's name."""
+"""`launch.frontend`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
-from launcher.language.frontend_registry import expose_action, expose_substitution
-from launcher.language.sources import InvalidLaunchFileError as InvalidFrontendLaunchFileError
+from launcher.language.compat.names import reexport
 
-Entity = borrow("launcher.frontends.entity", "Entity")
-Parser = borrow("launcher.frontends.parser", "Parser")
+from . import parse_substitution
 
-__all__ = [
-    "Entity",
-    "InvalidFrontendLaunchFileError",
-    "Parser",
-    "expose_action",
-    "expose_substitution",
-]
+# The function of this name is what users want; a module that is loaded already does not hide it.
+del parse_substitution
 
-__getattr__ = refuse_unknown("launch.frontend", __all__)
+_SOURCES = {
+    "Entity": "launcher.frontends.entity",
+    "InvalidFrontendLaunchFileError": "launcher.language.sources:InvalidLaunchFileError",
+    "Parser": "launcher.frontends.parser",
+    "expose_action": "launcher.language.frontend_registry",
+    "expose_substitution": "launcher.language.frontend_registry",
+    "parse_if_substitutions": "launcher.frontends.grammar_substitutions",
+    "parse_substitution": "launcher.frontends.grammar_substitutions",
+}
+
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,9 +1,11 @@
-"""`launch.frontend.entity`: our vocabulary under ROS 2's name."""
+"""`launch.frontend.entity`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.compat.names import reexport
 
-Entity = borrow("launcher.frontends.entity", "Entity")
+_SOURCES = {
+    "Entity": "launcher.frontends.entity",
+}
 
-__all__ = ["Entity"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch.frontend.entity", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,23 +1,16 @@
-"""`launch.frontend.expose`: our vocabulary under ROS 2's name."""
+"""`launch.frontend.expose`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
-from launcher.language.frontend_registry import (
-    action_parse_methods,
-    expose_action,
-    expose_substitution,
-    substitution_parse_methods,
-)
+from launcher.language.compat.names import reexport
 
-instantiate_action = borrow("launcher.frontends.expose", "instantiate_action")
-instantiate_substitution = borrow("launcher.frontends.expose", "instantiate_substitution")
+_SOURCES = {
+    "action_parse_methods": "launcher.language.frontend_registry",
+    "expose_action": "launcher.language.frontend_registry",
+    "expose_substitution": "launcher.language.frontend_registry",
+    "instantiate_action": "launcher.frontends.expose",
+    "instantiate_substitution": "launcher.frontends.expose",
+    "substitution_parse_methods": "launcher.language.frontend_registry",
+}
 
-__all__ = [
-    "action_parse_methods",
-    "expose_action",
-    "expose_substitution",
-    "instantiate_action",
-    "instantiate_substitution",
-    "substitution_parse_methods",
-]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch.frontend.expose", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,12 +1,13 @@
-"""`launch.frontend.parse_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.frontend.parse_substitution`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.compat.names import reexport
 
-parse_substitution = borrow("launcher.frontends.grammar_substitutions", "parse_substitution")
-parse_if_substitutions = borrow(
-    "launcher.frontends.grammar_substitutions", "parse_if_substitutions"
-)
+_SOURCES = {
+    "parse_if_substitutions": "launcher.frontends.grammar_substitutions",
+    "parse_substitution": "launcher.frontends.grammar_substitutions",
+    "replace_escaped_characters": "launcher.frontends.grammar:unescape",
+}
 
-__all__ = ["parse_if_substitutions", "parse_substitution"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch.frontend.parse_substitution", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

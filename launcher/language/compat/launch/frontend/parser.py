@@ -1,10 +1,12 @@
-"""`launch.frontend.parser`: our vocabulary under ROS 2's name."""
+"""`launch.frontend.parser`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
-from launcher.language.sources import InvalidLaunchFileError as InvalidFrontendLaunchFileError
+from launcher.language.compat.names import reexport
 
-Parser = borrow("launcher.frontends.parser", "Parser")
+_SOURCES = {
+    "InvalidFrontendLaunchFileError": "launcher.language.sources:InvalidLaunchFileError",
+    "Parser": "launcher.frontends.parser",
+}
 
-__all__ = ["InvalidFrontendLaunchFileError", "Parser"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch.frontend.parser", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,9 +1,12 @@
-"""`launch.frontend.type_utils`: our vocabulary under ROS 2's name."""
+"""`launch.frontend.type_utils`, re-exported."""
 
-from launcher.language.compat.names import borrow, refuse_unknown
+from launcher.language.compat.names import reexport
 
-get_data_type_from_identifier = borrow("launcher.frontends.types", "get_data_type_from_identifier")
+_SOURCES = {
+    "check_is_list_entity": "launcher.frontends.types:is_entity_list",
+    "get_data_type_from_identifier": "launcher.frontends.types",
+}
 
-__all__ = ["get_data_type_from_identifier"]
+__all__ = list(_SOURCES)
 
-__getattr__ = refuse_unknown("launch.frontend.type_utils", __all__)
+__getattr__ = reexport(__name__, _SOURCES)

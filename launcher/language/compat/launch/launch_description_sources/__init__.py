@@ -1,32 +1,19 @@
-"""`launch.launch_description_sources`: our vocabulary under ROS 2's name."""
+"""`launch.launch_description_sources`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.python_file import (
-    InvalidPythonLaunchFileError,
-    load_python_launch_file_as_module,
-)
-from launcher.language.sources import (
-    AnyLaunchDescriptionSource,
-    FrontendLaunchDescriptionSource,
-    PythonLaunchDescriptionSource,
-    get_launch_description_from_any_launch_file,
-    get_launch_description_from_frontend_launch_file,
-    get_launch_description_from_python_launch_file,
-)
-from launcher.language.sources import (
-    InvalidLaunchFileError as InvalidFrontendLaunchFileError,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "AnyLaunchDescriptionSource",
-    "FrontendLaunchDescriptionSource",
-    "InvalidFrontendLaunchFileError",
-    "InvalidPythonLaunchFileError",
-    "PythonLaunchDescriptionSource",
-    "get_launch_description_from_any_launch_file",
-    "get_launch_description_from_frontend_launch_file",
-    "get_launch_description_from_python_launch_file",
-    "load_python_launch_file_as_module",
-]
+_SOURCES = {
+    "AnyLaunchDescriptionSource": "launcher.language.sources",
+    "FrontendLaunchDescriptionSource": "launcher.language.sources",
+    "InvalidFrontendLaunchFileError": "launcher.language.sources:InvalidLaunchFileError",
+    "InvalidPythonLaunchFileError": "launcher.language.python_file",
+    "PythonLaunchDescriptionSource": "launcher.language.sources",
+    "get_launch_description_from_any_launch_file": "launcher.language.sources",
+    "get_launch_description_from_frontend_launch_file": "launcher.language.sources",
+    "get_launch_description_from_python_launch_file": "launcher.language.sources",
+    "load_python_launch_file_as_module": "launcher.language.python_file",
+}
 
-__getattr__ = refuse_unknown("launch.launch_description_sources", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,10 +1,11 @@
-"""`launch.launch_description_sources.frontend_launch_file_utilities`: our vocabulary under ROS 2's name."""
+"""`launch.launch_description_sources.frontend_launch_file_utilities`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.sources import get_launch_description_from_frontend_launch_file
+from launcher.language.compat.names import reexport
 
-__all__ = ["get_launch_description_from_frontend_launch_file"]
+_SOURCES = {
+    "get_launch_description_from_frontend_launch_file": "launcher.language.sources",
+}
 
-__getattr__ = refuse_unknown(
-    "launch.launch_description_sources.frontend_launch_file_utilities", __all__
-)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

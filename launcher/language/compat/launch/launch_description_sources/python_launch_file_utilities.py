@@ -1,18 +1,13 @@
-"""`launch.launch_description_sources.python_launch_file_utilities`: our vocabulary under ROS 2's name."""
+"""`launch.launch_description_sources.python_launch_file_utilities`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.python_file import (
-    InvalidPythonLaunchFileError,
-    load_python_launch_file_as_module,
-)
-from launcher.language.sources import get_launch_description_from_python_launch_file
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "InvalidPythonLaunchFileError",
-    "get_launch_description_from_python_launch_file",
-    "load_python_launch_file_as_module",
-]
+_SOURCES = {
+    "InvalidPythonLaunchFileError": "launcher.language.python_file",
+    "get_launch_description_from_python_launch_file": "launcher.language.sources",
+    "load_python_launch_file_as_module": "launcher.language.python_file",
+}
 
-__getattr__ = refuse_unknown(
-    "launch.launch_description_sources.python_launch_file_utilities", __all__
-)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

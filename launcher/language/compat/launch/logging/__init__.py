@@ -1,24 +1,17 @@
-"""`launch.logging`: our vocabulary under ROS 2's name."""
+"""`launch.logging`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.log import (
-    LaunchConfig,
-    LaunchLogger,
-    get_logger,
-    get_output_loggers,
-    launch_config,
-    log_launch_config,
-    reset,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "LaunchConfig",
-    "LaunchLogger",
-    "get_logger",
-    "get_output_loggers",
-    "launch_config",
-    "log_launch_config",
-    "reset",
-]
+_SOURCES = {
+    "LaunchConfig": "launcher.language.log",
+    "LaunchLogger": "launcher.language.log",
+    "get_logger": "launcher.language.log",
+    "get_output_loggers": "launcher.language.log",
+    "launch_config": "launcher.language.log",
+    "log_launch_config": "launcher.language.log",
+    "reset": "launcher.language.log",
+}
 
-__getattr__ = refuse_unknown("launch.logging", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

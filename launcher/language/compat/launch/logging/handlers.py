@@ -1,8 +1,11 @@
-"""`launch.logging.handlers`: our vocabulary under ROS 2's name."""
+"""`launch.logging.handlers`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.log import SessionHandler as StreamHandler
+from launcher.language.compat.names import reexport
 
-__all__ = ["StreamHandler"]
+_SOURCES = {
+    "StreamHandler": "launcher.language.log:SessionHandler",
+}
 
-__getattr__ = refuse_unknown("launch.logging.handlers", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

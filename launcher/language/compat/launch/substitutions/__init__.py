@@ -1,60 +1,36 @@
-"""`launch.substitutions`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitution import SubstitutionFailure
-from launcher.language.substitutions.command import Command
-from launcher.language.substitutions.configuration import LaunchConfiguration, LocalSubstitution
-from launcher.language.substitutions.environment import EnvironmentVariable
-from launcher.language.substitutions.files import (
-    FileContent,
-    FindExecutable,
-    LaunchLogDir,
-    PathJoinSubstitution,
-    PathSubstitution,
-    ThisLaunchFile,
-    ThisLaunchFileDir,
-)
-from launcher.language.substitutions.logic import (
-    AllSubstitution,
-    AndSubstitution,
-    AnySubstitution,
-    EqualsSubstitution,
-    IfElseSubstitution,
-    NotEqualsSubstitution,
-    NotSubstitution,
-    OrSubstitution,
-)
-from launcher.language.substitutions.names import AnonName, ForEachVar, ForLoopIndex
-from launcher.language.substitutions.python import PythonExpression
-from launcher.language.substitutions.text import StringJoinSubstitution, TextSubstitution
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "AllSubstitution",
-    "AndSubstitution",
-    "AnonName",
-    "AnySubstitution",
-    "Command",
-    "EnvironmentVariable",
-    "EqualsSubstitution",
-    "FileContent",
-    "FindExecutable",
-    "ForEachVar",
-    "ForLoopIndex",
-    "IfElseSubstitution",
-    "LaunchConfiguration",
-    "LaunchLogDir",
-    "LocalSubstitution",
-    "NotEqualsSubstitution",
-    "NotSubstitution",
-    "OrSubstitution",
-    "PathJoinSubstitution",
-    "PathSubstitution",
-    "PythonExpression",
-    "StringJoinSubstitution",
-    "SubstitutionFailure",
-    "TextSubstitution",
-    "ThisLaunchFile",
-    "ThisLaunchFileDir",
-]
+_SOURCES = {
+    "AllSubstitution": "launcher.language.substitutions.logic",
+    "AndSubstitution": "launcher.language.substitutions.logic",
+    "AnonName": "launcher.language.substitutions.names",
+    "AnySubstitution": "launcher.language.substitutions.logic",
+    "Command": "launcher.language.substitutions.command",
+    "EnvironmentVariable": "launcher.language.substitutions.environment",
+    "EqualsSubstitution": "launcher.language.substitutions.logic",
+    "FileContent": "launcher.language.substitutions.files",
+    "FindExecutable": "launcher.language.substitutions.files",
+    "ForEachVar": "launcher.language.substitutions.names",
+    "ForLoopIndex": "launcher.language.substitutions.names",
+    "IfElseSubstitution": "launcher.language.substitutions.logic",
+    "LaunchConfiguration": "launcher.language.substitutions.configuration",
+    "LaunchLogDir": "launcher.language.substitutions.files",
+    "LocalSubstitution": "launcher.language.substitutions.configuration",
+    "NotEqualsSubstitution": "launcher.language.substitutions.logic",
+    "NotSubstitution": "launcher.language.substitutions.logic",
+    "OrSubstitution": "launcher.language.substitutions.logic",
+    "PathJoinSubstitution": "launcher.language.substitutions.files",
+    "PathSubstitution": "launcher.language.substitutions.files",
+    "PythonExpression": "launcher.language.substitutions.python",
+    "StringJoinSubstitution": "launcher.language.substitutions.text",
+    "SubstitutionFailure": "launcher.language.substitution",
+    "TextSubstitution": "launcher.language.substitutions.text",
+    "ThisLaunchFile": "launcher.language.substitutions.files",
+    "ThisLaunchFileDir": "launcher.language.substitutions.files",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.anon_name`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.anon_name`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.names import AnonName
+from launcher.language.compat.names import reexport
 
-__all__ = ["AnonName"]
+_SOURCES = {
+    "AnonName": "launcher.language.substitutions.names",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.anon_name", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,20 +1,15 @@
-"""`launch.substitutions.boolean_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.boolean_substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.logic import (
-    AllSubstitution,
-    AndSubstitution,
-    AnySubstitution,
-    NotSubstitution,
-    OrSubstitution,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "AllSubstitution",
-    "AndSubstitution",
-    "AnySubstitution",
-    "NotSubstitution",
-    "OrSubstitution",
-]
+_SOURCES = {
+    "AllSubstitution": "launcher.language.substitutions.logic",
+    "AndSubstitution": "launcher.language.substitutions.logic",
+    "AnySubstitution": "launcher.language.substitutions.logic",
+    "NotSubstitution": "launcher.language.substitutions.logic",
+    "OrSubstitution": "launcher.language.substitutions.logic",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.boolean_substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.command`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.command`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.command import Command
+from launcher.language.compat.names import reexport
 
-__all__ = ["Command"]
+_SOURCES = {
+    "Command": "launcher.language.substitutions.command",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.command", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.environment_variable`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.environment_variable`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.environment import EnvironmentVariable
+from launcher.language.compat.names import reexport
 
-__all__ = ["EnvironmentVariable"]
+_SOURCES = {
+    "EnvironmentVariable": "launcher.language.substitutions.environment",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.environment_variable", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

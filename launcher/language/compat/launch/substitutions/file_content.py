@@ -1,8 +1,11 @@
-"""`launch.substitutions.file_content`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.file_content`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.files import FileContent
+from launcher.language.compat.names import reexport
 
-__all__ = ["FileContent"]
+_SOURCES = {
+    "FileContent": "launcher.language.substitutions.files",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.file_content", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.find_executable`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.find_executable`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.files import FindExecutable
+from launcher.language.compat.names import reexport
 
-__all__ = ["FindExecutable"]
+_SOURCES = {
+    "FindExecutable": "launcher.language.substitutions.files",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.find_executable", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,12 @@
-"""`launch.substitutions.for_loop_var`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.for_loop_var`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.names import ForEachVar, ForLoopIndex
+from launcher.language.compat.names import reexport
 
-__all__ = ["ForEachVar", "ForLoopIndex"]
+_SOURCES = {
+    "ForEachVar": "launcher.language.substitutions.names",
+    "ForLoopIndex": "launcher.language.substitutions.names",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.for_loop_var", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.if_else_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.if_else_substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.logic import IfElseSubstitution
+from launcher.language.compat.names import reexport
 
-__all__ = ["IfElseSubstitution"]
+_SOURCES = {
+    "IfElseSubstitution": "launcher.language.substitutions.logic",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.if_else_substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

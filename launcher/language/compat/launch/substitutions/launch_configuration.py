@@ -1,8 +1,11 @@
-"""`launch.substitutions.launch_configuration`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.launch_configuration`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.configuration import LaunchConfiguration
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchConfiguration"]
+_SOURCES = {
+    "LaunchConfiguration": "launcher.language.substitutions.configuration",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.launch_configuration", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

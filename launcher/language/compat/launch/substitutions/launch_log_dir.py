@@ -1,8 +1,11 @@
-"""`launch.substitutions.launch_log_dir`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.launch_log_dir`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.files import LaunchLogDir
+from launcher.language.compat.names import reexport
 
-__all__ = ["LaunchLogDir"]
+_SOURCES = {
+    "LaunchLogDir": "launcher.language.substitutions.files",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.launch_log_dir", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.local_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.local_substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.configuration import LocalSubstitution
+from launcher.language.compat.names import reexport
 
-__all__ = ["LocalSubstitution"]
+_SOURCES = {
+    "LocalSubstitution": "launcher.language.substitutions.configuration",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.local_substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.not_equals_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.not_equals_substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.logic import NotEqualsSubstitution
+from launcher.language.compat.names import reexport
 
-__all__ = ["NotEqualsSubstitution"]
+_SOURCES = {
+    "NotEqualsSubstitution": "launcher.language.substitutions.logic",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.not_equals_substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

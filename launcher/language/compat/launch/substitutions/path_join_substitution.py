@@ -1,8 +1,11 @@
-"""`launch.substitutions.path_join_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.path_join_substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.files import PathJoinSubstitution
+from launcher.language.compat.names import reexport
 
-__all__ = ["PathJoinSubstitution"]
+_SOURCES = {
+    "PathJoinSubstitution": "launcher.language.substitutions.files",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.path_join_substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

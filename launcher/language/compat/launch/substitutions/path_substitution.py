@@ -1,8 +1,11 @@
-"""`launch.substitutions.path_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.path_substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.files import PathSubstitution
+from launcher.language.compat.names import reexport
 
-__all__ = ["PathSubstitution"]
+_SOURCES = {
+    "PathSubstitution": "launcher.language.substitutions.files",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.path_substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.python_expression`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.python_expression`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.python import PythonExpression
+from launcher.language.compat.names import reexport
 
-__all__ = ["PythonExpression"]
+_SOURCES = {
+    "PythonExpression": "launcher.language.substitutions.python",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.python_expression", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.substitutions.string_join_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.string_join_substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.text import StringJoinSubstitution
+from launcher.language.compat.names import reexport
 
-__all__ = ["StringJoinSubstitution"]
+_SOURCES = {
+    "StringJoinSubstitution": "launcher.language.substitutions.text",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.string_join_substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

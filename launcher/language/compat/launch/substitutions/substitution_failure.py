@@ -1,8 +1,11 @@
-"""`launch.substitutions.substitution_failure`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.substitution_failure`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitution import SubstitutionFailure
+from launcher.language.compat.names import reexport
 
-__all__ = ["SubstitutionFailure"]
+_SOURCES = {
+    "SubstitutionFailure": "launcher.language.substitution",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.substitution_failure", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

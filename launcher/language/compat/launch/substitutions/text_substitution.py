@@ -1,8 +1,11 @@
-"""`launch.substitutions.text_substitution`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.text_substitution`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.text import TextSubstitution
+from launcher.language.compat.names import reexport
 
-__all__ = ["TextSubstitution"]
+_SOURCES = {
+    "TextSubstitution": "launcher.language.substitutions.text",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.text_substitution", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

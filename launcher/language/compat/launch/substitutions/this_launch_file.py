@@ -1,8 +1,11 @@
-"""`launch.substitutions.this_launch_file`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.this_launch_file`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.files import ThisLaunchFile
+from launcher.language.compat.names import reexport
 
-__all__ = ["ThisLaunchFile"]
+_SOURCES = {
+    "ThisLaunchFile": "launcher.language.substitutions.files",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.this_launch_file", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

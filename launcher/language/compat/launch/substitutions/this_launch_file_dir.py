@@ -1,8 +1,11 @@
-"""`launch.substitutions.this_launch_file_dir`: our vocabulary under ROS 2's name."""
+"""`launch.substitutions.this_launch_file_dir`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.substitutions.files import ThisLaunchFileDir
+from launcher.language.compat.names import reexport
 
-__all__ = ["ThisLaunchFileDir"]
+_SOURCES = {
+    "ThisLaunchFileDir": "launcher.language.substitutions.files",
+}
 
-__getattr__ = refuse_unknown("launch.substitutions.this_launch_file_dir", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,30 +1,20 @@
-"""`launch.utilities`: our vocabulary under ROS 2's name."""
+"""`launch.utilities`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import (
-    create_future,
-    ensure_argument_type,
-    get_signal_name,
-    is_a,
-    is_a_subclass,
-    isclassinstance,
-    normalize_to_list_of_entities,
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
-    visit_all_entities_and_collect_futures,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "create_future",
-    "ensure_argument_type",
-    "get_signal_name",
-    "is_a",
-    "is_a_subclass",
-    "isclassinstance",
-    "normalize_to_list_of_entities",
-    "normalize_to_list_of_substitutions",
-    "perform_substitutions",
-    "visit_all_entities_and_collect_futures",
-]
+_SOURCES = {
+    "create_future": "launcher.language.utilities",
+    "ensure_argument_type": "launcher.language.utilities",
+    "get_signal_name": "launcher.language.utilities",
+    "is_a": "launcher.language.utilities",
+    "is_a_subclass": "launcher.language.utilities",
+    "isclassinstance": "launcher.language.utilities",
+    "normalize_to_list_of_entities": "launcher.language.utilities",
+    "normalize_to_list_of_substitutions": "launcher.language.utilities",
+    "perform_substitutions": "launcher.language.utilities",
+    "visit_all_entities_and_collect_futures": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.utilities", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

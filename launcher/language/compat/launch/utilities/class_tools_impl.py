@@ -1,8 +1,13 @@
-"""`launch.utilities.class_tools_impl`: our vocabulary under ROS 2's name."""
+"""`launch.utilities.class_tools_impl`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import is_a, is_a_subclass, isclassinstance
+from launcher.language.compat.names import reexport
 
-__all__ = ["is_a", "is_a_subclass", "isclassinstance"]
+_SOURCES = {
+    "is_a": "launcher.language.utilities",
+    "is_a_subclass": "launcher.language.utilities",
+    "isclassinstance": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.utilities.class_tools_impl", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

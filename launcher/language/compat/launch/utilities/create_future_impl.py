@@ -1,8 +1,11 @@
-"""`launch.utilities.create_future_impl`: our vocabulary under ROS 2's name."""
+"""`launch.utilities.create_future_impl`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import create_future
+from launcher.language.compat.names import reexport
 
-__all__ = ["create_future"]
+_SOURCES = {
+    "create_future": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.utilities.create_future_impl", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.utilities.ensure_argument_type_impl`: our vocabulary under ROS 2's name."""
+"""`launch.utilities.ensure_argument_type_impl`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import ensure_argument_type
+from launcher.language.compat.names import reexport
 
-__all__ = ["ensure_argument_type"]
+_SOURCES = {
+    "ensure_argument_type": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.utilities.ensure_argument_type_impl", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

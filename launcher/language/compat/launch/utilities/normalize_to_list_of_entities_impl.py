@@ -1,8 +1,11 @@
-"""`launch.utilities.normalize_to_list_of_entities_impl`: our vocabulary under ROS 2's name."""
+"""`launch.utilities.normalize_to_list_of_entities_impl`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import normalize_to_list_of_entities
+from launcher.language.compat.names import reexport
 
-__all__ = ["normalize_to_list_of_entities"]
+_SOURCES = {
+    "normalize_to_list_of_entities": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.utilities.normalize_to_list_of_entities_impl", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.utilities.normalize_to_list_of_substitutions_impl`: our vocabulary under ROS 2's name."""
+"""`launch.utilities.normalize_to_list_of_substitutions_impl`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import normalize_to_list_of_substitutions
+from launcher.language.compat.names import reexport
 
-__all__ = ["normalize_to_list_of_substitutions"]
+_SOURCES = {
+    "normalize_to_list_of_substitutions": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.utilities.normalize_to_list_of_substitutions_impl", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

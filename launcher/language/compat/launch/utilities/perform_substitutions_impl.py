@@ -1,8 +1,11 @@
-"""`launch.utilities.perform_substitutions_impl`: our vocabulary under ROS 2's name."""
+"""`launch.utilities.perform_substitutions_impl`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import perform_substitutions
+from launcher.language.compat.names import reexport
 
-__all__ = ["perform_substitutions"]
+_SOURCES = {
+    "perform_substitutions": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.utilities.perform_substitutions_impl", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.utilities.typing_file_path`: our vocabulary under ROS 2's name."""
+"""`launch.utilities.typing_file_path`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import FilePath
+from launcher.language.compat.names import reexport
 
-__all__ = ["FilePath"]
+_SOURCES = {
+    "FilePath": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown("launch.utilities.typing_file_path", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

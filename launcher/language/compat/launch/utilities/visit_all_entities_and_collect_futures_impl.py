@@ -1,10 +1,11 @@
-"""`launch.utilities.visit_all_entities_and_collect_futures_impl`: our vocabulary under ROS 2's name."""
+"""`launch.utilities.visit_all_entities_and_collect_futures_impl`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.utilities import visit_all_entities_and_collect_futures
+from launcher.language.compat.names import reexport
 
-__all__ = ["visit_all_entities_and_collect_futures"]
+_SOURCES = {
+    "visit_all_entities_and_collect_futures": "launcher.language.utilities",
+}
 
-__getattr__ = refuse_unknown(
-    "launch.utilities.visit_all_entities_and_collect_futures_impl", __all__
-)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,38 +1,24 @@
-"""`launch_ros.actions`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.composition import ComposableNodeContainer, LoadComposableNodes
-from launcher.language.ros.lifecycle import LifecycleNode, LifecycleTransition
-from launcher.language.ros.node import Node
-from launcher.language.ros.scope import (
-    PushROSNamespace,
-    SetParameter,
-    SetParametersFromFile,
-    SetRemap,
-    SetROSLogDir,
-    SetUseSimTime,
-)
-from launcher.language.ros.scope import (
-    PushROSNamespace as PushRosNamespace,
-)
-from launcher.language.ros.timer import RosTimer
-from launcher.language.ros.timer import RosTimer as ROSTimer
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "ComposableNodeContainer",
-    "LifecycleNode",
-    "LifecycleTransition",
-    "LoadComposableNodes",
-    "Node",
-    "PushROSNamespace",
-    "PushRosNamespace",
-    "ROSTimer",
-    "RosTimer",
-    "SetParameter",
-    "SetParametersFromFile",
-    "SetROSLogDir",
-    "SetRemap",
-    "SetUseSimTime",
-]
+_SOURCES = {
+    "ComposableNodeContainer": "launcher.language.ros.composition",
+    "LifecycleNode": "launcher.language.ros.lifecycle",
+    "LifecycleTransition": "launcher.language.ros.lifecycle",
+    "LoadComposableNodes": "launcher.language.ros.composition",
+    "Node": "launcher.language.ros.node",
+    "PushROSNamespace": "launcher.language.ros.scope",
+    "PushRosNamespace": "launcher.language.ros.scope:PushROSNamespace",
+    "ROSTimer": "launcher.language.ros.timer:RosTimer",
+    "RosTimer": "launcher.language.ros.timer",
+    "SetParameter": "launcher.language.ros.scope",
+    "SetParametersFromFile": "launcher.language.ros.scope",
+    "SetROSLogDir": "launcher.language.ros.scope",
+    "SetRemap": "launcher.language.ros.scope",
+    "SetUseSimTime": "launcher.language.ros.scope",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

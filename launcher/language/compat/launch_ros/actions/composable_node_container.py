@@ -1,8 +1,11 @@
-"""`launch_ros.actions.composable_node_container`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.composable_node_container`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.composition import ComposableNodeContainer
+from launcher.language.compat.names import reexport
 
-__all__ = ["ComposableNodeContainer"]
+_SOURCES = {
+    "ComposableNodeContainer": "launcher.language.ros.composition",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.composable_node_container", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.actions.lifecycle_transition`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.lifecycle_transition`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.lifecycle import LifecycleTransition
+from launcher.language.compat.names import reexport
 
-__all__ = ["LifecycleTransition"]
+_SOURCES = {
+    "LifecycleTransition": "launcher.language.ros.lifecycle",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.lifecycle_transition", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,12 @@
-"""`launch_ros.actions.load_composable_nodes`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.load_composable_nodes`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.composition import LoadComposableNodes, get_composable_node_load_request
+from launcher.language.compat.names import reexport
 
-__all__ = ["LoadComposableNodes", "get_composable_node_load_request"]
+_SOURCES = {
+    "LoadComposableNodes": "launcher.language.ros.composition",
+    "get_composable_node_load_request": "launcher.language.ros.composition",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.load_composable_nodes", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

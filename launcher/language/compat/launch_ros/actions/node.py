@@ -1,8 +1,12 @@
-"""`launch_ros.actions.node`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.node`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.node import Node, NodeActionExtension
+from launcher.language.compat.names import reexport
 
-__all__ = ["Node", "NodeActionExtension"]
+_SOURCES = {
+    "Node": "launcher.language.ros.node",
+    "NodeActionExtension": "launcher.language.ros.node",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.node", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

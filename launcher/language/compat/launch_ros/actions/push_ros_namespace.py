@@ -1,9 +1,12 @@
-"""`launch_ros.actions.push_ros_namespace`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.push_ros_namespace`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.scope import PushROSNamespace
-from launcher.language.ros.scope import PushROSNamespace as PushRosNamespace
+from launcher.language.compat.names import reexport
 
-__all__ = ["PushROSNamespace", "PushRosNamespace"]
+_SOURCES = {
+    "PushROSNamespace": "launcher.language.ros.scope",
+    "PushRosNamespace": "launcher.language.ros.scope:PushROSNamespace",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.push_ros_namespace", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

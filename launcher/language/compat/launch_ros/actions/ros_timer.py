@@ -1,9 +1,12 @@
-"""`launch_ros.actions.ros_timer`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.ros_timer`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.timer import RosTimer
-from launcher.language.ros.timer import RosTimer as ROSTimer
+from launcher.language.compat.names import reexport
 
-__all__ = ["ROSTimer", "RosTimer"]
+_SOURCES = {
+    "ROSTimer": "launcher.language.ros.timer:RosTimer",
+    "RosTimer": "launcher.language.ros.timer",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.ros_timer", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

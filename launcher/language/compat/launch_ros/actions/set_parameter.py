@@ -1,8 +1,11 @@
-"""`launch_ros.actions.set_parameter`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.set_parameter`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.scope import SetParameter
+from launcher.language.compat.names import reexport
 
-__all__ = ["SetParameter"]
+_SOURCES = {
+    "SetParameter": "launcher.language.ros.scope",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.set_parameter", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.actions.set_parameters_from_file`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.set_parameters_from_file`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.scope import SetParametersFromFile
+from launcher.language.compat.names import reexport
 
-__all__ = ["SetParametersFromFile"]
+_SOURCES = {
+    "SetParametersFromFile": "launcher.language.ros.scope",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.set_parameters_from_file", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.actions.set_remap`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.set_remap`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.scope import SetRemap
+from launcher.language.compat.names import reexport
 
-__all__ = ["SetRemap"]
+_SOURCES = {
+    "SetRemap": "launcher.language.ros.scope",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.set_remap", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

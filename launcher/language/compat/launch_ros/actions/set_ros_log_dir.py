@@ -1,8 +1,11 @@
-"""`launch_ros.actions.set_ros_log_dir`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.set_ros_log_dir`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.scope import SetROSLogDir
+from launcher.language.compat.names import reexport
 
-__all__ = ["SetROSLogDir"]
+_SOURCES = {
+    "SetROSLogDir": "launcher.language.ros.scope",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.set_ros_log_dir", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

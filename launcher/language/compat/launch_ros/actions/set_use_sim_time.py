@@ -1,8 +1,11 @@
-"""`launch_ros.actions.set_use_sim_time`: our vocabulary under ROS 2's name."""
+"""`launch_ros.actions.set_use_sim_time`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.scope import SetUseSimTime
+from launcher.language.compat.names import reexport
 
-__all__ = ["SetUseSimTime"]
+_SOURCES = {
+    "SetUseSimTime": "launcher.language.ros.scope",
+}
 
-__getattr__ = refuse_unknown("launch_ros.actions.set_use_sim_time", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,19 +1,17 @@
-"""`launch_ros.descriptions`: our vocabulary under ROS 2's name."""
+"""`launch_ros.descriptions`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.composition import ComposableNode
-from launcher.language.ros.executable import RosExecutable
-from launcher.language.ros.node_descriptions import Node, NodeTrait
-from launcher.language.ros.parameter_descriptions import Parameter, ParameterFile, ParameterValue
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "ComposableNode",
-    "Node",
-    "NodeTrait",
-    "Parameter",
-    "ParameterFile",
-    "ParameterValue",
-    "RosExecutable",
-]
+_SOURCES = {
+    "ComposableNode": "launcher.language.ros.composition",
+    "Node": "launcher.language.ros.node_descriptions",
+    "NodeTrait": "launcher.language.ros.node_descriptions",
+    "Parameter": "launcher.language.ros.parameter_descriptions",
+    "ParameterFile": "launcher.language.ros.parameter_descriptions",
+    "ParameterValue": "launcher.language.ros.parameter_descriptions",
+    "RosExecutable": "launcher.language.ros.executable",
+}
 
-__getattr__ = refuse_unknown("launch_ros.descriptions", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

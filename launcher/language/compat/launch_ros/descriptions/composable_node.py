@@ -1,8 +1,11 @@
-"""`launch_ros.descriptions.composable_node`: our vocabulary under ROS 2's name."""
+"""`launch_ros.descriptions.composable_node`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.composition import ComposableNode
+from launcher.language.compat.names import reexport
 
-__all__ = ["ComposableNode"]
+_SOURCES = {
+    "ComposableNode": "launcher.language.ros.composition",
+}
 
-__getattr__ = refuse_unknown("launch_ros.descriptions.composable_node", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.descriptions.node`: our vocabulary under ROS 2's name."""
+"""`launch_ros.descriptions.node`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.node_descriptions import Node
+from launcher.language.compat.names import reexport
 
-__all__ = ["Node"]
+_SOURCES = {
+    "Node": "launcher.language.ros.node_descriptions",
+}
 
-__getattr__ = refuse_unknown("launch_ros.descriptions.node", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

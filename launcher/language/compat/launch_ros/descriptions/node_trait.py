@@ -1,8 +1,11 @@
-"""`launch_ros.descriptions.node_trait`: our vocabulary under ROS 2's name."""
+"""`launch_ros.descriptions.node_trait`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.node_descriptions import NodeTrait
+from launcher.language.compat.names import reexport
 
-__all__ = ["NodeTrait"]
+_SOURCES = {
+    "NodeTrait": "launcher.language.ros.node_descriptions",
+}
 
-__getattr__ = refuse_unknown("launch_ros.descriptions.node_trait", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.descriptions.ros_executable`: our vocabulary under ROS 2's name."""
+"""`launch_ros.descriptions.ros_executable`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.executable import RosExecutable
+from launcher.language.compat.names import reexport
 
-__all__ = ["RosExecutable"]
+_SOURCES = {
+    "RosExecutable": "launcher.language.ros.executable",
+}
 
-__getattr__ = refuse_unknown("launch_ros.descriptions.ros_executable", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.event_handlers`: our vocabulary under ROS 2's name."""
+"""`launch_ros.event_handlers`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.lifecycle import OnStateTransition
+from launcher.language.compat.names import reexport
 
-__all__ = ["OnStateTransition"]
+_SOURCES = {
+    "OnStateTransition": "launcher.language.ros.lifecycle",
+}
 
-__getattr__ = refuse_unknown("launch_ros.event_handlers", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

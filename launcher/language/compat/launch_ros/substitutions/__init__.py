@@ -1,20 +1,15 @@
-"""`launch_ros.substitutions`: our vocabulary under ROS 2's name."""
+"""`launch_ros.substitutions`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.packages import (
-    ExecutableInPackage,
-    FindPackage,
-    FindPackagePrefix,
-    FindPackageShare,
-)
-from launcher.language.ros.scope import Parameter
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "ExecutableInPackage",
-    "FindPackage",
-    "FindPackagePrefix",
-    "FindPackageShare",
-    "Parameter",
-]
+_SOURCES = {
+    "ExecutableInPackage": "launcher.language.ros.packages",
+    "FindPackage": "launcher.language.ros.packages",
+    "FindPackagePrefix": "launcher.language.ros.packages",
+    "FindPackageShare": "launcher.language.ros.packages",
+    "Parameter": "launcher.language.ros.scope",
+}
 
-__getattr__ = refuse_unknown("launch_ros.substitutions", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.substitutions.executable_in_package`: our vocabulary under ROS 2's name."""
+"""`launch_ros.substitutions.executable_in_package`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.packages import ExecutableInPackage
+from launcher.language.compat.names import reexport
 
-__all__ = ["ExecutableInPackage"]
+_SOURCES = {
+    "ExecutableInPackage": "launcher.language.ros.packages",
+}
 
-__getattr__ = refuse_unknown("launch_ros.substitutions.executable_in_package", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

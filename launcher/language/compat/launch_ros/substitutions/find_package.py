@@ -1,8 +1,13 @@
-"""`launch_ros.substitutions.find_package`: our vocabulary under ROS 2's name."""
+"""`launch_ros.substitutions.find_package`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.packages import FindPackage, FindPackagePrefix, FindPackageShare
+from launcher.language.compat.names import reexport
 
-__all__ = ["FindPackage", "FindPackagePrefix", "FindPackageShare"]
+_SOURCES = {
+    "FindPackage": "launcher.language.ros.packages",
+    "FindPackagePrefix": "launcher.language.ros.packages",
+    "FindPackageShare": "launcher.language.ros.packages",
+}
 
-__getattr__ = refuse_unknown("launch_ros.substitutions.find_package", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

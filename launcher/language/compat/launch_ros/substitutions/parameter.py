@@ -1,8 +1,11 @@
-"""`launch_ros.substitutions.parameter`: our vocabulary under ROS 2's name."""
+"""`launch_ros.substitutions.parameter`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.scope import Parameter
+from launcher.language.compat.names import reexport
 
-__all__ = ["Parameter"]
+_SOURCES = {
+    "Parameter": "launcher.language.ros.scope",
+}
 
-__getattr__ = refuse_unknown("launch_ros.substitutions.parameter", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,44 +1,25 @@
-"""`launch_ros.utilities`: our vocabulary under ROS 2's name."""
+"""`launch_ros.utilities`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.component_parameters import to_parameters_list
-from launcher.language.ros.names import (
-    is_namespace_absolute,
-    is_root_namespace,
-    make_namespace_absolute,
-    prefix_namespace,
-)
-from launcher.language.ros.parameter_values import (
-    evaluate_parameter_dict,
-    evaluate_parameters,
-    normalize_parameter_dict,
-    normalize_parameters,
-)
-from launcher.language.ros.parameter_values import (
-    evaluate_parameter_dict as evaluate_parameters_dict,
-)
-from launcher.language.ros.parameter_values import (
-    normalize_parameter_dict as normalize_parameters_dict,
-)
-from launcher.language.ros.remappings import normalize_remap_rule, normalize_remap_rules
-from launcher.language.ros.tracking import add_node_name, get_node_name_count
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "add_node_name",
-    "evaluate_parameter_dict",
-    "evaluate_parameters",
-    "evaluate_parameters_dict",
-    "get_node_name_count",
-    "is_namespace_absolute",
-    "is_root_namespace",
-    "make_namespace_absolute",
-    "normalize_parameter_dict",
-    "normalize_parameters",
-    "normalize_parameters_dict",
-    "normalize_remap_rule",
-    "normalize_remap_rules",
-    "prefix_namespace",
-    "to_parameters_list",
-]
+_SOURCES = {
+    "add_node_name": "launcher.language.ros.tracking",
+    "evaluate_parameter_dict": "launcher.language.ros.parameter_values",
+    "evaluate_parameters": "launcher.language.ros.parameter_values",
+    "evaluate_parameters_dict": "launcher.language.ros.parameter_values:evaluate_parameter_dict",
+    "get_node_name_count": "launcher.language.ros.tracking",
+    "is_namespace_absolute": "launcher.language.ros.names",
+    "is_root_namespace": "launcher.language.ros.names",
+    "make_namespace_absolute": "launcher.language.ros.names",
+    "normalize_parameter_dict": "launcher.language.ros.parameter_values",
+    "normalize_parameters": "launcher.language.ros.parameter_values",
+    "normalize_parameters_dict": "launcher.language.ros.parameter_values:normalize_parameter_dict",
+    "normalize_remap_rule": "launcher.language.ros.remappings",
+    "normalize_remap_rules": "launcher.language.ros.remappings",
+    "prefix_namespace": "launcher.language.ros.names",
+    "to_parameters_list": "launcher.language.ros.component_parameters",
+}
 
-__getattr__ = refuse_unknown("launch_ros.utilities", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

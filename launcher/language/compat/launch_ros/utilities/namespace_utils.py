@@ -1,18 +1,14 @@
-"""`launch_ros.utilities.namespace_utils`: our vocabulary under ROS 2's name."""
+"""`launch_ros.utilities.namespace_utils`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.names import (
-    is_namespace_absolute,
-    is_root_namespace,
-    make_namespace_absolute,
-    prefix_namespace,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "is_namespace_absolute",
-    "is_root_namespace",
-    "make_namespace_absolute",
-    "prefix_namespace",
-]
+_SOURCES = {
+    "is_namespace_absolute": "launcher.language.ros.names",
+    "is_root_namespace": "launcher.language.ros.names",
+    "make_namespace_absolute": "launcher.language.ros.names",
+    "prefix_namespace": "launcher.language.ros.names",
+}
 
-__getattr__ = refuse_unknown("launch_ros.utilities.namespace_utils", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

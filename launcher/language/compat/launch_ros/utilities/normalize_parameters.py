@@ -1,8 +1,12 @@
-"""`launch_ros.utilities.normalize_parameters`: our vocabulary under ROS 2's name."""
+"""`launch_ros.utilities.normalize_parameters`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.parameter_values import normalize_parameter_dict, normalize_parameters
+from launcher.language.compat.names import reexport
 
-__all__ = ["normalize_parameter_dict", "normalize_parameters"]
+_SOURCES = {
+    "normalize_parameter_dict": "launcher.language.ros.parameter_values",
+    "normalize_parameters": "launcher.language.ros.parameter_values",
+}
 
-__getattr__ = refuse_unknown("launch_ros.utilities.normalize_parameters", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,12 @@
-"""`launch_ros.utilities.normalize_remap_rule`: our vocabulary under ROS 2's name."""
+"""`launch_ros.utilities.normalize_remap_rule`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.remappings import normalize_remap_rule, normalize_remap_rules
+from launcher.language.compat.names import reexport
 
-__all__ = ["normalize_remap_rule", "normalize_remap_rules"]
+_SOURCES = {
+    "normalize_remap_rule": "launcher.language.ros.remappings",
+    "normalize_remap_rules": "launcher.language.ros.remappings",
+}
 
-__getattr__ = refuse_unknown("launch_ros.utilities.normalize_remap_rule", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

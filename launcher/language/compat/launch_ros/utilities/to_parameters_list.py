@@ -1,8 +1,11 @@
-"""`launch_ros.utilities.to_parameters_list`: our vocabulary under ROS 2's name."""
+"""`launch_ros.utilities.to_parameters_list`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.component_parameters import to_parameters_list
+from launcher.language.compat.names import reexport
 
-__all__ = ["to_parameters_list"]
+_SOURCES = {
+    "to_parameters_list": "launcher.language.ros.component_parameters",
+}
 
-__getattr__ = refuse_unknown("launch_ros.utilities.to_parameters_list", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,12 @@
-"""`launch_ros.utilities.track_node_names`: our vocabulary under ROS 2's name."""
+"""`launch_ros.utilities.track_node_names`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.tracking import add_node_name, get_node_name_count
+from launcher.language.compat.names import reexport
 
-__all__ = ["add_node_name", "get_node_name_count"]
+_SOURCES = {
+    "add_node_name": "launcher.language.ros.tracking",
+    "get_node_name_count": "launcher.language.ros.tracking",
+}
 
-__getattr__ = refuse_unknown("launch_ros.utilities.track_node_names", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

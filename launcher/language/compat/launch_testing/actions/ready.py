@@ -1,8 +1,11 @@
-"""`launch_testing.actions.ready`: our vocabulary under ROS 2's name."""
+"""`launch_testing.actions.ready`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.testing import ReadyToTest
+from launcher.language.compat.names import reexport
 
-__all__ = ["ReadyToTest"]
+_SOURCES = {
+    "ReadyToTest": "launcher.language.testing",
+}
 
-__getattr__ = refuse_unknown("launch_testing.actions.ready", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,10 +1,11 @@
-"""`launch_xml.launch_description_sources.xml_launch_description_source`: our vocabulary under ROS 2's name."""
+"""`launch_xml.launch_description_sources.xml_launch_description_source`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.sources import XMLLaunchDescriptionSource
+from launcher.language.compat.names import reexport
 
-__all__ = ["XMLLaunchDescriptionSource"]
+_SOURCES = {
+    "XMLLaunchDescriptionSource": "launcher.language.sources",
+}
 
-__getattr__ = refuse_unknown(
-    "launch_xml.launch_description_sources.xml_launch_description_source", __all__
-)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

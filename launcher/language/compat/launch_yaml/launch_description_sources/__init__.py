@@ -1,8 +1,11 @@
-"""`launch_yaml.launch_description_sources`: our vocabulary under ROS 2's name."""
+"""`launch_yaml.launch_description_sources`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.sources import YAMLLaunchDescriptionSource
+from launcher.language.compat.names import reexport
 
-__all__ = ["YAMLLaunchDescriptionSource"]
+_SOURCES = {
+    "YAMLLaunchDescriptionSource": "launcher.language.sources",
+}
 
-__getattr__ = refuse_unknown("launch_yaml.launch_description_sources", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,36 +1,23 @@
-"""`launch.events.process`: our vocabulary under ROS 2's name."""
+"""`launch.events.process`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.process_events import (
-    ProcessExited,
-    ProcessIO,
-    ProcessStarted,
-    ProcessStderr,
-    ProcessStdin,
-    ProcessStdout,
-    ProcessTargetedEvent,
-    RunningProcessEvent,
-    ShutdownProcess,
-    SignalProcess,
-    matches_executable,
-    matches_name,
-    matches_pid,
-)
+from launcher.language.compat.names import reexport
 
-__all__ = [
-    "ProcessExited",
-    "ProcessIO",
-    "ProcessStarted",
-    "ProcessStderr",
-    "ProcessStdin",
-    "ProcessStdout",
-    "ProcessTargetedEvent",
-    "RunningProcessEvent",
-    "ShutdownProcess",
-    "SignalProcess",
-    "matches_executable",
-    "matches_name",
-    "matches_pid",
-]
+_SOURCES = {
+    "ProcessExited": "launcher.language.process_events",
+    "ProcessIO": "launcher.language.process_events",
+    "ProcessStarted": "launcher.language.process_events",
+    "ProcessStderr": "launcher.language.process_events",
+    "ProcessStdin": "launcher.language.process_events",
+    "ProcessStdout": "launcher.language.process_events",
+    "ProcessTargetedEvent": "launcher.language.process_events",
+    "RunningProcessEvent": "launcher.language.process_events",
+    "ShutdownProcess": "launcher.language.process_events",
+    "SignalProcess": "launcher.language.process_events",
+    "matches_executable": "launcher.language.process_events",
+    "matches_name": "launcher.language.process_events",
+    "matches_pid": "launcher.language.process_events",
+}
 
-__getattr__ = refuse_unknown("launch.events.process", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.events.process.process_exited`: our vocabulary under ROS 2's name."""
+"""`launch.events.process.process_exited`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.process_events import ProcessExited
+from launcher.language.compat.names import reexport
 
-__all__ = ["ProcessExited"]
+_SOURCES = {
+    "ProcessExited": "launcher.language.process_events",
+}
 
-__getattr__ = refuse_unknown("launch.events.process.process_exited", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,13 @@
-"""`launch.events.process.process_matchers`: our vocabulary under ROS 2's name."""
+"""`launch.events.process.process_matchers`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.process_events import matches_executable, matches_name, matches_pid
+from launcher.language.compat.names import reexport
 
-__all__ = ["matches_executable", "matches_name", "matches_pid"]
+_SOURCES = {
+    "matches_executable": "launcher.language.process_events",
+    "matches_name": "launcher.language.process_events",
+    "matches_pid": "launcher.language.process_events",
+}
 
-__getattr__ = refuse_unknown("launch.events.process.process_matchers", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

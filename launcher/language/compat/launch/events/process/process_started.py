@@ -1,8 +1,11 @@
-"""`launch.events.process.process_started`: our vocabulary under ROS 2's name."""
+"""`launch.events.process.process_started`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.process_events import ProcessStarted
+from launcher.language.compat.names import reexport
 
-__all__ = ["ProcessStarted"]
+_SOURCES = {
+    "ProcessStarted": "launcher.language.process_events",
+}
 
-__getattr__ = refuse_unknown("launch.events.process.process_started", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.events.process.process_stdin`: our vocabulary under ROS 2's name."""
+"""`launch.events.process.process_stdin`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.process_events import ProcessStdin
+from launcher.language.compat.names import reexport
 
-__all__ = ["ProcessStdin"]
+_SOURCES = {
+    "ProcessStdin": "launcher.language.process_events",
+}
 
-__getattr__ = refuse_unknown("launch.events.process.process_stdin", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

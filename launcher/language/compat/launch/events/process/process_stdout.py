@@ -1,8 +1,11 @@
-"""`launch.events.process.process_stdout`: our vocabulary under ROS 2's name."""
+"""`launch.events.process.process_stdout`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.process_events import ProcessStdout
+from launcher.language.compat.names import reexport
 
-__all__ = ["ProcessStdout"]
+_SOURCES = {
+    "ProcessStdout": "launcher.language.process_events",
+}
 
-__getattr__ = refuse_unknown("launch.events.process.process_stdout", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch.events.process.running_process_event`: our vocabulary under ROS 2's name."""
+"""`launch.events.process.running_process_event`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.process_events import RunningProcessEvent
+from launcher.language.compat.names import reexport
 
-__all__ = ["RunningProcessEvent"]
+_SOURCES = {
+    "RunningProcessEvent": "launcher.language.process_events",
+}
 
-__getattr__ = refuse_unknown("launch.events.process.running_process_event", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

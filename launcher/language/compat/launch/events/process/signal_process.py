@@ -1,8 +1,11 @@
-"""`launch.events.process.signal_process`: our vocabulary under ROS 2's name."""
+"""`launch.events.process.signal_process`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.process_events import SignalProcess
+from launcher.language.compat.names import reexport
 
-__all__ = ["SignalProcess"]
+_SOURCES = {
+    "SignalProcess": "launcher.language.process_events",
+}
 
-__getattr__ = refuse_unknown("launch.events.process.signal_process", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,13 @@
-"""`launch_ros.events.lifecycle`: our vocabulary under ROS 2's name."""
+"""`launch_ros.events.lifecycle`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.lifecycle import ChangeState, StateTransition, matches_node_name
+from launcher.language.compat.names import reexport
 
-__all__ = ["ChangeState", "StateTransition", "matches_node_name"]
+_SOURCES = {
+    "ChangeState": "launcher.language.ros.lifecycle",
+    "StateTransition": "launcher.language.ros.lifecycle",
+    "matches_node_name": "launcher.language.ros.lifecycle",
+}
 
-__getattr__ = refuse_unknown("launch_ros.events.lifecycle", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.events.lifecycle.change_state`: our vocabulary under ROS 2's name."""
+"""`launch_ros.events.lifecycle.change_state`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.lifecycle import ChangeState
+from launcher.language.compat.names import reexport
 
-__all__ = ["ChangeState"]
+_SOURCES = {
+    "ChangeState": "launcher.language.ros.lifecycle",
+}
 
-__getattr__ = refuse_unknown("launch_ros.events.lifecycle.change_state", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

@@ -1,8 +1,11 @@
-"""`launch_ros.events.lifecycle.lifecycle_node_matchers`: our vocabulary under ROS 2's name."""
+"""`launch_ros.events.lifecycle.lifecycle_node_matchers`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.lifecycle import matches_node_name
+from launcher.language.compat.names import reexport
 
-__all__ = ["matches_node_name"]
+_SOURCES = {
+    "matches_node_name": "launcher.language.ros.lifecycle",
+}
 
-__getattr__ = refuse_unknown("launch_ros.events.lifecycle.lifecycle_node_matchers", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)

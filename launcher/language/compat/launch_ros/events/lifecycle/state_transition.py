@@ -1,8 +1,11 @@
-"""`launch_ros.events.lifecycle.state_transition`: our vocabulary under ROS 2's name."""
+"""`launch_ros.events.lifecycle.state_transition`, re-exported."""
 
-from launcher.language.compat.names import refuse_unknown
-from launcher.language.ros.lifecycle import StateTransition
+from launcher.language.compat.names import reexport
 
-__all__ = ["StateTransition"]
+_SOURCES = {
+    "StateTransition": "launcher.language.ros.lifecycle",
+}
 
-__getattr__ = refuse_unknown("launch_ros.events.lifecycle.state_transition", __all__)
+__all__ = list(_SOURCES)
+
+__getattr__ = reexport(__name__, _SOURCES)
