@@ -1,0 +1,83 @@
+"""Launch files on disk: which format they have, and what is said if they have none."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from launcher.errors import LaunchFileError
+from launcher.frontends.parser import load_markup
+
+XML = '<launch><log message="m"/></launch>'
+YAML = "launch: [{log: {message: m}}]"
+
+
+@pytest.mark.parametrize("name", ["a.xml", "a.yaml", "a.yml", "a.launch", "a"])
+@pytest.mark.parametrize("text", [XML, YAML, f"\ufeff{XML}", f"\n# comment\n{YAML}"])
+def test_every_suffix_loads_in_either_format(tmp_path: Path, name: str, text: str) -> None:
+    file = tmp_path / name
+    file.write_text(text, encoding="utf-8")
+    (log,) = load_markup(str(file)).entities
+    assert type(log).__name__ == "LogInfo"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.xml", b"<launch>\n<a", "a.xml:2: unclosed token"),
+        ("a.yaml", b"launch:\n - [", "a.yaml:2: expected the node content"),
+        ("a.foo", b"<launch>", "a.foo:1: no element found"),
+        ("a.foo", b"launch: [", "a.foo:1: expected the node content"),
+        ("a.xml", b"<launch>\xff</launch>", "is not UTF-8 text: byte 8"),
+        ("a.xml", b'<?xml version="1.0" encoding="nope"?><launch/>', "nope"),
+        ("a.yaml", b"", "a.yaml:1: a YAML launch file is a mapping"),
+        ("a.xml", b"<robot/>", "begins with 'launch', not with 'robot'"),
+    ],
+)
+def test_broken_file_is_told_with_its_line(
+    tmp_path: Path, name: str, content: bytes, message: str
+) -> None:
+    file = tmp_path / name
+    file.write_bytes(content)
+    with pytest.raises(LaunchFileError) as caught:
+        load_markup(str(file))
+    assert message in caught.value.render().splitlines()[0]
+
+
+def test_without_a_telling_suffix_both_formats_are_complained_about(tmp_path: Path) -> None:
+    file = tmp_path / "a.foo"
+    file.write_text("launch: [")
+    with pytest.raises(LaunchFileError) as caught:
+        load_markup(str(file))
+    assert caught.value.render().count("error: ") == 2
+
+
+def test_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(LaunchFileError, match="cannot read"):
+        load_markup(str(tmp_path / "nope.xml"))
+
+
+def test_declared_encoding_counts_as_for_elementtree(tmp_path: Path) -> None:
+    file = tmp_path / "a.xml"
+    file.write_text(
+        '<?xml version="1.0" encoding="latin-1"?><launch><log message="\u00fc"/></launch>',
+        encoding="utf-8",
+    )
+    (log,) = load_markup(str(file)).entities
+    assert log.msg[0].text == "\u00c3\u00bc"
+
+
+@pytest.mark.timeout(60)
+def test_xml_files_load_without_anything_heavy() -> None:
+    code = (
+        "import io, sys; from launcher.frontends.xml import XmlParser; "
+        f"entity, parser = XmlParser.load(io.StringIO({XML!r})); "
+        "parser.parse_description(entity); "
+        "heavy = {'yaml', 'rich', 'psutil', 'asyncio', 'rclpy', 'lark', 'importlib.metadata'}; "
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"
