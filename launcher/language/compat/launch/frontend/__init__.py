@@ -9,7 +9,7 @@ del parse_substitution
 
 _SOURCES = {
     "Entity": "launcher.frontends.entity",
-    "InvalidFrontendLaunchFileError": "launcher.language.sources:InvalidLaunchFileError",
+    "InvalidFrontendLaunchFileError": "launcher.frontends.parser",
     "Parser": "launcher.frontends.parser",
     "expose_action": "launcher.language.frontend_registry",
     "expose_substitution": "launcher.language.frontend_registry",
