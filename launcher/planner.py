@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import heapq
+import importlib
 import signal
 import sys
 from collections import deque
@@ -20,8 +21,8 @@ from typing import TYPE_CHECKING, Any
 from launcher.errors import LaunchFileError
 from launcher.interpreter.core import Interpreter
 from launcher.language.compat import vocabulary
-from launcher.lifecycle import transition_steps
 from launcher.model import events as model
+from launcher.model.lifecycle import transition_steps
 from launcher.model.spec import ParameterSource, ProcessSpec
 
 if TYPE_CHECKING:
@@ -32,6 +33,15 @@ if TYPE_CHECKING:
 HORIZON_S = 3600.0  # virtual time is not played further; respawns and timers may go on for ever
 _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}
 _USER_LOGGER = "launch.user"
+
+# Launch configurations that ROS 2 itself reads, whatever the launch file says.
+ROS_NAMES = (
+    "emulate_tty",
+    "launch-prefix",
+    "launch-prefix-filter",
+    "sigkill_timeout",
+    "sigterm_timeout",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,6 +93,15 @@ class Plan:
     names_read: frozenset[str] = frozenset()
     error: PlanError | None = None
 
+    @property
+    def known_names(self) -> frozenset[str]:
+        """Every argument name that has a meaning: declared, read while evaluated, or ROS 2's own.
+
+        Holds ALL_NAMES if the launch file looks at all configurations, whatever their names.
+        """
+        listed = [argument.name for argument in self.arguments or ()]
+        return frozenset([*listed, *self.declared, *self.names_read, *ROS_NAMES])
+
 
 def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
     """The plan of a launch file of any kind; faults of the file are in `plan.error`."""
@@ -97,9 +116,10 @@ def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
 
 def plan_document(path: str, arguments: Iterable[tuple[str, str]]) -> dict[str, Any]:
     """The canonical document of the plan, ready for `json.dumps`."""
-    from launcher.render.plan_json import document
-
-    return document(make_plan(path, arguments))
+    # Renderings know the plan, not the reverse; this one is looked up for those who want it.
+    rendering: Any = importlib.import_module("launcher.render.plan_json")
+    document: dict[str, Any] = rendering.document(make_plan(path, arguments))
+    return document
 
 
 def _load(plan: Plan) -> LaunchDescription | None:

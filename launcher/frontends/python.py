@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from launcher.errors import LaunchFileError
-from launcher.interpreter import faults
+from launcher.language import faults
 from launcher.language.description import LaunchDescription
 from launcher.language.sources import get_launch_description_from_any_launch_file
 

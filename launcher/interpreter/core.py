@@ -8,10 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from launcher.errors import LaunchFileError
-from launcher.interpreter import faults
 from launcher.interpreter.host import Answer, RunHost, Surprise
 from launcher.language import events as language
-from launcher.language import process_events, session
+from launcher.language import faults, process_events, session
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.context import LaunchContext, replace_environment
 from launcher.language.description import LaunchDescription

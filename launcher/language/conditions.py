@@ -98,7 +98,6 @@ class LaunchConfigurationEquals(Condition):
 
     def _predicate_func(self, context: LaunchContext) -> bool:
         name = self.__launch_configuration_name
-        context._host.configuration_read(name)
         expected = self.__expected_value
         if expected is None:
             return name not in context.launch_configurations

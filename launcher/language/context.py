@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, MutableMapping
 from typing import TYPE_CHECKING, Any
 
+from launcher.language.configurations import ALL_NAMES, Configurations
 from launcher.language.host import Host, NoHost
 from launcher.language.naming import public
 
@@ -53,8 +54,8 @@ class LaunchContext:
         self.__globals: dict[str, Any] = {}
         self.__locals: dict[str, Any] = {}
         self.__locals_stack: list[dict[str, Any]] = []
-        self.__launch_configurations: dict[str, Any] = {}
-        self.__launch_configurations_stack: list[dict[str, Any]] = []
+        self.__launch_configurations = Configurations(self._configuration_read)
+        self.__launch_configurations_stack: list[Configurations] = []
         self.__environment_stack: list[Mapping[str, str]] = []
         self.__environment_reset: Mapping[str, str] = dict(os.environ)
         self.__is_shutdown = False
@@ -62,6 +63,7 @@ class LaunchContext:
     @property
     def argv(self) -> Any:
         """The words `name:=value` of the command line."""
+        self._host.configuration_read(ALL_NAMES)
         return self.__argv
 
     @property
@@ -116,12 +118,15 @@ class LaunchContext:
     # ---- launch configurations
 
     def _push_launch_configurations(self) -> None:
-        self.__launch_configurations_stack.append(self.__launch_configurations.copy())
+        self.__launch_configurations_stack.append(self.__launch_configurations.snapshot())
 
     def _pop_launch_configurations(self) -> None:
         if not self.__launch_configurations_stack:
             raise RuntimeError("launch_configurations stack unexpectedly empty")
         self.__launch_configurations = self.__launch_configurations_stack.pop()
+
+    def _configuration_read(self, name: str) -> None:
+        self._host.configuration_read(name)
 
     @property
     def launch_configurations(self) -> dict[str, Any]:

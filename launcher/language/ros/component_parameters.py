@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
@@ -75,11 +75,16 @@ def _sections(content: Mapping[Any, Any], keys: list[str]) -> Iterator[tuple[str
             yield from _sections(value, [*keys, str(key).lstrip("/")])
 
 
+class NamedValue(NamedTuple):
+    """A parameter, with the attributes that rclpy's have (the launcher does without rclpy)."""
+
+    name: str
+    value: object
+
+
 def to_parameters_list(
     context: LaunchContext, node_name: str, namespace: str, evaluated_parameters: Iterable[Any]
-) -> list[Any]:
-    """The pairs as `rclpy.parameter.Parameter`; needs rclpy."""
-    from rclpy.parameter import Parameter
-
+) -> list[NamedValue]:
+    """The parameters of a load request, one by one."""
     pairs = parameter_pairs(context, node_name, namespace, evaluated_parameters)
-    return [Parameter(name, value=value) for name, value in pairs]
+    return [NamedValue(name, value) for name, value in pairs]

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from launcher import lifecycle
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
 from launcher.language.event import Event
@@ -18,6 +17,7 @@ from launcher.language.utilities import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.model import lifecycle
 from launcher.model.events import StateChanged, StateRequest, TransitionSeen, WatchLifecycle
 
 if TYPE_CHECKING:

@@ -49,7 +49,6 @@ class LaunchConfiguration(Substitution):
     def perform(self, context: LaunchContext) -> str:
         """The value, else the default; SubstitutionFailure without either."""
         name = perform_substitutions(context, self.variable_name)
-        context._host.configuration_read(name)
         if name not in context.launch_configurations:
             if self.default is None:
                 raise SubstitutionFailure(f"launch configuration '{name}' does not exist")
