@@ -6,7 +6,6 @@ They are LaunchFileErrors that also are what ROS 2 raises (AttributeError, TypeE
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -119,14 +118,21 @@ def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
     for other in present:
         if f"'{name}'" in _OTHER_NAMES.get((tag, other), ""):
             return f"'{other}' is written '{name}' in ROS 2"
-    near = difflib.get_close_matches(name, list(present), n=1)
-    return f"is '{near[0]}' meant to be '{name}'?" if near else None
+    near = _nearest(name, present)
+    return f"is '{near}' meant to be '{name}'?" if near else None
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     """A hint that names the nearest known name; None if none is near."""
+    near = _nearest(name, known)
+    return f"did you mean '{near}'?" if near else None
+
+
+def _nearest(name: str, known: Iterable[str]) -> str | None:
+    import difflib  # only mistakes pay for it
+
     near = difflib.get_close_matches(name, sorted(known), n=1)
-    return f"did you mean '{near[0]}'?" if near else None
+    return near[0] if near else None
 
 
 def count_of(error: LaunchFileError) -> int:

@@ -14,18 +14,19 @@ from typing import NoReturn, Union
 
 MAX_DEPTH = 40  # of calls in calls; a recursive parser needs a bound, no person comes near it
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
-_ESCAPED = re.compile(r"\\(.)")
+_NAME = "[A-Za-z][A-Za-z0-9_-]*"
+_ESCAPED = r"\\(.)"
 
 # What counts as one run of text, by context. A dollar sign is text unless an unescaped `(`
-# follows it; only in words does a parenthesis need a backslash.
+# follows it; only in words does a parenthesis need a backslash. Patterns are compiled when they
+# are first needed: most texts of most launch files need none.
 _DOLLAR = r"\$(?!\()|(?<=\\)\$"
-_TEMPLATE_TEXT = re.compile(rf"(?:[^$]|{_DOLLAR})+")
-_QUOTED_TEXT = {quote: re.compile(rf"(?:\\{quote}|[^{quote}\\$]|{_DOLLAR}|\\)+") for quote in "'\""}
+_TEMPLATE_TEXT = rf"(?:[^$]|{_DOLLAR})+"
+_QUOTED_TEXT = {quote: rf"(?:\\{quote}|[^{quote}\\$]|{_DOLLAR}|\\)+" for quote in "'\""}
 _WORD_TEXT = {
-    "": re.compile(rf"(?:\\[\"']|[^ '\\\"$()]|(?<=\\)[()]|{_DOLLAR}|\\)+"),
-    "'": re.compile(rf"(?:\\'|[^ '\\$()]|(?<=\\)[()]|{_DOLLAR}|\\)+"),
-    '"': re.compile(rf"(?:\\\"|[^ \"\\$()]|(?<=\\)[()]|{_DOLLAR}|\\)+"),
+    "": rf"(?:\\[\"']|[^ '\\\"$()]|(?<=\\)[()]|{_DOLLAR}|\\)+",
+    "'": rf"(?:\\'|[^ '\\$()]|(?<=\\)[()]|{_DOLLAR}|\\)+",
+    '"': rf"(?:\\\"|[^ \"\\$()]|(?<=\\)[()]|{_DOLLAR}|\\)+",
 }
 
 
@@ -60,14 +61,14 @@ class GrammarError(ValueError):
 
 def parse_template(source: str) -> tuple[Part, ...]:
     """The parts of an attribute's value; GrammarError if it is none. Never empty."""
-    if not source:
-        return (Text("", 0),)
+    if "$" not in source:
+        return (Text(unescape(source), 0),)
     return _Reader(source).template()
 
 
 def unescape(text: str) -> str:
     """Take one level of backslashes away."""
-    return _ESCAPED.sub(r"\1", text)
+    return re.sub(_ESCAPED, r"\1", text) if "\\" in text else text
 
 
 class _Reader:
@@ -84,8 +85,8 @@ class _Reader:
             parts.append(self._call_or_text(_TEMPLATE_TEXT, ""))
         return tuple(parts)
 
-    def _call_or_text(self, text: re.Pattern[str], quote: str) -> Part:
-        found = text.match(self._source, self._at)
+    def _call_or_text(self, pattern: str, quote: str) -> Part:
+        found = self._match(pattern)
         if found is None:
             return self._call(quote)
         start, self._at = self._at, found.end()
@@ -97,7 +98,7 @@ class _Reader:
         self._depth += 1
         if self._depth > MAX_DEPTH:
             self._fail(f"substitutions are nested more than {MAX_DEPTH} deep")
-        name = _NAME.match(self._source, self._at)
+        name = self._match(_NAME)
         if name is None:
             self._fail("expected the name of a substitution after '$('")
         self._at = name.end()
@@ -118,7 +119,7 @@ class _Reader:
             return self._quoted_word(self._source[self._at])
         parts: list[Part] = []
         text = _WORD_TEXT[quote]
-        while text.match(self._source, self._at) or self._next_is("$("):
+        while self._match(text) or self._next_is("$("):
             parts.append(self._call_or_text(text, quote))
         if not parts:
             self._fail("expected a word (words are separated by exactly one space)")
@@ -128,10 +129,13 @@ class _Reader:
         self._at += 1
         parts: list[Part] = []
         text = _QUOTED_TEXT[quote]
-        while text.match(self._source, self._at) or self._next_is("$("):
+        while self._match(text) or self._next_is("$("):
             parts.append(self._call_or_text(text, quote))
         self._take(quote, f"a closing {quote}")
         return tuple(parts)
+
+    def _match(self, pattern: str) -> re.Match[str] | None:
+        return re.compile(pattern).match(self._source, self._at)
 
     def _next_is(self, token: str) -> bool:
         return self._source.startswith(token, self._at)
