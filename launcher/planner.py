@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import heapq
 import importlib
+import math
 import signal
 import sys
 from collections import deque
@@ -169,7 +170,6 @@ class _World:
         self._sequence = 0
         self._living: dict[int, int] = {}  # process_id -> index in the plan
         self._to_exit: deque[int] = deque()
-        self._seen: set[int] = set()
 
     # ---- the course of time
 
@@ -186,11 +186,7 @@ class _World:
         finally:
             interpreter.close()
         if interpreter.failure is not None:
-            self._plan.error = _plan_error(interpreter.failure, "run", self._failed_in)
-
-    @property
-    def _failed_in(self) -> str:
-        return self._phase
+            self._plan.error = _plan_error(interpreter.failure, "run", self._phase)
 
     def _list_arguments(self, description: LaunchDescription) -> None:
         try:
@@ -203,14 +199,17 @@ class _World:
         return self._interpreter.failure is None and self._phase != "shutdown"
 
     def _run_timers(self) -> None:
-        while self._goes_on and self._timers and self._timers[0][0] <= HORIZON_S:
-            self._now_s = self._timers[0][0]
+        while self._goes_on and self._next_time_s() <= HORIZON_S:
+            self._now_s = self._next_time_s()
             due: list[model.Event] = []
-            while self._timers and self._timers[0][0] == self._now_s:
-                event = heapq.heappop(self._timers)[2]
-                if getattr(event, "timer_id", None) not in self._cancelled:
-                    due.append(event)
+            while self._next_time_s() == self._now_s:
+                due.append(heapq.heappop(self._timers)[2])
             self._interpreter.handle_together(due)
+
+    def _next_time_s(self) -> float:
+        while self._timers and getattr(self._timers[0][2], "timer_id", None) in self._cancelled:
+            heapq.heappop(self._timers)
+        return self._timers[0][0] if self._timers else math.inf
 
     def _run_exits(self) -> None:
         while self._goes_on and self._to_exit:

@@ -19,7 +19,7 @@ def load(path: str) -> LaunchDescription:
     """The description in the file; LaunchFileError with place and cause."""
     try:
         description = get_launch_description_from_any_launch_file(path)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise faults.explain(error, path) from _cause(error)
     if not isinstance(description, LaunchDescription):
         raise NoDescriptionError(
@@ -31,5 +31,5 @@ def load(path: str) -> LaunchDescription:
     return description
 
 
-def _cause(error: Exception) -> BaseException:
+def _cause(error: BaseException) -> BaseException:
     return error.__cause__ or error

@@ -97,8 +97,8 @@ class Interpreter:
         self.context.emit_event_sync(event)
         try:
             self._drain()
-        except Exception as error:
-            self.failure = faults.explain(error, self._path)
+        except (Exception, SystemExit) as error:
+            self.failure = faults.explain(error, self._path, self.context)
             if self._is_virtual:
                 self._run_steps()
 
@@ -116,7 +116,7 @@ class Interpreter:
             for event in events:
                 self._take_in(event)
             self._drain()
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._fail(error)
         return self.take_effects()
 
@@ -246,8 +246,8 @@ class Interpreter:
             self.host.request(model.RequestShutdown(reason=event.reason))
         self.host.shutdown_pending = False
 
-    def _fail(self, error: Exception) -> None:
-        self.failure = self.failure or faults.explain(error, self._path)
+    def _fail(self, error: BaseException) -> None:
+        self.failure = self.failure or faults.explain(error, self._path, self.context)
         if self._is_virtual:
             self._run_steps()
             return

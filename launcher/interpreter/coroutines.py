@@ -22,6 +22,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
     def __init__(self, host: RunHost) -> None:
         self._host = host
         self._tasks: set[asyncio.Task[Any]] = set()
+        self._timer_ids: dict[int, int] = {}
         self._closed = False
 
     def call_soon(  # type: ignore[override]
@@ -41,7 +42,9 @@ class TimerLoop(asyncio.AbstractEventLoop):
         context: contextvars.Context | None = None,
     ) -> asyncio.TimerHandle:
         handle = asyncio.TimerHandle(delay, callback, args, self, context)
-        self._host.call_later(max(0.0, delay), lambda: self._run(handle))
+        timer_id = self._host.call_later(max(0.0, delay), lambda: self._run(handle))
+        setattr(handle, "_scheduled", True)  # noqa: B010 - so that a cancelled handle tells us
+        self._timer_ids[id(handle)] = timer_id
         return handle
 
     def call_at(  # type: ignore[override]
@@ -54,9 +57,12 @@ class TimerLoop(asyncio.AbstractEventLoop):
         return self.call_later(when, callback, *args, context=context)
 
     def _timer_handle_cancelled(self, handle: asyncio.TimerHandle) -> None:
-        """A cancelled handle does nothing when its time comes."""
+        timer_id = self._timer_ids.pop(id(handle), None)
+        if timer_id is not None:
+            self._host.cancel_call(timer_id)
 
     def _run(self, handle: asyncio.Handle) -> None:
+        self._timer_ids.pop(id(handle), None)
         if handle.cancelled() or self._closed:
             return
         outer = events._get_running_loop()

@@ -1,19 +1,32 @@
-"""Faults: an exception of a launch file as an error that names the file and the line."""
+"""Faults: an exception of a launch file as an error that names the file, the line and a repair."""
 
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Iterable, Iterator
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.language.origin import Origin, is_own_file
 from launcher.language.sources import InvalidLaunchFileError
 
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
 
-def explain(error: BaseException, path: str) -> LaunchFileError:
+_LAUNCH_ENDINGS = ("launch.py", "launch.xml", "launch.yaml", "launch.yml")
+_QUOTED = re.compile(r"['\"]([^'\"]+)['\"]")
+_UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
+_MISSING_CONFIGURATION = re.compile(r"launch configuration '(.*)' does not exist")
+
+
+def explain(
+    error: BaseException, path: str, context: LaunchContext | None = None
+) -> LaunchFileError:
     """A LaunchFileError with the place in the launch file, as well as it can be found.
 
-    The exception is its `__cause__`.
+    The exception is its `__cause__`. A `context` lets the hint name what there is.
     """
     if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
         error = error.__cause__
@@ -21,55 +34,66 @@ def explain(error: BaseException, path: str) -> LaunchFileError:
         return error
     place = _place(error, path)
     message = _message(error)
+    line = None if place is None else _source_line(place)
     fault = LaunchFileError(
         message,
-        hint=error.hint if isinstance(error, LauncherError) else None,
+        hint=_hint(error, message, context),
         where=None if place is None else str(place),
-        source_line=None if place is None else _source_line(place),
+        source_line=line,
+        column=None if line is None else _column(error, message, line),
     )
     fault.__cause__ = error
     return fault
 
 
+# ---- what
+
+
 def _message(error: BaseException) -> str:
     if isinstance(error, LauncherError):
-        return error.message
+        return error.message.strip('"')
     if isinstance(error, RecursionError):
         return "the launch file includes itself, or recurses without end"
-    text = str(error)
+    if isinstance(error, SystemExit):
+        return f"the launch file calls sys.exit({error.code!r})"
     if isinstance(error, SyntaxError):
         return error.msg
+    text = str(error)
     if not text:
         return type(error).__name__
-    expected = isinstance(error, (RuntimeError, ValueError)) or not _is_builtin(error)
-    return text if expected else f"{type(error).__name__}: {text}"
+    says_enough = isinstance(error, (RuntimeError, ValueError, ImportError))
+    if says_enough or type(error).__module__ != "builtins":
+        return text
+    return f"{type(error).__name__}: {text}"
 
 
-def _is_builtin(error: BaseException) -> bool:
-    return type(error).__module__ == "builtins"
+# ---- where
 
 
 def _place(error: BaseException, path: str) -> Origin | None:
     if isinstance(error, SyntaxError) and error.filename and error.lineno:
         return Origin(error.filename, error.lineno)
-    frame = _innermost(error.__traceback__)
+    places = list(_frames(error.__traceback__))
     entity = getattr(error, "_launcher_origin", None)
     if isinstance(entity, Origin):
-        return entity if frame is None else frame
-    if frame is not None:
-        return frame
+        places.insert(0, entity)
+    in_launch_files = [place for place in places if _is_launch_file(place.path, path)]
+    if in_launch_files or places:
+        return (in_launch_files or places)[-1]
     return Origin(path, 1) if os.path.isfile(path) else None
 
 
-def _innermost(trace: TracebackType | None) -> Origin | None:
-    """The innermost frame of a file that is neither ours nor of the standard library."""
-    found = None
+def _frames(trace: TracebackType | None) -> Iterator[Origin]:
+    """Frames of files that are neither ours nor of an installed library, outermost first."""
     while trace is not None:
-        name, line = trace.tb_frame.f_code.co_filename, trace.tb_lineno
-        trace = trace.tb_next
+        name = trace.tb_frame.f_code.co_filename
         if not name.startswith("<") and not is_own_file(name) and not _is_library(name):
-            found = Origin(name, line)
-    return found
+            yield Origin(name, trace.tb_lineno)
+        trace = trace.tb_next
+
+
+def _is_launch_file(name: str, path: str) -> bool:
+    return name == path or name.endswith(_LAUNCH_ENDINGS)
 
 
 def _is_library(name: str) -> bool:
@@ -79,5 +103,56 @@ def _is_library(name: str) -> bool:
 def _source_line(place: Origin) -> str | None:
     import linecache
 
-    line = linecache.getline(place.path, place.line).rstrip("\n")
-    return line or None
+    return linecache.getline(place.path, place.line).rstrip("\n") or None
+
+
+def _column(error: BaseException, message: str, line: str) -> int:
+    """Where the caret goes: what the message quotes, else the first word."""
+    if isinstance(error, SyntaxError) and error.offset:
+        return min(error.offset, len(line) + 1)
+    for quoted in _QUOTED.findall(message):
+        if quoted in line:
+            return line.index(quoted) + 1
+    return len(line) - len(line.lstrip()) + 1
+
+
+# ---- what to do
+
+
+def _hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
+    if isinstance(error, LauncherError):
+        return error.hint
+    keyword = _UNKNOWN_KEYWORD.search(message)
+    if keyword:
+        return _did_you_mean(keyword[1], _keywords())
+    configuration = _MISSING_CONFIGURATION.search(message)
+    if configuration and context is not None:
+        names = list(context.launch_configurations)
+        return _did_you_mean(configuration[1], names) or (
+            f"declare it with DeclareLaunchArgument, or give {configuration[1]}:=VALUE"
+        )
+    if isinstance(error, ModuleNotFoundError):
+        return f"install the Python package that has {error.name}, or add it to PYTHONPATH"
+    return None
+
+
+def _did_you_mean(name: str, names: Iterable[str]) -> str | None:
+    import difflib
+
+    near = difflib.get_close_matches(name, list(names), n=1)
+    return f"did you mean '{near[0]}'?" if near else None
+
+
+def _keywords() -> set[str]:
+    """Every keyword that a constructor of an action takes."""
+    import inspect
+
+    from launcher.language.action import Action
+
+    found: set[str] = set()
+    waiting: list[type] = [Action]
+    while waiting:
+        cls = waiting.pop()
+        waiting += cls.__subclasses__()
+        found.update(inspect.signature(cls.__init__).parameters)
+    return found

@@ -45,15 +45,17 @@ class PathSubstitution(PathJoinSubstitution):
     """A path that can be extended with `/` (newer than Jazzy)."""
 
     def __init__(self, path: Any) -> None:
-        super().__init__(path if _is_sequence(path) else [path])
+        super().__init__([_component(path)])
 
     def __truediv__(self, additional_path: Any) -> PathSubstitution:
-        part = _Joined(additional_path) if _is_sequence(additional_path) else additional_path
-        return PathSubstitution([*self.substitutions, part])
+        extended = PathSubstitution("")
+        parts = [*self.substitutions, _component(additional_path)]
+        extended.substitutions[:] = normalize_to_list_of_substitutions(parts)
+        return extended
 
 
-def _is_sequence(value: Any) -> bool:
-    return isinstance(value, Iterable) and not isinstance(value, str)
+def _component(path: Any) -> str | Substitution:
+    return path if isinstance(path, (str, Substitution)) else _Joined(path)
 
 
 class _Joined(Substitution):

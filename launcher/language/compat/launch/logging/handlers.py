@@ -3,7 +3,17 @@
 from launcher.language.compat.names import reexport
 
 _SOURCES = {
-    "StreamHandler": "launcher.language.log:SessionHandler",
+    "FileHandler": "logging",
+    "Handler": "logging",
+    "MemoryHandler": "logging.handlers",
+    "NullHandler": "logging",
+    "QueueHandler": "logging.handlers",
+    "RotatingFileHandler": "logging.handlers",
+    "SocketHandler": "logging.handlers",
+    "StreamHandler": "logging",
+    "SysLogHandler": "logging.handlers",
+    "TimedRotatingFileHandler": "logging.handlers",
+    "WatchedFileHandler": "logging.handlers",
 }
 
 __all__ = list(_SOURCES)
