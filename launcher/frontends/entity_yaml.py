@@ -156,10 +156,12 @@ class YamlEntity(Entity):
             self._read_keys.add("children")
             items, node = items["children"], self._value_node("children")
         elif not isinstance(items, list):
-            raise AttributeTypeError(self._wrong_shape("a list of actions"), place=self.place)
+            raise self._wrong_shape("a list of actions", "AttributeError")
         if not isinstance(items, list):
+            kinds = {str: "AttributeError", dict: "RuntimeError"}
             message = f"the children of '{self._type_name}' should be a list of actions"
-            raise AttributeTypeError(message, place=self.place)
+            ros_type = kinds.get(type(items), "TypeError")
+            raise AttributeTypeError(message, place=self.place, ros_type=ros_type)
         nodes = node.value if isinstance(node, yaml.SequenceNode) else [None] * len(items)
         return [self._child(item, at) for item, at in zip(items, nodes, strict=True)]
 
@@ -211,15 +213,17 @@ class YamlEntity(Entity):
             return name in self._element
         if isinstance(self._element, list):
             return False
-        raise AttributeTypeError(
-            self._wrong_shape("attributes (a mapping)"),
+        kind = "AttributeError" if isinstance(self._element, str) else "TypeError"
+        raise self._wrong_shape("attributes (a mapping)", kind)
+
+    def _wrong_shape(self, wanted: str, ros_type: str) -> FrontendError:
+        found = "nothing" if self._element is None else type(self._element).__name__
+        return AttributeTypeError(
+            f"'{self._type_name}' takes {wanted}, not {found}",
             place=self.place,
             hint=f"write '{self._type_name}: {{}}'" if self._element is None else None,
+            ros_type=ros_type,
         )
-
-    def _wrong_shape(self, wanted: str) -> str:
-        found = "nothing" if self._element is None else type(self._element).__name__
-        return f"'{self._type_name}' takes {wanted}, not {found}"
 
     def _nested(self, name: str, value: Any) -> list[YamlEntity]:
         if not (isinstance(value, list) and value and isinstance(value[0], dict)):
@@ -227,6 +231,7 @@ class YamlEntity(Entity):
                 f"'{name}' of '{self._type_name}' should be a list of mappings",
                 place=self._value_place(name),
                 hint="begin each of them with '- '",
+                ros_type="IndexError" if value == [] else None,
             )
         node = self._value_node(name)
         nodes = node.value if isinstance(node, yaml.SequenceNode) else [None] * len(value)
@@ -243,6 +248,7 @@ class YamlEntity(Entity):
                 f"each item of '{self._type_name}' is one action: a mapping with exactly one key",
                 place=place,
                 hint="a new action begins with '- '" if isinstance(item, dict) else None,
+                ros_type="TypeError" if isinstance(item, (bool, int, float)) else None,
             )
         ((key, value),) = item.items()
         key_node, value_node = _pair_of_key(node, key)
