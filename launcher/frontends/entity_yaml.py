@@ -158,7 +158,7 @@ class YamlEntity(Entity):
         elif not isinstance(items, list):
             raise self._wrong_shape("a list of actions", "AttributeError")
         if not isinstance(items, list):
-            kinds = {str: "AttributeError", dict: "RuntimeError"}
+            kinds: dict[type, str] = {str: "AttributeError", dict: "RuntimeError"}
             message = f"the children of '{self._type_name}' should be a list of actions"
             ros_type = kinds.get(type(items), "TypeError")
             raise AttributeTypeError(message, place=self.place, ros_type=ros_type)
