@@ -102,10 +102,12 @@ def _find(
 ) -> _ParseMethod | None:
     if not isinstance(name, str):
         return None
-    method = exposed.get(name) or builtin(name)
+    method = exposed.get(name)
+    if method is None and name not in parsers.NEWER:
+        method = builtin(name)
     if method is None:
         load_extensions()
-        method = exposed.get(name)
+        method = exposed.get(name) or builtin(name)
     return method
 
 

@@ -238,7 +238,7 @@ HOSTILE_YAML = {
     "laughs": "a0: &a0 [x]\n" + LAUGHS,
     "merged laughs": "a0: &a0 {x: 1}\n"
     + "".join(f"a{n + 1}: &a{n + 1} {{<<: [{', '.join([f'*a{n}'] * 9)}]}}\n" for n in range(9)),
-    "deep": "[" * 100_000,
+    "deep": "[" * 10_000,
     "deep blocks": "".join(" " * n + "a:\n" for n in range(400)),
     "endless": "a: &a [*a]",
     "long number": "a: " + "9" * 10_000,

@@ -50,6 +50,11 @@ class DemoTool(ExecuteProcess):
         return cls, kwargs
 
 
+@expose_action("log_error")
+class OwnLog(DemoServer):
+    pass
+
+
 @expose_substitution("demo-upper")
 class Upper(Substitution):
     def __init__(self, text):
@@ -108,6 +113,12 @@ def test_subclass_of_a_process_reads_its_words_in_its_own_way() -> None:
 def test_substitution_of_an_installed_package_is_found() -> None:
     (server,) = parse('<demo_server world="$(demo-upper abc)"/>')
     assert server.world[0].text[0].text == "abc"
+
+
+@pytest.mark.usefixtures("installed")
+def test_package_wins_over_a_name_that_came_after_jazzy() -> None:
+    (own,) = parse('<log_error world="w"/>')
+    assert type(own).__name__ == "OwnLog"
 
 
 @pytest.mark.usefixtures("installed")

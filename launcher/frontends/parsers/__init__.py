@@ -82,6 +82,13 @@ SUBSTITUTIONS = {
     "var": ("substitutions.configuration", "LaunchConfiguration"),
 }
 
+# Names that came after Jazzy: packages made for Jazzy may have exposed their own, which count then.
+NEWER = {
+    *("for", "for_each", "lifecycle_node", "rep_env"),
+    *("log_debug", "log_error", "log_info", "log_warning"),
+    *("for-var", "index", "path-join", "string-join"),
+}
+
 # Class, or another name that the language asks for -> (module of this package, function).
 _PARSE_FUNCTIONS = {
     "Action": ("base", "parse_action"),
