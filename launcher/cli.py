@@ -6,14 +6,13 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.packages import ament_environment
 
 
-@dataclass(frozen=True)
-class Verb:
+class Verb(NamedTuple):
     """A verb's name, one line of help, and how it is called. Its module is imported when used.
 
     `module` has `main(words: list[str]) -> int`.

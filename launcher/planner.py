@@ -15,7 +15,7 @@ import signal
 import sys
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ from launcher.interpreter.core import Interpreter
 from launcher.language.compat import vocabulary
 from launcher.model import events as model
 from launcher.model.lifecycle import transition_steps
+from launcher.model.record import replace
 from launcher.model.spec import ParameterSource, ProcessSpec
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ import enum
 import errno
 import os
 import signal
-from dataclasses import dataclass
 from typing import Union
 
+from launcher.model.record import Record
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
 # Refusals of the system that may be over soon: too many processes or files, too little memory.
@@ -45,44 +45,37 @@ class ProcessState(enum.Enum):
 # ---- events
 
 
-@dataclass(frozen=True, slots=True)
-class Start:
+class Start(Record):
     """Somebody, or the launch file, wants it to run."""
 
 
-@dataclass(frozen=True, slots=True)
-class Started:
+class Started(Record):
     """The spawn succeeded."""
 
     pid: int
 
 
-@dataclass(frozen=True, slots=True)
-class SpawnError:
+class SpawnError(Record):
     """The spawn failed with this errno."""
 
     errno: int
 
 
-@dataclass(frozen=True, slots=True)
-class Exited:
+class Exited(Record):
     """The process ended; negative for a signal."""
 
     returncode: int
 
 
-@dataclass(frozen=True, slots=True)
-class Stop:
+class Stop(Record):
     """Somebody wants it gone."""
 
 
-@dataclass(frozen=True, slots=True)
-class Hurry:
+class Hurry(Record):
     """Do not wait for the deadline: take the next step of the stop now."""
 
 
-@dataclass(frozen=True, slots=True)
-class Tick:
+class Tick(Record):
     """Time has passed."""
 
 
@@ -92,20 +85,17 @@ MachineEvent = Union[Start, Started, SpawnError, Exited, Stop, Hurry, Tick]
 # ---- actions
 
 
-@dataclass(frozen=True, slots=True)
-class Spawn:
+class Spawn(Record):
     """Start the process now."""
 
 
-@dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(Record):
     """Send this signal to its group."""
 
     signum: signal.Signals
 
 
-@dataclass(frozen=True, slots=True)
-class Escalate:
+class Escalate(Record):
     """Say that it did not go after `after`, within `waited_s`, and that `to` comes next."""
 
     after: signal.Signals
@@ -113,8 +103,7 @@ class Escalate:
     to: signal.Signals
 
 
-@dataclass(frozen=True, slots=True)
-class Ended:
+class Ended(Record):
     """Say how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted."""
 
     outcome: Outcome
@@ -125,8 +114,7 @@ class Ended:
 Action = Union[Spawn, Signal, Escalate, Ended]
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(Record):
     """How one life of a process ended: exactly one of the two is set."""
 
     returncode: int | None = None

@@ -6,8 +6,7 @@ import contextlib
 import os
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from launcher.interpreter.specs import make_spec
 from launcher.language.events import Shutdown
@@ -22,16 +21,17 @@ if TYPE_CHECKING:
 Answer = Callable[[model.Effect], Iterable[model.Event]]
 
 
-@dataclass(slots=True)
 class Process:
     """A process that was asked for; `alive` from StartProcess to its last end."""
 
-    action: ExecuteLocal
-    alive: bool = True
+    __slots__ = ("action", "alive")
+
+    def __init__(self, action: ExecuteLocal) -> None:
+        self.action = action
+        self.alive = True
 
 
-@dataclass(frozen=True, slots=True)
-class Surprise:
+class Surprise(NamedTuple):
     """Behaviour copied from ROS 2 that surprises people, and where it happens."""
 
     text: str

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from launcher.language.utilities import perform_substitutions
+from launcher.model.record import replace
 from launcher.model.spec import (
     ParameterSource,
     ProcessSpec,

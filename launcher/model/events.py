@@ -8,62 +8,55 @@ not pids.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Union
 
+from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec
 
 # ---- effects: interpreter -> driver
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StartProcess:
+class StartProcess(Record):
     """Start this process now; answer with ProcessStarted or SpawnFailed."""
 
     process_id: int
     spec: ProcessSpec
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SignalProcess:
+class SignalProcess(Record):
     """Send this signal once to the group of the process, if it lives."""
 
     process_id: int
     signum: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StopProcess:
+class StopProcess(Record):
     """Stop one process by its StopPolicy; it is not restarted."""
 
     process_id: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WriteStdin:
+class WriteStdin(Record):
     """Write these bytes to the standard input of the process."""
 
     process_id: int
     data: bytes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CallLater:
+class CallLater(Record):
     """Answer with TimerFired(timer_id) after `delay_s` seconds."""
 
     timer_id: int
     delay_s: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CancelTimer:
+class CancelTimer(Record):
     """Forget this timer; TimerFired for it is ignored from now on."""
 
     timer_id: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LogMessage:
+class LogMessage(Record):
     """A line of the launcher's own: `[LEVEL] [logger]: text`."""
 
     logger: str
@@ -71,15 +64,13 @@ class LogMessage:
     text: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RequestShutdown:
+class RequestShutdown(Record):
     """Stop every process in order and end the run."""
 
     reason: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoadRequest:
+class LoadRequest(Record):
     """A composable node for a container; parameters and extra arguments are (name, value)."""
 
     container: str
@@ -92,16 +83,14 @@ class LoadRequest:
     extra_arguments: tuple[tuple[str, object], ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoadComponent:
+class LoadComponent(Record):
     """Ask the container to load the node; answer with ComponentLoaded(request_id)."""
 
     request_id: int
     request: LoadRequest
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StateRequest:
+class StateRequest(Record):
     """A transition of the lifecycle node with this full name, by id and by label."""
 
     node: str
@@ -109,16 +98,14 @@ class StateRequest:
     transition: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ChangeState:
+class ChangeState(Record):
     """Ask the lifecycle node for the transition; answer with StateChanged(request_id)."""
 
     request_id: int
     request: StateRequest
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WatchLifecycle:
+class WatchLifecycle(Record):
     """From now on tell the transitions of this node as TransitionSeen."""
 
     node: str
@@ -127,16 +114,14 @@ class WatchLifecycle:
 # ---- events: driver -> interpreter
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProcessStarted:
+class ProcessStarted(Record):
     """The process was exec'd, also after a restart."""
 
     process_id: int
     pid: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProcessExited:
+class ProcessExited(Record):
     """The process ended; `returncode` is negative for a signal, as in `subprocess`.
 
     `will_restart` tells that its RestartPolicy starts it again.
@@ -148,8 +133,7 @@ class ProcessExited:
     will_restart: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SpawnFailed:
+class SpawnFailed(Record):
     """The process could not be started; `errno` and `reason` as the operating system says."""
 
     process_id: int
@@ -157,8 +141,7 @@ class SpawnFailed:
     reason: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProcessOutput:
+class ProcessOutput(Record):
     """Bytes that the process wrote; `stream` is `stdout` or `stderr`.
 
     Sent only for processes that the interpreter watches (`Interpreter.watches_output`).
@@ -169,22 +152,19 @@ class ProcessOutput:
     data: bytes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TimerFired:
+class TimerFired(Record):
     """The time of a CallLater has come."""
 
     timer_id: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SignalReceived:
+class SignalReceived(Record):
     """The launcher itself got SIGINT, SIGTERM or SIGHUP and is going to stop everything."""
 
     signum: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ComponentLoaded:
+class ComponentLoaded(Record):
     """The container answered a LoadComponent; `error` is None if the node was loaded."""
 
     request_id: int
@@ -193,16 +173,14 @@ class ComponentLoaded:
     error: str | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StateChanged:
+class StateChanged(Record):
     """The lifecycle node answered a ChangeState; `error` is None if it accepted it."""
 
     request_id: int
     error: str | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TransitionSeen:
+class TransitionSeen(Record):
     """A lifecycle node went from one state to another, by their labels (`inactive`)."""
 
     node: str

@@ -5,7 +5,8 @@ from __future__ import annotations
 import enum
 import signal
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+
+from launcher.model.record import Record
 
 
 class Sink(enum.Flag):
@@ -17,8 +18,7 @@ class Sink(enum.Flag):
     OWN_LOG = enum.auto()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OutputPolicy:
+class OutputPolicy(Record):
     """Sinks of each stream, as ROS 2's `output=` means them (CONFORMANCE 1.30).
 
     `combined` is the file that holds both streams in order of arrival, `stdout` and `stderr`
@@ -62,8 +62,7 @@ class RestartMode(enum.Enum):
     ALWAYS = "always"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RestartPolicy:
+class RestartPolicy(Record):
     """Whether, when and how often a process is started again; all times in seconds.
 
     ROS 2's `respawn=True, respawn_delay=d, respawn_max_retries=n` is
@@ -81,8 +80,7 @@ class RestartPolicy:
         return self.max_restarts is None or restarts < self.max_restarts
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StopPolicy:
+class StopPolicy(Record):
     """The way from a polite request to SIGKILL; ROS 2's `sigterm_timeout`, `sigkill_timeout`.
 
     `sigterm_timeout_s` is the time from SIGINT to SIGTERM, `sigkill_timeout_s` that from SIGTERM
@@ -102,8 +100,7 @@ class StopPolicy:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ParameterSource:
+class ParameterSource(Record):
     """One element of a node's parameters on its command line, in the plan document's terms.
 
     Either `file` or `rule` is set: `file` is a path, `rule` is `name:=value`. `generated` is the
@@ -115,8 +112,7 @@ class ParameterSource:
     generated: Mapping[str, object] | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RosIdentity:
+class RosIdentity(Record):
     """What makes a process a ROS node, for people and for the plan document.
 
     `namespace` is absolute, None where the launch file gives none; `remappings` are
@@ -131,8 +127,7 @@ class RosIdentity:
     parameters: tuple[ParameterSource, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProcessSpec:
+class ProcessSpec(Record):
     """One process, final: argv, environment, names are plain strings.
 
     `name` is the label with its running number (`robot_1-2`), unique in a run; `label` is the
@@ -147,10 +142,10 @@ class ProcessSpec:
     cwd: str | None = None
     shell: bool = False
     emulate_tty: bool = False
-    output: OutputPolicy = field(default_factory=OutputPolicy)
+    output: OutputPolicy = OutputPolicy()
     output_given: str | Mapping[str, object] = "log"
-    restart: RestartPolicy = field(default_factory=RestartPolicy)
-    stop: StopPolicy = field(default_factory=StopPolicy)
+    restart: RestartPolicy = RestartPolicy()
+    stop: StopPolicy = StopPolicy()
     ros: RosIdentity | None = None
     sigterm_timeout_given: str = "5"
     sigkill_timeout_given: str = "5"
