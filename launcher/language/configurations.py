@@ -5,23 +5,51 @@ from __future__ import annotations
 from collections.abc import Callable, ItemsView, Iterator, KeysView, ValuesView
 from typing import Any
 
+from launcher.language.origin import Origin, caller_origin
+
+_ABSENT = object()
 ALL_NAMES = "*"  # what is noted when a launch file looks at all of them
 
 
 class Configurations(dict[str, Any]):
-    """A dictionary; `read` is called with each name that is asked for.
+    """A dictionary that knows where each value was set.
 
-    So the launcher knows which arguments a launch file understands, also those that nothing
-    declares.
+    `read` is called with each name that is asked for, so that the launcher knows which arguments
+    a launch file understands, also those that nothing declares.
     """
 
-    def __init__(self, read: Callable[[str], None], values: dict[str, Any] | None = None) -> None:
-        super().__init__(values or {})
+    def __init__(self, read: Callable[[str], None]) -> None:
+        super().__init__()
         self._read = read
+        self._origins: dict[str, Origin | None] = {}
 
     def snapshot(self) -> Configurations:
         """A copy for the stack of scopes; nothing is noted."""
-        return Configurations(self._read, dict(super().items()))
+        copy = Configurations(self._read)
+        dict.update(copy, super().items())
+        copy._origins = dict(self._origins)
+        return copy
+
+    def assign(self, name: str, value: Any, origin: Origin | None) -> None:
+        """Set a value, and where it comes from (None: the command line)."""
+        super().__setitem__(name, value)
+        self._origins[name] = origin
+
+    def origin_of(self, name: str) -> Origin | None:
+        """Where the value was set; None for the command line."""
+        return self._origins.get(name)
+
+    def differing(self, other: Configurations) -> list[str]:
+        """Names whose value is not the same in the other one."""
+        mine, others = dict(super().items()), dict(dict.items(other))
+        return sorted(name for name in mine if others.get(name, _ABSENT) != mine[name])
+
+    def peek(self, name: str) -> Any:
+        """The value or None; nothing is noted."""
+        return super().get(name)
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        self.assign(name, value, caller_origin())
 
     def __getitem__(self, name: str) -> Any:
         self._read(name)

@@ -125,11 +125,22 @@ class LaunchContext:
             raise RuntimeError("launch_configurations stack unexpectedly empty")
         self.__launch_configurations = self.__launch_configurations_stack.pop()
 
+    def _lost_later(self) -> list[str]:
+        """Names set in the scopes around the current visit, which a later visit does not see."""
+        if not self.__launch_configurations_stack:
+            return []
+        return self.__launch_configurations.differing(self.__launch_configurations_stack[0])
+
+    def _outer_configuration(self, name: str) -> Any:
+        """The value outside of the innermost scope, None without one."""
+        stack = self.__launch_configurations_stack
+        return stack[-1].peek(name) if stack else None
+
     def _configuration_read(self, name: str) -> None:
         self._host.configuration_read(name)
 
     @property
-    def launch_configurations(self) -> dict[str, Any]:
+    def launch_configurations(self) -> Configurations:
         """The configurations of the current scope, to read and to write."""
         return self.__launch_configurations
 

@@ -154,5 +154,5 @@ def _keywords() -> set[str]:
     while waiting:
         cls = waiting.pop()
         waiting += cls.__subclasses__()
-        found.update(inspect.signature(cls.__init__).parameters)
+        found.update(inspect.signature(cls).parameters)
     return found

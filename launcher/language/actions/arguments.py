@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from launcher.language import frontend_registry
+from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
 from launcher.language.naming import public
 from launcher.language.substitution import Substitution
@@ -80,7 +80,9 @@ class DeclareLaunchArgument(Action):
                 )
                 raise RuntimeError(f'Required launch argument "{self.name}" was not provided.')
             value = perform_substitutions(context, self.default_value)
-            context.launch_configurations[self.name] = value
+            context.launch_configurations.assign(self.name, value, self._origin)
+        elif self.default_value is not None:
+            surprises.value_of_another_include(context, self.name, self._origin)
         self._check_value(context)
         context._host.declared(self, context.launch_configurations[self.name])
 

@@ -50,7 +50,8 @@ class SetLaunchConfiguration(Action):
     def execute(self, context: LaunchContext) -> None:
         """Set it."""
         name = perform_substitutions(context, self.name)
-        context.launch_configurations[name] = perform_substitutions(context, self.value)
+        value = perform_substitutions(context, self.value)
+        context.launch_configurations.assign(name, value, self._origin)
 
 
 @public("launch.actions.unset_launch_configuration")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from launcher.language import frontend_registry
+from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
 from launcher.language.event import Event
 from launcher.language.event_handler import BaseEventHandler
@@ -134,6 +134,7 @@ class RegisterEventHandler(Action):
 
     def execute(self, context: LaunchContext) -> None:
         """Register it, to be asked first."""
+        surprises.scope_is_lost(context, "this event handler", self._origin)
         context.register_event_handler(self.__event_handler)
 
     def describe_conditional_sub_entities(

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from launcher.language import frontend_registry
+from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
 from launcher.language.actions.configuration import SetLaunchConfiguration
 from launcher.language.context import LaunchContext
@@ -83,7 +83,10 @@ class IncludeLaunchDescription(Action):
             }
         )
         self._check_required(context, description)
+        surprises.note_include(context, self._get_launch_file(), self._origin)
         sets = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
+        for one in sets:
+            one._origin = self._origin
         return [*sets, description]
 
     def _check_required(self, context: LaunchContext, description: Any) -> None:

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from launcher.language import frontend_registry
+from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
 from launcher.language.actions.events import OpaqueFunction
 from launcher.language.entity import LaunchDescriptionEntity
@@ -107,6 +107,7 @@ class TimerAction(Action):
             self._completed_future.set_result(None)
             return
         _install_timer_event_handler(context)
+        surprises.scope_is_lost(context, "this timer", self._origin)
         self.__context_locals = dict(context.get_locals_as_dict())
         context._host.later(lambda: self._start(context))
         if perform_typed_substitution(context, self.__cancel_on_shutdown, bool):

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from launcher.language import frontend_registry
+from launcher.language import frontend_registry, surprises
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
@@ -212,10 +212,7 @@ class Node(ExecuteProcess):
             if is_file and not os.path.isfile(argument):
                 text = f"Parameter file path is not a file: {argument}"
                 context._host.log(_LOGGER, "WARNING", text)
-                context._host.warn_surprise(
-                    f"parameter file {argument} does not exist; the node starts without it",
-                    self._origin,
-                )
+                surprises.parameter_file_is_missing(context, argument, self._origin)
                 continue
             self.__expanded_parameter_arguments.append((argument, is_file))
             self._add_words("--params-file" if is_file else "-p", argument)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from launcher.language import frontend_registry
+from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
 from launcher.language.naming import public
 from launcher.language.ros.names import (
@@ -60,9 +60,11 @@ class PushROSNamespace(Action):
         context.launch_configurations["ros_namespace"] = namespace
 
 
-def _shared_list(context: LaunchContext, key: str) -> list[Any]:
+def _shared_list(context: LaunchContext, key: str, action: Action) -> list[Any]:
     """The list that all scopes share once it exists, as in ROS 2; made when there is none."""
     shared: list[Any] = context.launch_configurations.setdefault(key, [])
+    if context._outer_configuration(key) is shared:
+        surprises.setting_leaks(context, type(action).__name__, action._origin)
     return shared
 
 
@@ -96,7 +98,7 @@ class SetParameter(Action):
     def execute(self, context: LaunchContext) -> None:
         """Add it to the parameters of the scope."""
         evaluated = evaluate_parameter_dict(context, self.__param_dict)
-        _shared_list(context, "global_params").extend(evaluated.items())
+        _shared_list(context, "global_params", self).extend(evaluated.items())
 
 
 @public("launch_ros.actions.set_parameters_from_file")
@@ -115,7 +117,7 @@ class SetParametersFromFile(Action):
     def execute(self, context: LaunchContext) -> None:
         """Add it to the parameters of the scope."""
         filename = perform_substitutions(context, self._input_file)
-        _shared_list(context, "global_params").append(filename)
+        _shared_list(context, "global_params", self).append(filename)
 
 
 @public("launch_ros.actions.set_remap")
@@ -145,7 +147,7 @@ class SetRemap(Action):
     def execute(self, context: LaunchContext) -> None:
         """Add it to the remappings of the scope."""
         rule = (perform_substitutions(context, self.src), perform_substitutions(context, self.dst))
-        _shared_list(context, "ros_remaps").append(rule)
+        _shared_list(context, "ros_remaps", self).append(rule)
 
 
 @public("launch_ros.actions.set_ros_log_dir")

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from launcher.language import session
+from launcher.language import session, surprises
 from launcher.language.naming import public
 from launcher.language.substitution import Substitution, SubstitutionFailure
 from launcher.language.utilities import (
@@ -81,6 +81,7 @@ class ThisLaunchFile(Substitution):
 
     def perform(self, context: LaunchContext) -> str:
         """The path; SubstitutionFailure outside of a launch file."""
+        surprises.this_file_is_another(context, "ThisLaunchFile()", self._origin)
         return _local(context, "current_launch_file_path", "ThisLaunchFile")
 
 
@@ -97,6 +98,7 @@ class ThisLaunchFileDir(Substitution):
 
     def perform(self, context: LaunchContext) -> str:
         """The folder; SubstitutionFailure outside of a launch file."""
+        surprises.this_file_is_another(context, "ThisLaunchFileDir()", self._origin)
         return _local(context, "current_launch_file_directory", "ThisLaunchFileDir")
 
 
