@@ -15,7 +15,6 @@ import signal
 import sys
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +23,7 @@ from launcher.interpreter.core import Interpreter
 from launcher.language.compat import vocabulary
 from launcher.model import events as model
 from launcher.model.lifecycle import transition_steps
-from launcher.model.record import replace
+from launcher.model.record import Record, replace
 from launcher.model.spec import ParameterSource, ProcessSpec
 
 if TYPE_CHECKING:
@@ -46,8 +45,7 @@ ROS_NAMES = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stamp:
+class Stamp(Record):
     """When something happened: virtual seconds, the phase, and the process whose end caused it."""
 
     time_s: float
@@ -55,8 +53,7 @@ class Stamp:
     cause: int | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlannedProcess:
+class PlannedProcess(Record):
     """A process, and the launch file's own words on how it is started again."""
 
     spec: ProcessSpec
@@ -66,8 +63,7 @@ class PlannedProcess:
     stamp: Stamp
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanError:
+class PlanError(Record):
     """What ended the evaluation: `stage` is `load` or `run`; `kind` names ROS 2's exception."""
 
     kind: str
@@ -77,23 +73,40 @@ class PlanError:
     fault: LaunchFileError
 
 
-@dataclass(slots=True, kw_only=True)
+class PlannedVisit:
+    """An entity that was visited, `depth` levels below the event that led to it (from 1).
+
+    `skipped`: its condition said no. `processes` are the indices of those that it started.
+    """
+
+    __slots__ = ("depth", "entity", "processes", "skipped", "stamp")
+
+    def __init__(self, entity: Any, depth: int, stamp: Stamp) -> None:
+        self.entity = entity
+        self.depth = depth
+        self.stamp = stamp
+        self.skipped = False
+        self.processes: list[int] = []
+
+
 class Plan:
     """Everything that a launch file would do."""
 
-    path: str
-    environment: dict[str, str] = field(default_factory=dict)
-    arguments: list[Any] | None = None
-    arguments_error: str | None = None
-    declared: dict[str, str] = field(default_factory=dict)
-    processes: list[PlannedProcess] = field(default_factory=list)
-    loads: list[tuple[model.LoadRequest, Stamp]] = field(default_factory=list)
-    lifecycle: list[tuple[model.StateRequest, Stamp]] = field(default_factory=list)
-    logs: list[tuple[str, Stamp]] = field(default_factory=list)
-    shutdowns: list[tuple[str, Stamp]] = field(default_factory=list)
-    warnings: tuple[Surprise, ...] = ()
-    names_read: frozenset[str] = frozenset()
-    error: PlanError | None = None
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.environment: dict[str, str] = {}
+        self.arguments: list[Any] | None = None
+        self.arguments_error: str | None = None
+        self.declared: dict[str, str] = {}
+        self.processes: list[PlannedProcess] = []
+        self.loads: list[tuple[model.LoadRequest, Stamp]] = []
+        self.lifecycle: list[tuple[model.StateRequest, Stamp]] = []
+        self.logs: list[tuple[str, Stamp]] = []
+        self.shutdowns: list[tuple[str, Stamp]] = []
+        self.visits: list[PlannedVisit] = []
+        self.warnings: tuple[Surprise, ...] = ()
+        self.names_read: frozenset[str] = frozenset()
+        self.error: PlanError | None = None
 
     @property
     def known_names(self) -> frozenset[str]:
@@ -107,7 +120,7 @@ class Plan:
 
 def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
     """The plan of a launch file of any kind; faults of the file are in `plan.error`."""
-    plan = Plan(path=path)
+    plan = Plan(path)
     # Launch files print; standard output belongs to the plan.
     with vocabulary(), contextlib.redirect_stdout(sys.stderr):
         description = _load(plan)
@@ -178,6 +191,7 @@ class _World:
         """Phase run, then phase exit; the interpreter is closed in the end."""
         self._interpreter = interpreter
         interpreter.host.shutdown_filter = self._shutdown
+        interpreter.host.watcher = self
         try:
             self._list_arguments(description)
             interpreter.begin()
@@ -242,6 +256,15 @@ class _World:
 
     # ---- what happens
 
+    def visiting(self, entity: Any, depth: int) -> None:
+        """Note a visit (launcher.interpreter.host.Watcher)."""
+        self._plan.visits.append(PlannedVisit(entity, depth, self._stamp))
+
+    def skipped(self, action: Any) -> None:
+        """Note that the last visit came to nothing."""
+        if self._plan.visits and self._plan.visits[-1].entity is action:
+            self._plan.visits[-1].skipped = True
+
     @property
     def _stamp(self) -> Stamp:
         return Stamp(time_s=self._now_s, phase=self._phase, cause=self._cause)
@@ -291,7 +314,12 @@ class _World:
             respawn_max_retries=retries,
             stamp=self._stamp,
         )
-        self._living[effect.process_id] = len(self._plan.processes)
+        index = len(self._plan.processes)
+        for visit in reversed(self._plan.visits):
+            if visit.entity is action:
+                visit.processes.append(index)
+                break
+        self._living[effect.process_id] = index
         self._to_exit.append(effect.process_id)
         self._plan.processes.append(planned)
         return [model.ProcessStarted(process_id=effect.process_id, pid=_pid(effect.process_id))]

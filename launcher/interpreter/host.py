@@ -6,7 +6,7 @@ import contextlib
 import os
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from launcher.interpreter.specs import make_spec
 from launcher.language.events import Shutdown
@@ -38,6 +38,16 @@ class Surprise(NamedTuple):
     origin: Origin | None
 
 
+class Watcher(Protocol):
+    """Somebody who wants to see the visits, for a picture of the launch file."""
+
+    def visiting(self, entity: Any, depth: int) -> None:
+        """The visit of an entity begins, `depth` levels below an event (from 1)."""
+
+    def skipped(self, action: Any) -> None:
+        """The condition of the action that is being visited said no."""
+
+
 class RunHost:
     """Collects effects in order; the interpreter's loop runs the deferred steps.
 
@@ -63,6 +73,8 @@ class RunHost:
         self.names_read: set[str] = set()
         self.surprises: dict[Surprise, None] = {}
         self.shutdown_pending = False
+        self.watcher: Watcher | None = None
+        self._depth = 0
         self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
 
     # ---- asked by entities (launcher.language.host.Host)
@@ -138,9 +150,28 @@ class RunHost:
         """Say something to the user."""
         self.request(model.LogMessage(logger=logger, level=level, text=text))
 
+    def visiting(self, entity: Any) -> None:
+        """Tell the watcher, if there is one."""
+        self._depth += 1
+        if self.watcher is not None:
+            self.watcher.visiting(entity, self._depth)
+
+    def visited(self) -> None:
+        """Go back up."""
+        self._depth -= 1
+
+    def skipped(self, action: Any) -> None:
+        """Tell the watcher, if there is one."""
+        if self.watcher is not None:
+            self.watcher.skipped(action)
+
     def warn_surprise(self, text: str, origin: Origin | None) -> None:
-        """Note a surprise, once."""
-        self.surprises[Surprise(text, origin)] = None
+        """Note a surprise and tell the user, once."""
+        surprise = Surprise(text, origin)
+        if surprise not in self.surprises:
+            self.surprises[surprise] = None
+            place = "" if origin is None else f"{origin}: "
+            self.log("launch", "WARNING", place + text)
 
     def configuration_read(self, name: str) -> None:
         """Note that the launch file reads this launch configuration."""

@@ -40,6 +40,7 @@ class Action(LaunchDescriptionEntity):
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Execute if the condition allows it, then tell that the execution is complete."""
         if self.__condition is not None and not self.__condition.evaluate(context):
+            context._host.skipped(self)
             return None
         try:
             return cast("list[LaunchDescriptionEntity] | None", self.execute(context))

@@ -45,6 +45,15 @@ class Host(Protocol):
     def log(self, logger: str, level: str, text: str) -> None:
         """Say something to the user as `[LEVEL] [logger]: text`."""
 
+    def visiting(self, entity: Any) -> None:
+        """Note that the visit of an entity begins; what is visited until its end is below it."""
+
+    def visited(self) -> None:
+        """Note that the visit that began last has ended."""
+
+    def skipped(self, action: Any) -> None:
+        """Note that the condition of an action said no."""
+
     def warn_surprise(self, text: str, origin: Origin | None) -> None:
         """Note behaviour copied from ROS 2 that surprises people."""
 
@@ -108,6 +117,15 @@ class NoHost:
 
     def log(self, logger: str, level: str, text: str) -> None:
         """Nobody listens."""
+
+    def visiting(self, entity: Any) -> None:
+        """Nobody watches."""
+
+    def visited(self) -> None:
+        """Nobody watches."""
+
+    def skipped(self, action: Any) -> None:
+        """Nobody watches."""
 
     def warn_surprise(self, text: str, origin: Origin | None) -> None:
         """Nobody listens."""

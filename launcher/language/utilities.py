@@ -99,14 +99,17 @@ def visit_all_entities_and_collect_futures(
 ) -> list[tuple[LaunchDescriptionEntity, Any]]:
     """Visit an entity and, depth first, all that it yields; (entity, future) of what goes on."""
     pairs: list[tuple[LaunchDescriptionEntity, Any]] = []
+    context._host.visiting(entity)
     try:
         sub_entities = entity.visit(context)
+        if sub_entities is not None:
+            for sub_entity in sub_entities:
+                pairs += visit_all_entities_and_collect_futures(sub_entity, context)
     except Exception as error:
         remember_place(error, entity)
         raise
-    if sub_entities is not None:
-        for sub_entity in sub_entities:
-            pairs += visit_all_entities_and_collect_futures(sub_entity, context)
+    finally:
+        context._host.visited()
     future = entity.get_asyncio_future()
     if future is not None:
         pairs.append((entity, future))
