@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from launcher.interpreter.host import Surprise
     from launcher.language.description import LaunchDescription
     from launcher.language.events import Shutdown
+    from launcher.language.origin import Origin
 
 HORIZON_S = 3600.0  # virtual time is not played further; respawns and timers may go on for ever
 _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}
@@ -104,6 +105,8 @@ class Plan:
         self.logs: list[tuple[str, Stamp]] = []
         self.shutdowns: list[tuple[str, Stamp]] = []
         self.visits: list[PlannedVisit] = []
+        # (name, value, where it was set: None for the command line), in order.
+        self.settings: list[tuple[str, Any, Origin | None]] = []
         self.warnings: tuple[Surprise, ...] = ()
         self.names_read: frozenset[str] = frozenset()
         self.error: PlanError | None = None
@@ -259,6 +262,10 @@ class _World:
     def visiting(self, entity: Any, depth: int) -> None:
         """Note a visit (launcher.interpreter.host.Watcher)."""
         self._plan.visits.append(PlannedVisit(entity, depth, self._stamp))
+
+    def configured(self, name: str, value: Any, origin: Origin | None) -> None:
+        """Note a value of a launch configuration."""
+        self._plan.settings.append((name, value, origin))
 
     def skipped(self, action: Any) -> None:
         """Note that the last visit came to nothing."""

@@ -93,6 +93,7 @@ class Interpreter:
         current.untold.clear()
         source = LaunchDescriptionSource(self._description, self._path)
         include = IncludeLaunchDescription(source, launch_arguments=self.arguments.items())
+        include._origin = None  # it stands for the command line
         event = language.IncludeLaunchDescription(LaunchDescription([include]))
         self.context.emit_event_sync(event)
         try:

@@ -47,6 +47,9 @@ class Watcher(Protocol):
     def skipped(self, action: Any) -> None:
         """The condition of the action that is being visited said no."""
 
+    def configured(self, name: str, value: Any, origin: Origin | None) -> None:
+        """A launch configuration got a value; origin None: from the command line."""
+
 
 class RunHost:
     """Collects effects in order; the interpreter's loop runs the deferred steps.
@@ -176,6 +179,11 @@ class RunHost:
     def configuration_read(self, name: str) -> None:
         """Note that the launch file reads this launch configuration."""
         self.names_read.add(name)
+
+    def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
+        """Tell the watcher, if there is one."""
+        if self.watcher is not None:
+            self.watcher.configured(name, value, origin)
 
     def declared(self, argument: Any, value: str) -> None:
         """Note the value of a launch argument."""

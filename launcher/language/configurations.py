@@ -15,17 +15,21 @@ class Configurations(dict[str, Any]):
     """A dictionary that knows where each value was set.
 
     `read` is called with each name that is asked for, so that the launcher knows which arguments
-    a launch file understands, also those that nothing declares.
+    a launch file understands, also those that nothing declares; `written` with each name, value
+    and origin that is set.
     """
 
-    def __init__(self, read: Callable[[str], None]) -> None:
+    def __init__(
+        self, read: Callable[[str], None], written: Callable[[str, Any, Origin | None], None]
+    ) -> None:
         super().__init__()
         self._read = read
+        self._written = written
         self._origins: dict[str, Origin | None] = {}
 
     def snapshot(self) -> Configurations:
         """A copy for the stack of scopes; nothing is noted."""
-        copy = Configurations(self._read)
+        copy = Configurations(self._read, self._written)
         dict.update(copy, super().items())
         copy._origins = dict(self._origins)
         return copy
@@ -34,6 +38,7 @@ class Configurations(dict[str, Any]):
         """Set a value, and where it comes from (None: the command line)."""
         super().__setitem__(name, value)
         self._origins[name] = origin
+        self._written(name, value, origin)
 
     def origin_of(self, name: str) -> Origin | None:
         """Where the value was set; None for the command line."""

@@ -14,6 +14,7 @@ from launcher.language.naming import public
 if TYPE_CHECKING:
     from launcher.language.event import Event
     from launcher.language.event_handler import BaseEventHandler
+    from launcher.language.origin import Origin
     from launcher.language.substitution import Substitution
 
 
@@ -54,7 +55,9 @@ class LaunchContext:
         self.__globals: dict[str, Any] = {}
         self.__locals: dict[str, Any] = {}
         self.__locals_stack: list[dict[str, Any]] = []
-        self.__launch_configurations = Configurations(self._configuration_read)
+        self.__launch_configurations = Configurations(
+            self._configuration_read, self._configuration_written
+        )
         self.__launch_configurations_stack: list[Configurations] = []
         self.__environment_stack: list[Mapping[str, str]] = []
         self.__environment_reset: Mapping[str, str] = dict(os.environ)
@@ -138,6 +141,9 @@ class LaunchContext:
 
     def _configuration_read(self, name: str) -> None:
         self._host.configuration_read(name)
+
+    def _configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
+        self._host.configuration_written(name, value, origin)
 
     @property
     def launch_configurations(self) -> Configurations:

@@ -60,6 +60,9 @@ class Host(Protocol):
     def configuration_read(self, name: str) -> None:
         """Note that the launch file reads this launch configuration."""
 
+    def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
+        """Note a new value, and where it was set (None: on the command line)."""
+
     def declared(self, argument: Any, value: str) -> None:
         """Note the value of a launch argument when its declaration is executed."""
 
@@ -131,6 +134,9 @@ class NoHost:
         """Nobody listens."""
 
     def configuration_read(self, name: str) -> None:
+        """Nobody wants to know."""
+
+    def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
         """Nobody wants to know."""
 
     def declared(self, argument: Any, value: str) -> None:

@@ -1,0 +1,56 @@
+"""Every development case: the plan is compared with what the real ROS 2 does, field by field.
+
+All cases run in this one process, so whatever a case leaves behind would show in the next ones.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from launcher.planner import plan_document
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+import compare  # noqa: E402
+
+CASES = json.loads((HERE / "cases.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def run_folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
+    """The environment of one run, with folders of its own; nothing of it stays."""
+    folder = os.path.realpath(tempfile.mkdtemp(prefix="launch_case_"))
+    environment = compare.run_environment(folder)
+    for name in list(os.environ):
+        monkeypatch.delenv(name)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.syspath_prepend(str(HERE / "prefix" / "python"))
+    monkeypatch.chdir(environment["HOME"])
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    yield environment
+    shutil.rmtree(folder)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+def test_the_plan_of_a_case_is_what_ros_2_does(case: dict, run_folder: dict[str, str]):
+    arguments = [tuple(word.split(":=", 1)) for word in case["args"]]
+    expected = json.loads((HERE / case["expected"]).read_text(encoding="utf-8"))
+    before = dict(os.environ), set(os.listdir(run_folder["TMPDIR"]))
+
+    document = json.loads(json.dumps(plan_document(str(HERE / case["file"]), arguments)))
+
+    rules = compare.text_rules(run_folder, sys.executable)
+    found = list(compare.differences(expected, compare.canonical(document, rules), strict=True))
+    assert found == []
+    assert dict(os.environ) == before[0]
+    left_behind = {name for name in os.listdir(run_folder["TMPDIR"]) if "launch_params_" in name}
+    assert left_behind == set()
