@@ -8,7 +8,22 @@ from launcher.engine.lines import LineBuffer
 from launcher.engine.machine import ProcessMachine
 from launcher.engine.reactor import Timer
 from launcher.engine.spawn import Child
+from launcher.engine.tracebacks import TracebackGate
 from launcher.model.spec import ProcessSpec, Sink
+
+TAIL_BYTES = 4096  # of its last output, for the report on its death
+
+
+class Stream:
+    """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`."""
+
+    __slots__ = ("buffer", "gate", "name", "shown")
+
+    def __init__(self, name: str, *, shown: bool) -> None:
+        self.name = name
+        self.shown = shown
+        self.buffer = LineBuffer()
+        self.gate = TracebackGate()
 
 
 class Process:
@@ -24,7 +39,8 @@ class Process:
         self.prefix = prefix
         self.machine = ProcessMachine(spec.restart, spec.stop)
         self.child: Child | None = None
-        self.buffers: dict[int, LineBuffer] = {}
+        self.streams: dict[int, Stream] = {}
+        self.tail = b""
         self.timer: Timer | None = None
         self.idle_timer: Timer | None = None
 
@@ -32,6 +48,14 @@ class Process:
     def name(self) -> str:
         """`robot_1-2`."""
         return self.spec.name
+
+    def remember(self, lines: bytes) -> None:
+        """Keep the end of its output."""
+        self.tail = (self.tail + lines[-TAIL_BYTES:])[-TAIL_BYTES:]
+
+    def last_lines(self, most: int) -> list[str]:
+        """The last lines of its output, as text."""
+        return self.tail.decode(errors="replace").splitlines()[-most:]
 
     def shows(self, stream: str) -> bool:
         """Whether this stream goes to the screen."""

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterable
 from types import FrameType
 
-Callback = Callable[[], None]
+Callback = Callable[[], object]
 
 
 class Timer:

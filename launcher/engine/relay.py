@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable
 
-from launcher.engine.lines import LineBuffer
-from launcher.engine.process import Process
+from launcher.engine.machine import ProcessState
+from launcher.engine.process import Process, Stream
 from launcher.engine.reactor import Reactor
 from launcher.engine.runfolder import RunFolder
 from launcher.engine.screen import Screen
 
-PARTIAL_S = 0.1  # how long the beginning of a line waits for its end before it is shown
+PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
 
 Watcher = Callable[[Process, str, bytes], None]
@@ -41,19 +42,19 @@ class Relay:
     def attach(self, process: Process) -> None:
         """Begin to read a child that has just been started."""
         assert process.child is not None
-        for fd in process.child.streams:
-            process.buffers[fd] = LineBuffer()
+        for fd, name in process.child.streams.items():
+            process.streams[fd] = Stream(name, shown=process.shows(name))
             if not self._paused:
                 self._listen(process, fd)
 
     def _listen(self, process: Process, fd: int) -> None:
-        self._reactor.add_reader(fd, lambda: self._readable(process, fd))
+        self._reactor.add_reader(fd, functools.partial(self._read, process, fd))
 
     def pause(self, paused: bool, processes: Iterable[Process]) -> None:
         """Stop reading while the screen cannot follow (the pipes fill, the children wait)."""
         self._paused = paused
         for process in processes:
-            for fd in process.buffers:
+            for fd in process.streams:
                 self._reactor.remove(fd)
                 if not paused:
                     self._listen(process, fd)
@@ -64,22 +65,18 @@ class Relay:
         A grandchild may hold a pipe open and even flood it, so this ends at what a pipe can
         hold; what comes later is still carried by the loop until the stream ends.
         """
-        for fd in list(process.buffers):
+        for fd in list(process.streams):
             left = DRAIN_BYTES
             while left > 0 and (size := self._read(process, fd)):
                 left -= size
-            buffer = process.buffers.get(fd)
-            if buffer is not None:
-                self._flush(process, fd, buffer)
+            if fd in process.streams:
+                self._finish(process, fd, process.streams[fd])
 
     def detach(self, process: Process) -> None:
         """Stop reading and forget; the child closes the descriptors."""
-        for fd in process.buffers:
+        for fd in process.streams:
             self._reactor.remove(fd)
-        process.buffers.clear()
-
-    def _readable(self, process: Process, fd: int) -> None:
-        self._read(process, fd)
+        process.streams.clear()
 
     def _read(self, process: Process, fd: int) -> int:
         """One read; how many bytes it brought."""
@@ -87,48 +84,63 @@ class Relay:
         chunk = process.child.read(fd)
         if chunk is None:
             return 0
-        stream = process.child.streams[fd]
-        buffer = process.buffers[fd]
+        stream = process.streams[fd]
         if not chunk:
-            self._flush(process, fd, buffer)
+            self._finish(process, fd, stream)
             self._reactor.remove(fd)
-            del process.buffers[fd]
+            del process.streams[fd]
             process.child.close_stream(fd)
             return 0
         if self._watched(process):
-            self._watcher(process, stream, chunk)
-        lines, shown = buffer.feed(chunk)
+            self._watcher(process, stream.name, chunk)
+        lines, shown = stream.buffer.feed(chunk)
         if lines:
-            self._deliver(process, stream, fd, lines, shown)
-        if buffer.partial and process.shows(stream):
+            self._deliver(process, fd, stream, lines, shown)
+        if stream.shown and (stream.buffer.partial or stream.gate.holds):
             self._expect_end(process)
         return len(chunk)
 
-    def _deliver(self, process: Process, stream: str, fd: int, lines: bytes, shown: int) -> None:
-        if process.shows(stream):
-            self._screen.write_lines((process.process_id, fd), process.prefix, lines, shown)
-        self._folder.write_lines(process.name, process.spec.output, stream, lines)
+    def _deliver(
+        self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
+    ) -> None:
+        process.remember(lines)
+        self._folder.write_lines(process.name, process.spec.output, stream.name, lines)
+        if not stream.shown:
+            return
+        stopping = process.machine.state is ProcessState.STOPPING
+        passed = stream.gate.feed(lines, stopping=stopping)
+        if passed:
+            unchanged = passed is lines
+            self._show(process, fd, passed, shown if unchanged else 0)
 
-    def _flush(self, process: Process, fd: int, buffer: LineBuffer) -> None:
-        assert process.child is not None
-        lines, shown = buffer.take_partial()
+    def _show(self, process: Process, fd: int, lines: bytes, shown: int = 0) -> None:
+        self._screen.write_lines((process.process_id, fd), process.prefix, lines, shown)
+
+    def _finish(self, process: Process, fd: int, stream: Stream) -> None:
+        """Let go of what waits for an end that will not come."""
+        lines, shown = stream.buffer.take_partial()
         if lines:
-            self._deliver(process, process.child.streams[fd], fd, lines, shown)
+            self._deliver(process, fd, stream, lines, shown)
+        if stream.gate.holds:
+            self._show(process, fd, stream.gate.flush())
 
-    # ---- beginnings of lines: prompts, progress bars
+    # ---- what waits for its end: prompts, progress bars, tracebacks
 
     def _expect_end(self, process: Process) -> None:
         if process.idle_timer is None:
-            process.idle_timer = self._reactor.call_later(
-                PARTIAL_S, lambda: self._show_partials(process)
-            )
+            show = functools.partial(self._show_what_waits, process)
+            process.idle_timer = self._reactor.call_later(PATIENCE_S, show)
 
-    def _show_partials(self, process: Process) -> None:
+    def _show_what_waits(self, process: Process) -> None:
         process.idle_timer = None
-        if process.child is None:
-            return
-        for fd, buffer in process.buffers.items():
-            if buffer.partial and process.shows(process.child.streams[fd]):
+        for fd, stream in process.streams.items():
+            if not stream.shown:
+                continue
+            if stream.gate.holds:
+                self._show(process, fd, stream.gate.flush())
+            buffer = stream.buffer
+            if buffer.partial:
+                source = (process.process_id, fd)
                 buffer.shown = self._screen.write_partial(
-                    (process.process_id, fd), process.prefix, buffer.partial, buffer.shown
+                    source, process.prefix, buffer.partial, buffer.shown
                 )

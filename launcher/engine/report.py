@@ -58,6 +58,14 @@ def not_started(spec: ProcessSpec, errno: int) -> Line:
     )
 
 
+def first_death(name: str, what: str, last_lines: list[str]) -> str:
+    """The summary at the end: who died first, and the last that was heard of it."""
+    head = f"first to die unasked: {name} ({what})"
+    if not last_lines:
+        return f"{head}, which had printed nothing"
+    return "\n".join([f"{head}; its last lines:", *(f"    {line}" for line in last_lines)])
+
+
 def gave_up(restarts: int) -> Line:
     """Its restarts are used up."""
     return Line("ERROR", f"process is given up after {restarts} restarts")

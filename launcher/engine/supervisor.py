@@ -57,6 +57,7 @@ from launcher.model.events import (
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WAITING_NOTE_S = 1.0  # a stop that takes longer says for whom it waits
+LAST_LINES = 10  # of the process that died first, in the summary
 LAST_WORDS_S = 2.0  # how long a slow reader of our output is waited for at the end
 
 
@@ -98,7 +99,7 @@ class Supervisor:
         self._busy = False
         self._stopping = False
         self._stop_signal: int | None = None
-        self._failed = False
+        self._first_death: str | None = None
         self._killed = False
         self._remnants: Remnants | None = None
         self._folder = RunFolder(env, lambda text: screen.log("WARNING", "launch", text))
@@ -124,6 +125,8 @@ class Supervisor:
             self._begin()
             self._finish_if_done()
             self._reactor.run()
+            if self._first_death is not None:
+                self._say("ERROR", "launch", self._first_death)
         finally:
             self._clean_up()
         return self._exit_code()
@@ -136,7 +139,7 @@ class Supervisor:
         self._pump()
 
     def _exit_code(self) -> ExitCode:
-        unclean = self._failed or self._killed
+        unclean = self._first_death is not None or self._killed
         if not unclean:
             return ExitCode.OK
         if self._stop_signal is None:
@@ -322,8 +325,9 @@ class Supervisor:
         child, outcome = process.child, end.outcome
         if child is not None and outcome.returncode is not None:
             self._tell(process, report.ended(process.spec, child.pid, end))
-        if outcome.failed and not end.asked and end.retry_in_s is None:
-            self._failed = True
+        if outcome.failed and not end.asked and end.retry_in_s is None and not self._first_death:
+            last_lines = process.last_lines(LAST_LINES)
+            self._first_death = report.first_death(process.name, str(outcome), last_lines)
         if process.machine.state is ProcessState.FATAL and process.machine.restarts:
             self._tell(process, report.gave_up(process.machine.restarts))
         pid = child.pid if child is not None else -1

@@ -100,3 +100,41 @@ def test_a_respawned_process_runs_again_as_often_as_it_may(bench: Bench):
     assert done.stdout.count(b"[sh-1] run\n") == 3
     assert b"[ERROR] [sh-1]: process is given up after 2 restarts" in done.stdout
     assert done.returncode == 1
+
+
+def test_the_first_unexpected_death_is_told_again_at_the_end_with_its_last_lines(bench: Bench):
+    done = bench.run(
+        'sh("seq 30; exit 7", on_exit=Shutdown()), sh("trap \'exit 5\' INT; sleep 1000 & wait")'
+    )
+    out = done.stdout.decode()
+    summary = out[out.index("[ERROR] [launch]: first to die unasked: sh-1 (exit code 7)") :]
+    assert summary.splitlines()[1:] == [f"    {n}" for n in range(21, 31)]
+    assert done.returncode == 1
+
+
+NODE = """
+import sys, time
+print("ready", flush=True)
+try:
+    time.sleep(1000)
+except KeyboardInterrupt:
+    for line in ["Traceback (most recent call last):", "  File \'x\', line 1", "KeyboardInterrupt"]:
+        print(line, file=sys.stderr, flush=True)
+        time.sleep(0.01)
+    sys.exit(1)
+"""
+
+
+def test_the_traceback_of_an_unprepared_node_is_one_line_on_screen_and_whole_in_the_file(
+    bench: Bench,
+):
+    (bench.folder / "node.py").write_text(NODE)
+    terminal = bench.terminal(
+        f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/node.py"], output="both")'
+    )
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0, terminal.text
+    assert "Traceback" not in terminal.text
+    assert "(ended by KeyboardInterrupt, which the program does not catch" in terminal.text
+    assert "Traceback" in (bench.folder / "log" / "latest" / "launch.log").read_text()
