@@ -1,24 +1,36 @@
 """RunFolder: the files of one run, below ROS_LOG_DIR, ROS_HOME/log or ~/.ros/log.
 
-`launch.log` holds our own lines and those of processes whose output policy says `log`;
-`own_log` gives a process files of its own. The nodes' rclpy logs land here too, because
-ROS_LOG_DIR points here for them. Colour codes are left out.
+| file | what |
+|---|---|
+| `launch.log` | everything: our own lines and those of every process, with time stamps |
+| `NAME-N.log` | what one process wrote, stdout and stderr |
+| `NAME-N-stdout.log`, `NAME-N-stderr.log` | one stream, where `output` is `own_log` or `full` |
+| `events.jsonl` | starts, ends, restarts, signals (`journal`) |
+| `plan.json` | the processes that the launch file asked for |
+
+The nodes' rclpy logs land here too, because ROS_LOG_DIR points here for them.
 """
 
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import re
+import shutil
 import socket
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from launcher.engine.journal import Journal
 from launcher.engine.lines import with_prefix
-from launcher.model.spec import OutputPolicy, Sink
+from launcher.engine.logfile import LogFile, without_colour
+from launcher.model.spec import OutputPolicy, ProcessSpec, Sink
 
-_COLOUR = re.compile(rb"\x1b\[[0-9;:]*m")
+KEPT_RUNS = 20
+EVENTS = "events.jsonl"
+_RUN_NAME = re.compile(r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$")
 
 
 def log_root(env: Mapping[str, str]) -> Path:
@@ -31,22 +43,25 @@ def log_root(env: Mapping[str, str]) -> Path:
 
 
 class RunFolder:
-    """Writes the log files of a run; a disk that refuses is said once and then left alone.
+    """Writes the files of a run; a disk that refuses is said once and then left alone.
 
     `path` is None where the folder could not be made; everything still works, without files.
     """
 
     def __init__(self, env: Mapping[str, str], on_trouble: Callable[[str], None]) -> None:
         self._on_trouble = on_trouble
-        self._files: dict[str, int] = {}
+        self._files: dict[str, LogFile] = {}
         self._broken = False
+        self._lock = -1
+        self.journal = Journal(lambda lines: self._append(EVENTS, lines))
         self.path: Path | None = None
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
         micros = time.time_ns() // 1000 % 1_000_000
-        name = f"{stamp}-{micros:06d}-{socket.gethostname()}-{os.getpid()}"
-        path = log_root(env) / name
+        path = log_root(env) / f"{stamp}-{micros:06d}-{socket.gethostname()}-{os.getpid()}"
         try:
             path.mkdir(parents=True)
+            self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            fcntl.flock(self._lock, fcntl.LOCK_EX)
             _point(path.parent / "latest", path)
         except OSError as error:
             self._give_up(error)
@@ -59,42 +74,98 @@ class RunFolder:
         self._append("launch.log", line.encode(errors="surrogateescape"))
 
     def write_lines(self, name: str, policy: OutputPolicy, stream: str, lines: bytes) -> None:
-        """Whole lines of process `name`, to the files that its policy names for this stream."""
-        sinks = policy.stderr if stream == "stderr" else policy.stdout
-        own = Sink.OWN_LOG in sinks or Sink.OWN_LOG in policy.combined
-        if not (own or Sink.LOG in sinks):
+        """Whole lines of process `name`."""
+        if self._broken:
             return
-        if b"\x1b" in lines:
-            lines = _COLOUR.sub(b"", lines)
         prefix = f"[{name}] ".encode()
-        if Sink.LOG in sinks:
-            self._append("launch.log", with_prefix(f"{time.time():.7f} ".encode() + prefix, lines))
-        if Sink.OWN_LOG in policy.combined:
-            self._append(f"{name}.log", with_prefix(prefix, lines))
+        prefixed = with_prefix(prefix, without_colour(lines))
+        stamp = f"{time.time():.7f} ".encode()
+        self._append("launch.log", with_prefix(stamp, prefixed))
+        self._append(f"{name}.log", prefixed)
+        sinks = policy.stderr if stream == "stderr" else policy.stdout
         if Sink.OWN_LOG in sinks:
-            self._append(f"{name}-{stream}.log", with_prefix(prefix, lines))
+            self._append(f"{name}-{stream}.log", prefixed)
+
+    def write_plan(self, processes: Iterable[ProcessSpec], environment: Mapping[str, str]) -> None:
+        """`plan.json`: what was asked for so far; written anew each time."""
+        if self.path is None or self._broken:
+            return
+        import json
+
+        plan = {"processes": [_planned(spec, environment) for spec in processes]}
+        try:
+            (self.path / "plan.json").write_text(json.dumps(plan, indent=1), encoding="utf-8")
+        except OSError as error:
+            self._give_up(error)
 
     def close(self) -> None:
-        """Close the files."""
-        for fd in self._files.values():
-            os.close(fd)
+        """Write what waits and close the files."""
+        self.journal.flush()
+        for file in self._files.values():
+            file.close()
         self._files.clear()
+        if self._lock >= 0:
+            os.close(self._lock)
+            self._lock = -1
+
+    def prune(self, keep: int = KEPT_RUNS) -> None:
+        """Delete the oldest runs of ours beyond `keep`; never one that still goes on."""
+        if self.path is None:
+            return
+        runs = [p for p in self.path.parent.iterdir() if _is_run_of_ours(p)]
+        for old in sorted(runs, key=lambda p: p.name)[:-keep]:
+            if old != self.path and not _is_alive(old):
+                shutil.rmtree(old, ignore_errors=True)
 
     def _append(self, name: str, data: bytes) -> None:
         if self.path is None or self._broken:
             return
         try:
-            if name not in self._files:
-                flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
-                self._files[name] = os.open(self.path / name, flags, 0o644)
-            while data:
-                data = data[os.write(self._files[name], data) :]
+            file = self._files.get(name)
+            if file is None:
+                file = self._files[name] = LogFile(self.path / name)
+            file.append(data)
         except OSError as error:
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> None:
         self._broken = True
         self._on_trouble(f"no log files from here on: {error.strerror}: {error.filename or 'disk'}")
+
+
+def _planned(spec: ProcessSpec, environment: Mapping[str, str]) -> dict[str, object]:
+    """A spec in the words of the plan document; the environment as the difference to ours."""
+    ros = spec.ros
+    return {
+        "name": spec.name,
+        "label": spec.label,
+        "package": ros.package if ros else None,
+        "executable": ros.executable if ros else None,
+        "node_name": ros.node_name if ros else None,
+        "namespace": ros.namespace if ros else None,
+        "cmd": list(spec.argv),
+        "cwd": spec.cwd,
+        "shell": spec.shell,
+        "emulate_tty": spec.emulate_tty,
+        "env_set": {k: v for k, v in spec.env.items() if environment.get(k) != v},
+        "env_unset": sorted(environment.keys() - spec.env.keys()),
+        "respawn": spec.restart.mode.value,
+    }
+
+
+def _is_run_of_ours(path: Path) -> bool:
+    """The real `ros2 launch` keeps its runs in the same place; those have no events file."""
+    return _RUN_NAME.match(path.name) is not None and (path / EVENTS).is_file()
+
+
+def _is_alive(run: Path) -> bool:
+    """Whether the launcher of this run still holds its lock."""
+    try:
+        with open(run / EVENTS) as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    return False
 
 
 def _point(link: Path, target: Path) -> None:

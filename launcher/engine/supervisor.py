@@ -88,6 +88,7 @@ class Supervisor:
         make_guard: Callable[[str], Guard] = Guard,
     ) -> None:
         self._core = core
+        self._env = env
         self._reactor = reactor
         self._screen = screen
         self._run_id = run_id
@@ -137,6 +138,8 @@ class Supervisor:
         self._carry_out(self._core.start())
         self._busy = False
         self._pump()
+        self._later(self._write_plan)
+        self._later(self._folder.prune)
 
     def _exit_code(self) -> ExitCode:
         unclean = self._first_death is not None or self._killed
@@ -155,11 +158,23 @@ class Supervisor:
             self._forget_child(process)
         if self._guard is not None:
             self._guard.close()
+        self._write_plan()
+        self._note("finished", exit_code=int(self._exit_code()))
         self._screen.finish(LAST_WORDS_S)
         self._folder.close()
 
     def _later(self, callback: Callable[[], None]) -> None:
         self._reactor.call_later(0, callback)
+
+    def _write_plan(self) -> None:
+        self._folder.write_plan((p.spec for p in self._processes.values()), self._env)
+
+    def _note(self, event: str, process: Process | None = None, **details: object) -> None:
+        """An entry of the journal, written when this pass of the loop is done."""
+        if self._folder.journal.is_empty:
+            self._later(self._folder.journal.flush)
+        name = {} if process is None else {"process": process.name}
+        self._folder.journal.note(event, **name, **details)
 
     def _output_closed(self) -> None:
         self._stop_all("nobody reads our output any more")
@@ -226,6 +241,7 @@ class Supervisor:
     def _signal(self, process: Process, signum: int) -> None:
         if process.child is not None:
             self._tell(process, report.signalled(process.name, signum))
+            self._note("signal", process, pid=process.child.pid, signal=int(signum))
             process.child.signal_group(signum)
 
     def _write_stdin(self, process: Process, data: bytes) -> None:
@@ -297,6 +313,7 @@ class Supervisor:
         except OSError as error:
             number = error.errno or errno.EIO
             self._tell(process, report.not_started(spec, number))
+            self._note("not started", process, reason=os.strerror(number))
             self._advance(process, SpawnError(number))
             return
         child = process.child
@@ -306,6 +323,8 @@ class Supervisor:
             # After the first spawn, since its start-up is nothing that a user should wait for.
             self._guard = self._make_guard(self._run_id)
         self._tell(process, report.started(child.pid))
+        restarts = process.machine.restarts
+        self._note("started", process, pid=child.pid, restarts=restarts)
         self._advance(process, Started(child.pid))
         self._feed(ProcessStarted(process_id=process.process_id, pid=child.pid))
 
@@ -325,6 +344,14 @@ class Supervisor:
         child, outcome = process.child, end.outcome
         if child is not None and outcome.returncode is not None:
             self._tell(process, report.ended(process.spec, child.pid, end))
+            self._note(
+                "ended",
+                process,
+                pid=child.pid,
+                returncode=outcome.returncode,
+                asked=end.asked,
+                restart_in_s=end.retry_in_s,
+            )
         if outcome.failed and not end.asked and end.retry_in_s is None and not self._first_death:
             last_lines = process.last_lines(LAST_LINES)
             self._first_death = report.first_death(process.name, str(outcome), last_lines)
@@ -366,6 +393,7 @@ class Supervisor:
             return
         self._stopping = True
         self._folder.log("INFO", "launch", f"shutting down: {reason}")
+        self._note("stopping", reason=reason)
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()

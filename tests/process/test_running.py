@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 from tests.process.conftest import Bench
@@ -138,3 +139,22 @@ def test_the_traceback_of_an_unprepared_node_is_one_line_on_screen_and_whole_in_
     assert "Traceback" not in terminal.text
     assert "(ended by KeyboardInterrupt, which the program does not catch" in terminal.text
     assert "Traceback" in (bench.folder / "log" / "latest" / "launch.log").read_text()
+
+
+def test_the_events_of_a_run_are_in_its_folder_one_json_object_a_line(bench: Bench):
+    bench.run('sh("exit 3", respawn=True, respawn_max_retries=1)')
+    run = bench.folder / "log" / "latest"
+    events = [json.loads(line) for line in (run / "events.jsonl").read_text().splitlines()]
+    assert [e["event"] for e in events] == [
+        "started",
+        "ended",
+        "started",
+        "ended",
+        "stopping",
+        "finished",
+    ]
+    assert [e["returncode"] for e in events if e["event"] == "ended"] == [3, 3]
+    times = [e["monotonic_s"] for e in events]
+    assert times == sorted(times)
+    plan = json.loads((run / "plan.json").read_text())
+    assert [p["cmd"] for p in plan["processes"]] == [["sh", "-c", "exit 3"]]

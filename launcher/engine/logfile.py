@@ -1,0 +1,59 @@
+"""LogFile: a file that grows to a limit and then makes room. Colour codes are left out."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from pathlib import Path
+
+LIMIT_BYTES = 10 * 1024 * 1024
+BACKUPS = 3
+
+_COLOUR = re.compile(rb"\x1b\[[0-9;:]*m")
+
+
+def without_colour(lines: bytes) -> bytes:
+    """The same lines without colour codes."""
+    return _COLOUR.sub(b"", lines) if b"\x1b" in lines else lines
+
+
+class LogFile:
+    """Appends whole blocks. `path`, `path.1` (older), `path.2`, ...; all errors are OSError."""
+
+    def __init__(
+        self, path: Path, *, limit_bytes: int = LIMIT_BYTES, backups: int = BACKUPS
+    ) -> None:
+        self._path = path
+        self._limit = limit_bytes
+        self._backups = backups
+        self._fd = self._open()
+        self._size = os.fstat(self._fd).st_size
+
+    def _open(self) -> int:
+        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+        return os.open(self._path, flags, 0o644)
+
+    def append(self, block: bytes) -> None:
+        """Write the block, after a rotation if it would go over the limit."""
+        if self._size and self._size + len(block) > self._limit:
+            self._rotate()
+        self._size += len(block)
+        while block:
+            block = block[os.write(self._fd, block) :]
+
+    def _rotate(self) -> None:
+        os.close(self._fd)
+        for number in range(self._backups, 0, -1):
+            older = self._path.with_name(f"{self._path.name}.{number}")
+            newer = f"{self._path.name}.{number - 1}" if number > 1 else self._path.name
+            with contextlib.suppress(FileNotFoundError):
+                self._path.with_name(newer).replace(older)
+        self._fd = self._open()
+        self._size = os.fstat(self._fd).st_size
+
+    def close(self) -> None:
+        """Close the file; more than once does no harm."""
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1

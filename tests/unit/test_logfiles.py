@@ -1,0 +1,94 @@
+"""The files of a run: bounded, pruned, and without colour."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from launcher.engine.logfile import LogFile
+from launcher.engine.runfolder import EVENTS, RunFolder, log_root
+from launcher.model.spec import OutputPolicy
+
+
+def test_a_file_makes_room_before_it_grows_over_its_limit(tmp_path: Path):
+    file = LogFile(tmp_path / "a.log", limit_bytes=100, backups=2)
+    for number in range(50):
+        file.append(b"%02d" % number * 20)
+    file.close()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.log", "a.log.1", "a.log.2"]
+    assert all(p.stat().st_size <= 100 for p in tmp_path.iterdir())
+    kept = b"".join((tmp_path / n).read_bytes() for n in ("a.log.2", "a.log.1", "a.log"))
+    assert kept == b"".join(b"%02d" % number * 20 for number in range(45 - 1, 50))
+
+
+@pytest.mark.parametrize(
+    ("env", "root"),
+    [
+        ({"ROS_LOG_DIR": "/a", "ROS_HOME": "/b", "HOME": "/c"}, "/a"),
+        ({"ROS_LOG_DIR": "", "ROS_HOME": "/b", "HOME": "/c"}, "/b/log"),
+        ({"HOME": "/c"}, "/c/.ros/log"),
+    ],
+)
+def test_the_logs_are_where_ros_has_them(env, root):
+    assert log_root(env) == Path(root)
+
+
+def folder_in(path: Path) -> RunFolder:
+    return RunFolder({"ROS_LOG_DIR": str(path)}, lambda text: pytest.fail(text))
+
+
+def test_the_latest_run_has_a_link_and_old_runs_are_pruned(tmp_path: Path):
+    runs = []
+    for _ in range(6):
+        folder = folder_in(tmp_path)
+        folder.close()
+        runs.append(folder.path)
+    last = folder_in(tmp_path)
+    last.prune(keep=3)
+    assert (tmp_path / "latest").resolve() == last.path
+    assert [run.exists() for run in runs] == [False] * 4 + [True] * 2
+    last.close()
+
+
+def test_a_run_that_goes_on_and_a_folder_that_is_not_ours_are_not_pruned(tmp_path: Path):
+    running = folder_in(tmp_path)
+    foreign = tmp_path / "2020-01-01-00-00-00-000000-host-1"
+    foreign.mkdir()
+    lost = tmp_path / "2020-01-01-00-00-00-000001-host-1"
+    lost.mkdir()
+    (lost / EVENTS).touch()
+    last = folder_in(tmp_path)
+    last.prune(keep=1)
+    assert running.path.exists()
+    assert foreign.exists()
+    assert not lost.exists()
+    running.close()
+    last.close()
+
+
+def test_everything_is_in_the_merged_file_and_in_the_process_s_own(tmp_path: Path):
+    folder = folder_in(tmp_path)
+    screen = OutputPolicy.named("screen")
+    folder.write_lines("talker-1", screen, "both", b"\x1b[31mred\x1b[0m\nplain\n")
+    folder.write_lines("talker-1", OutputPolicy.named("own_log"), "stderr", b"err\n")
+    folder.close()
+    lines = (folder.path / "launch.log").read_text().splitlines()
+    assert [line.partition(" ")[2] for line in lines] == [
+        "[talker-1] red",
+        "[talker-1] plain",
+        "[talker-1] err",
+    ]
+    assert (folder.path / "talker-1.log").read_text().count("\n") == 3
+    assert (folder.path / "talker-1-stderr.log").read_text() == "[talker-1] err\n"
+
+
+def test_a_full_disk_is_said_once(tmp_path: Path):
+    said: list[str] = []
+    folder = RunFolder({"ROS_LOG_DIR": str(tmp_path)}, said.append)
+    os.symlink("/dev/full", folder.path / "launch.log")
+    for _ in range(3):
+        folder.log("INFO", "launch", "hello")
+    folder.close()
+    assert said == ["no log files from here on: No space left on device: disk"]
