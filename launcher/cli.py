@@ -30,7 +30,11 @@ class Verb(NamedTuple):
 
 VERBS = (
     Verb("launch", "TARGET [name:=value ...]", "run a launch file; `launch` may be left out"),
+    Verb("plan", "TARGET [name:=value ...]", "show what a launch file would start, and why"),
+    Verb("args", "TARGET", "list the arguments of a launch file"),
     Verb("run", "PACKAGE EXECUTABLE [ARG ...]", "run one program of a package in this terminal"),
+    Verb("topic", "VERB ...", "look at topics: list, info"),
+    Verb("node", "VERB ...", "look at nodes: list, info"),
 )
 
 

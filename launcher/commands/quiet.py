@@ -1,0 +1,38 @@
+"""Quiet: standard output kept clean of what launch files and their commands print."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+
+STDOUT, STDERR = 1, 2
+
+
+@contextlib.contextmanager
+def stdout_to_stderr() -> Iterator[None]:
+    """Meanwhile, what this process and its children print goes to standard error."""
+    sys.stdout.flush()
+    try:
+        saved = os.dup(STDOUT)
+    except OSError:  # closed: there is nothing to keep clean
+        yield
+        return
+    try:
+        _duplicate_stderr()
+        yield
+    finally:
+        # What was printed meanwhile may still be in the buffer.
+        sys.stdout.flush()
+        os.dup2(saved, STDOUT)
+        os.close(saved)
+
+
+def _duplicate_stderr() -> None:
+    try:
+        os.dup2(STDERR, STDOUT)
+    except OSError:  # standard error is closed
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, STDOUT)
+        os.close(nowhere)

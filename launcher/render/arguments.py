@@ -1,0 +1,29 @@
+"""The arguments of a launch file, in the words of `ros2 launch --show-args`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from launcher.language.actions.arguments import DeclareLaunchArgument
+
+
+def describe_arguments(arguments: Sequence[DeclareLaunchArgument]) -> str:
+    """The list as ROS 2 prints it; a star marks arguments that a condition decides about."""
+    blocks = ["Arguments (pass arguments as '<name>:=<value>'):"]
+    blocks += [_describe(argument) for argument in arguments]
+    if not arguments:
+        blocks.append("  No arguments.")
+    if any(argument._conditionally_included for argument in arguments):
+        blocks.append("* argument(s) which are only used if specific conditions occur")
+    return "\n\n".join(blocks)
+
+
+def _describe(argument: DeclareLaunchArgument) -> str:
+    star = "*" if argument._conditionally_included else ""
+    lines = [f"    '{argument.name}':{star}", f"        {argument.description}"]
+    if argument.default_value is not None:
+        default = " + ".join([part.describe() for part in argument.default_value])
+        lines.append(f"        (default: {default})")
+    return "\n".join(lines)
