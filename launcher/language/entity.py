@@ -24,6 +24,9 @@ class LaunchDescriptionEntity:
         entity._origin = caller_origin()
         return entity
 
+    def __init__(self) -> None:
+        """Nothing to set; subclasses may leave it out."""
+
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Do what the entity stands for; the result is visited next, in order."""
         return None

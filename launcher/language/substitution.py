@@ -25,6 +25,9 @@ class Substitution:
         substitution._origin = caller_origin()
         return substitution
 
+    def __init__(self) -> None:
+        """Nothing to set; subclasses call it."""
+
     @classmethod
     def parse(cls, data: Sequence[Any]) -> Any:
         """(class, keyword arguments) for the words of `$(name word ...)` in XML and YAML."""

@@ -1,0 +1,285 @@
+"""The interpreter: effects in order, events in, and the end of a run."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from launcher.errors import ExitCode, LaunchFileError
+from launcher.language.actions.coroutine import OpaqueCoroutine
+from launcher.language.actions.events import (
+    EmitEvent,
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Shutdown,
+)
+from launcher.language.actions.process import ExecuteProcess
+from launcher.language.actions.timer import TimerAction
+from launcher.language.events import matches_action
+from launcher.language.handlers import OnProcessExit, OnProcessIO, OnProcessStart, OnShutdown
+from launcher.language.process_events import ProcessStdin, ShutdownProcess, SignalProcess
+from launcher.language.ros.node import Node
+from launcher.language.substitutions.configuration import LaunchConfiguration
+from launcher.model import events as model
+from launcher.model.spec import RestartMode
+from tests.unit.interpreting import interpreting, kinds, started, texts
+
+
+def process(name: str = "p", **options: Any) -> ExecuteProcess:
+    return ExecuteProcess(cmd=["program"], name=name, **options)
+
+
+def test_processes_start_after_everything_was_visited():
+    with interpreting([process("a"), LogInfo(msg="b"), process("c")]) as interpreter:
+        effects = interpreter.start()
+
+    assert kinds(effects) == ["LogMessage", "StartProcess", "StartProcess"]
+    assert [effect.spec.name for effect in started(effects)] == ["a-1", "c-2"]
+
+
+def test_a_fault_in_the_static_part_starts_nothing_and_names_the_line():
+    with interpreting([process(), LogInfo(msg=LaunchConfiguration("nope"))]) as interpreter:
+        with pytest.raises(LaunchFileError, match="'nope' does not exist") as caught:
+            interpreter.start()
+
+        assert interpreter.take_effects() == []
+    assert caught.value.exit_code == ExitCode.USAGE
+    assert str(caught.value.where).startswith(f"{__file__}:")
+
+
+def test_a_started_process_wakes_its_handler():
+    first = process("first")
+    handler = RegisterEventHandler(OnProcessStart(target_action=first, on_start=[process("next")]))
+    with interpreting([handler, first]) as interpreter:
+        effects = interpreter.start()
+        answer = model.ProcessStarted(process_id=started(effects)[0].process_id, pid=7)
+
+        assert [e.spec.name for e in started(interpreter.handle(answer))] == ["next-2"]
+    assert first.process_details is not None
+    assert first.process_details["pid"] == 7
+
+
+def test_an_exit_reaches_on_exit_with_its_code():
+    def tell(event: Any, context: Any) -> LogInfo:
+        return LogInfo(msg=f"{event.process_name} gave {event.returncode}")
+
+    with interpreting([process("p", on_exit=tell), process("other")]) as interpreter:
+        first = started(interpreter.start())[0].process_id
+        exited = model.ProcessExited(process_id=first, pid=1, returncode=3)
+
+        assert texts(interpreter.handle(exited)) == ["p-1 gave 3"]
+
+
+def test_a_process_that_is_restarted_keeps_the_run_alive():
+    with interpreting([process(respawn=True, respawn_delay=1.5)]) as interpreter:
+        (start,) = started(interpreter.start())
+        ended = model.ProcessExited(
+            process_id=start.process_id, pid=1, returncode=0, will_restart=True
+        )
+
+        assert start.spec.restart.mode is RestartMode.ALWAYS
+        assert start.spec.restart.delay_s == 1.5
+        assert interpreter.handle(ended) == []
+        assert interpreter.handle(model.ProcessStarted(process_id=start.process_id, pid=2)) == []
+
+
+def test_when_nothing_lives_the_run_is_shut_down_as_idle():
+    with interpreting([process()]) as interpreter:
+        (start,) = started(interpreter.start())
+        effects = interpreter.handle(
+            model.ProcessExited(process_id=start.process_id, pid=1, returncode=0)
+        )
+
+    assert effects == [model.RequestShutdown(reason="idle")]
+
+
+def test_a_file_without_processes_ends_at_once():
+    with interpreting([LogInfo(msg="hi")]) as interpreter:
+        assert kinds(interpreter.start()) == ["LogMessage", "RequestShutdown"]
+
+
+def test_a_timer_is_asked_for_and_its_actions_come_when_it_fires():
+    with interpreting([TimerAction(period=2.5, actions=[LogInfo(msg="now")])]) as interpreter:
+        (later,) = interpreter.start()
+        assert isinstance(later, model.CallLater)
+        assert later.delay_s == 2.5
+
+        assert texts(interpreter.handle(model.TimerFired(timer_id=later.timer_id))) == ["now"]
+        assert interpreter.handle(model.TimerFired(timer_id=later.timer_id)) == []
+
+
+def test_a_cancelled_timer_never_fires():
+    timer = TimerAction(period=1.0, actions=[LogInfo(msg="never")])
+    cancel = OpaqueFunction(function=lambda context: timer.cancel())
+    soon = TimerAction(period=0.5, actions=[cancel])
+    with interpreting([timer, soon, process()]) as interpreter:
+        first, second = [e for e in interpreter.start() if isinstance(e, model.CallLater)]
+
+        effects = interpreter.handle(model.TimerFired(timer_id=second.timer_id))
+        assert effects == [model.CancelTimer(timer_id=first.timer_id)]
+        assert interpreter.handle(model.TimerFired(timer_id=first.timer_id)) == []
+
+
+def test_ctrl_c_runs_the_shutdown_handlers_before_the_request():
+    handler = OnShutdown(on_shutdown=[LogInfo(msg="bye"), process("saver")])
+    with interpreting([RegisterEventHandler(handler), process()]) as interpreter:
+        interpreter.start()
+        effects = interpreter.handle(model.SignalReceived(signum=signal.SIGINT))
+
+    assert kinds(effects) == ["LogMessage", "RequestShutdown", "StartProcess"]
+    assert [e.reason for e in effects if isinstance(e, model.RequestShutdown)] == [
+        "ctrl-c (SIGINT)"
+    ]
+
+
+def test_shutdown_in_the_list_starts_none_of_its_processes():
+    with interpreting([process(), Shutdown(reason="enough"), process()]) as interpreter:
+        assert interpreter.start() == [model.RequestShutdown(reason="enough")]
+
+
+def test_a_fault_in_a_handler_ends_the_run_and_is_kept():
+    broken = OpaqueFunction(function=lambda context: 1 / 0)
+    with interpreting([process(on_exit=[broken]), process()]) as interpreter:
+        first = started(interpreter.start())[0].process_id
+        effects = interpreter.handle(model.ProcessExited(process_id=first, pid=1, returncode=0))
+
+        assert kinds(effects) == ["LogMessage", "RequestShutdown"]
+        assert interpreter.failure is not None
+        assert "division by zero" in interpreter.failure.message
+
+
+def test_a_shutdown_handler_that_fails_too_does_not_stop_the_stopping():
+    broken = OpaqueFunction(function=lambda context: 1 / 0)
+    handler = RegisterEventHandler(OnShutdown(on_shutdown=[broken]))
+    with interpreting([handler, process(on_exit=[broken]), process()]) as interpreter:
+        first = started(interpreter.start())[0].process_id
+        effects = interpreter.handle(model.ProcessExited(process_id=first, pid=1, returncode=0))
+
+    assert kinds(effects)[-1] == "RequestShutdown"
+
+
+@pytest.mark.parametrize(
+    ("event", "effect"),
+    [
+        (
+            lambda p: SignalProcess(signal_number="SIGUSR1", process_matcher=matches_action(p)),
+            lambda i: model.SignalProcess(process_id=i, signum=signal.SIGUSR1),
+        ),
+        (
+            lambda p: ShutdownProcess(process_matcher=matches_action(p)),
+            lambda i: model.StopProcess(process_id=i),
+        ),
+        (
+            lambda p: ProcessStdin(text=b"go\n", **{**p.process_details, "pid": 1}),
+            lambda i: model.WriteStdin(process_id=i, data=b"go\n"),
+        ),
+    ],
+    ids=["signal", "stop", "stdin"],
+)
+def test_events_for_a_process_become_effects(event: Any, effect: Any):
+    target = process()
+    emit = OpaqueFunction(function=lambda context: [EmitEvent(event=event(target))])
+    timer = TimerAction(period=1.0, actions=[emit])
+    with interpreting([target, process("other"), timer]) as interpreter:
+        effects = interpreter.start()
+        (later,) = [e for e in effects if isinstance(e, model.CallLater)]
+        answered = interpreter.handle(model.TimerFired(timer_id=later.timer_id))
+
+    assert effect(started(effects)[0].process_id) in answered
+
+
+def test_only_output_that_a_handler_wants_is_asked_for():
+    loud, quiet = process("loud"), process("quiet")
+    handler = OnProcessIO(
+        target_action=loud, on_stdout=lambda event: LogInfo(msg=event.text.decode())
+    )
+    with interpreting([RegisterEventHandler(handler), loud, quiet]) as interpreter:
+        first, second = (start.process_id for start in started(interpreter.start()))
+        written = model.ProcessOutput(process_id=first, stream="stdout", data=b"ready")
+
+        assert interpreter.watches_output(first)
+        assert not interpreter.watches_output(second)
+        assert texts(interpreter.handle(written)) == ["ready"]
+
+
+def test_cached_output_can_be_read_after_the_end():
+    noisy = process(cached_output=True)
+    with interpreting([noisy]) as interpreter:
+        (start,) = started(interpreter.start())
+        for stream, data in (("stdout", b"out"), ("stderr", b"err")):
+            interpreter.handle(
+                model.ProcessOutput(process_id=start.process_id, stream=stream, data=data)
+            )
+
+    assert (noisy.get_stdout(), noisy.get_stderr()) == ("out", "err")
+
+
+def test_a_process_that_cannot_be_spawned_ends_without_ending_the_others():
+    with interpreting([process("a"), process("b")]) as interpreter:
+        first, _ = started(interpreter.start())
+        failed = model.SpawnFailed(process_id=first.process_id, errno=2, reason="no such file")
+
+        assert interpreter.handle(failed) == []
+
+
+def test_a_coroutine_sleeps_on_the_drivers_timers():
+    import asyncio
+
+    async def wait(context: Any) -> None:
+        await asyncio.sleep(4.0)
+        context.emit_event_sync(ShutdownProcess(process_matcher=lambda action: True))
+
+    with interpreting([process(), OpaqueCoroutine(coroutine=wait)]) as interpreter:
+        effects = interpreter.start()
+        (later,) = [e for e in effects if isinstance(e, model.CallLater)]
+        assert later.delay_s == 4.0
+
+        stop = model.StopProcess(process_id=started(effects)[0].process_id)
+        assert interpreter.handle(model.TimerFired(timer_id=later.timer_id)) == [stop]
+
+
+def test_generated_files_are_there_during_the_run_and_gone_after_it():
+    with interpreting([Node(executable="x", parameters=[{"a": 1}])]) as interpreter:
+        (start,) = started(interpreter.start())
+        assert start.spec.ros is not None
+        (source,) = start.spec.ros.parameters
+        assert source.generated == {"/**": {"ros__parameters": {"a": 1}}}
+        assert Path(str(source.file)).read_text() == "/**:\n  ros__parameters:\n    a: 1\n"
+
+    assert not Path(str(source.file)).exists()
+
+
+def test_the_environment_of_the_run_is_given_back(monkeypatch: pytest.MonkeyPatch):
+    from launcher.language.actions.configuration import SetEnvironmentVariable
+
+    monkeypatch.setenv("KEPT", "before")
+    changes = [SetEnvironmentVariable("KEPT", "after"), SetEnvironmentVariable("NEW", "x")]
+    with interpreting([*changes, process()]) as interpreter:
+        (start,) = started(interpreter.start())
+        assert os.environ["KEPT"] == "after"
+
+    assert (start.spec.env["KEPT"], start.spec.env["NEW"]) == ("after", "x")
+    assert os.environ["KEPT"] == "before"
+    assert "NEW" not in os.environ
+
+
+def test_an_environment_can_be_handed_in():
+    with interpreting([process()], environment={"ONLY": "this"}) as interpreter:
+        (start,) = started(interpreter.start())
+
+    assert dict(start.spec.env) == {"ONLY": "this"}
+
+
+def test_an_on_exit_handler_registered_later_is_asked_first():
+    first = process("p", on_exit=[LogInfo(msg="own")])
+    late = RegisterEventHandler(OnProcessExit(target_action=first, on_exit=[LogInfo(msg="late")]))
+    with interpreting([first, late, process()]) as interpreter:
+        start = started(interpreter.start())[0]
+        ended = model.ProcessExited(process_id=start.process_id, pid=1, returncode=0)
+
+        assert texts(interpreter.handle(ended)) == ["late", "own"]
