@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from launcher.graph.snapshot import Endpoint, Snapshot, silent_subscriptions
+from launcher.graph.matching import silent_subscriptions
+from launcher.graph.snapshot import Endpoint, Snapshot
 
 _HEAD = """digraph ros {
   rankdir=LR; bgcolor="white"; nodesep=0.25; ranksep=0.7;

@@ -1,30 +1,47 @@
-"""Observer: takes a snapshot of the graph that this process's domain shows."""
+"""Observer: a hidden node that looks at the graph of a domain."""
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from types import TracebackType
+from typing import Any
 
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
+from launcher.errors import UsageError
+from launcher.graph.ports import MAX_DOMAIN
+from launcher.graph.processes import PARTICIPANT_BYTES
 from launcher.graph.snapshot import Direction, Endpoint, Snapshot
 
-OWN_NAME = "_launcher_observer"  # hidden, as everything that begins with an underscore
 LOOK_S = 0.1
+# Every participant of ROS writes here which nodes it has.
+_MEMBERS_TOPIC = "ros_discovery_info"
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # an endpoint whose participant has not said so yet
 
 
 class Observer:
-    """A hidden node of its own context; use with `with`."""
+    """A hidden node of its own context; use with `with`. `domain_id` None: the environment's."""
+
+    def __init__(self, domain_id: int | None = None) -> None:
+        self.domain_id = environment_domain() if domain_id is None else domain_id
+        # hidden, as everything that begins with an underscore; two may look at the same time
+        self.name = f"_launcher_observer_{os.getpid()}_{id(self):x}"
 
     def __enter__(self) -> Observer:
-        self._context = Context()
-        rclpy.init(context=self._context)
-        self._node = Node(
-            OWN_NAME,
-            context=self._context,
+        self.context = Context()
+        rclpy.init(
+            context=self.context,
+            domain_id=self.domain_id,
+            signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
+        )
+        self.node = Node(
+            self.name,
+            context=self.context,
+            use_global_arguments=False,
             enable_rosout=False,
             start_parameter_services=False,
         )
@@ -36,21 +53,50 @@ class Observer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._node.destroy_node()
-        self._context.try_shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    def node_names(self) -> list[str]:
+        """Full names of all nodes but this one, sorted; a name that two nodes share comes twice."""
+        found = self.node.get_node_names_and_namespaces()
+        return sorted(full_name(name, space) for name, space in found if name != self.name)
+
+    def topic_types(self) -> dict[str, list[str]]:
+        """Every topic and its types, our own `/parameter_events` among them."""
+        return dict(self.node.get_topic_names_and_types())
+
+    def participants(self) -> set[bytes]:
+        """The GIDs of all participants known, this one's as well."""
+        infos = self.node.get_publishers_info_by_topic(_MEMBERS_TOPIC, no_mangle=True)
+        return {bytes(info.endpoint_gid[:PARTICIPANT_BYTES]) for info in infos}
+
+    def own_gid(self) -> bytes:
+        """The GID of this node's own publisher."""
+        own = self.node.get_publishers_info_by_topic("/parameter_events")
+        gids = [bytes(i.endpoint_gid) for i in own if i.node_name == self.name]
+        return gids[0] if gids else b""
+
+    def infos(self, topic: str, direction: Direction) -> list[Any]:
+        """rclpy's TopicEndpointInfo of each endpoint of a topic but our own."""
+        ask = (
+            self.node.get_publishers_info_by_topic
+            if direction is Direction.PUBLISHER
+            else self.node.get_subscriptions_info_by_topic
+        )
+        return [info for info in ask(topic) if info.node_name != self.name]
+
+    def endpoints(self, topic: str) -> list[Endpoint]:
+        """The publishers and subscriptions of a topic but our own."""
+        return [
+            _endpoint(topic, direction, info)
+            for direction in Direction
+            for info in self.infos(topic, direction)
+        ]
 
     def snapshot(self) -> Snapshot:
         """What is known now; discovery may still be on its way."""
-        nodes = {
-            _full(name, namespace) for name, namespace in self._node.get_node_names_and_namespaces()
-        }
-        nodes.discard(f"/{OWN_NAME}")
-        endpoints = [
-            endpoint
-            for topic, _ in self._node.get_topic_names_and_types()
-            for endpoint in self._endpoints(topic)
-        ]
-        return Snapshot(nodes=tuple(sorted(nodes)), endpoints=tuple(sorted(endpoints)))
+        endpoints = [e for topic in self.topic_types() for e in self.endpoints(topic)]
+        return Snapshot(nodes=tuple(self.node_names()), endpoints=tuple(sorted(endpoints)))
 
     def wait_for(self, fact: Callable[[Snapshot], bool], deadline_s: float) -> Snapshot:
         """The first snapshot for which `fact` holds; the last one at the deadline."""
@@ -59,25 +105,38 @@ class Observer:
             time.sleep(LOOK_S)
         return snapshot
 
-    def _endpoints(self, topic: str) -> list[Endpoint]:
-        both = (
-            (Direction.PUBLISHER, self._node.get_publishers_info_by_topic(topic)),
-            (Direction.SUBSCRIPTION, self._node.get_subscriptions_info_by_topic(topic)),
+
+def environment_domain() -> int:
+    """The domain that the environment names, 0 if none; UsageError if it is not one."""
+    word = os.environ.get("ROS_DOMAIN_ID") or "0"
+    return domain_of(word, "ROS_DOMAIN_ID")
+
+
+def domain_of(word: str, source: str) -> int:
+    """The domain id in `word`; UsageError that names the source."""
+    if not word.isdigit() or int(word) > MAX_DOMAIN:
+        raise UsageError(
+            f"{source} is '{word}'", hint=f"a domain is a number from 0 to {MAX_DOMAIN}"
         )
-        return [
-            Endpoint(
-                topic=topic,
-                node=_full(info.node_name, info.node_namespace),
-                direction=direction.value,
-                type=info.topic_type,
-                reliability=info.qos_profile.reliability.name,
-                durability=info.qos_profile.durability.name,
-            )
-            for direction, infos in both
-            for info in infos
-            if info.node_name != OWN_NAME
-        ]
+    return int(word)
 
 
-def _full(name: str, namespace: str) -> str:
+def full_name(name: str, namespace: str) -> str:
+    """`/ns/name`."""
     return f"{namespace.rstrip('/')}/{name}"
+
+
+def _endpoint(topic: str, direction: Direction, info: Any) -> Endpoint:
+    profile = info.qos_profile
+    return Endpoint(
+        topic=topic,
+        node=full_name(info.node_name, info.node_namespace),
+        direction=direction.value,
+        type=info.topic_type,
+        reliability=profile.reliability.name,
+        durability=profile.durability.name,
+        liveliness=profile.liveliness.name,
+        deadline_ns=profile.deadline.nanoseconds,
+        lease_ns=profile.liveliness_lease_duration.nanoseconds,
+        gid=".".join(f"{byte:02x}" for byte in info.endpoint_gid),
+    )

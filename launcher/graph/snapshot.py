@@ -9,6 +9,8 @@ from dataclasses import dataclass
 # Topics that every node has; they hide the picture of what the system does.
 DEBUG_TOPICS = frozenset({"/rosout", "/parameter_events"})
 
+INFINITE_NS = 2**63 - 1
+
 
 class Direction(enum.Enum):
     """Which way messages go through an endpoint."""
@@ -19,7 +21,10 @@ class Direction(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
 class Endpoint:
-    """A publisher or a subscription; `node` and `topic` are full names, QoS as ROS names it."""
+    """A publisher or a subscription; `node` and `topic` are full names, QoS as ROS names it.
+
+    `gid` is dotted hex, empty if unknown; times are nanoseconds.
+    """
 
     topic: str
     node: str
@@ -27,6 +32,10 @@ class Endpoint:
     type: str
     reliability: str
     durability: str
+    liveliness: str = "AUTOMATIC"
+    deadline_ns: int = INFINITE_NS
+    lease_ns: int = INFINITE_NS
+    gid: str = ""
 
     @property
     def is_publisher(self) -> bool:
@@ -36,7 +45,7 @@ class Endpoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
-    """Nodes (full names) and endpoints, sorted."""
+    """Nodes (full names, twice if two share one) and endpoints, sorted."""
 
     nodes: tuple[str, ...]
     endpoints: tuple[Endpoint, ...]
@@ -51,32 +60,11 @@ class Snapshot:
         """Every topic that has an endpoint, sorted."""
         return tuple(sorted({e.topic for e in self.endpoints}))
 
-
-def mismatched_policy(publisher: Endpoint, subscription: Endpoint) -> str | None:
-    """The QoS policy because of which this pair exchanges nothing; None if the pair matches.
-
-    DDS's rule of request and offer: a subscription may not ask for more than is offered.
-    """
-    if publisher.type != subscription.type:
-        return "TYPE"
-    if (publisher.reliability, subscription.reliability) == ("BEST_EFFORT", "RELIABLE"):
-        return "RELIABILITY"
-    if (publisher.durability, subscription.durability) == ("VOLATILE", "TRANSIENT_LOCAL"):
-        return "DURABILITY"
-    return None
+    def on(self, topic: str) -> tuple[Endpoint, ...]:
+        """The endpoints of one topic."""
+        return tuple(e for e in self.endpoints if e.topic == topic)
 
 
-def silent_subscriptions(snapshot: Snapshot) -> dict[Endpoint, str]:
-    """Subscriptions that get nothing although their topic has publishers, and the policy why."""
-    silent: dict[Endpoint, str] = {}
-    for subscription in snapshot.endpoints:
-        if subscription.is_publisher:
-            continue
-        policies = [
-            mismatched_policy(publisher, subscription)
-            for publisher in snapshot.endpoints
-            if publisher.is_publisher and publisher.topic == subscription.topic
-        ]
-        if policies and None not in policies:
-            silent[subscription] = policies[0] or ""
-    return silent
+def is_hidden(name: str) -> bool:
+    """Whether a part of the name begins with an underscore."""
+    return any(part.startswith("_") for part in name.split("/"))

@@ -3,7 +3,9 @@
 import pytest
 
 from launcher.graph.dot import to_dot
-from launcher.graph.snapshot import Endpoint, Snapshot, mismatched_policy, silent_subscriptions
+from launcher.graph.matching import explain, mismatched_policy, silent_subscriptions
+from launcher.graph.ports import participants_of
+from launcher.graph.snapshot import Endpoint, Snapshot
 
 
 def endpoint(node: str, direction: str, **changes: str) -> Endpoint:
@@ -55,3 +57,34 @@ def test_the_drawing_shows_nodes_topics_and_the_edge_on_which_nothing_arrives():
 def test_names_cannot_break_out_of_the_drawing():
     dot = to_dot(Snapshot(nodes=('/a"];evil[',), endpoints=()))
     assert '"node /a\\"];evil["' in dot
+
+
+def test_an_explanation_names_the_pairs_the_policies_and_the_repair():
+    weak = [endpoint(name, "publisher", reliability="BEST_EFFORT") for name in ("/a", "/b")]
+    assert explain([*weak, endpoint("/c", "subscription", durability="TRANSIENT_LOCAL")]) == (
+        "QoS: 2 of 2 pairs do not match\n"
+        "  /c receives nothing from /a, /b\n"
+        "    RELIABILITY: the publisher offers BEST_EFFORT, the subscription asks for RELIABLE\n"
+        "    to repair: set the subscription's reliability to BEST_EFFORT, "
+        "or the publisher's to RELIABLE\n"
+        "    DURABILITY: the publisher offers VOLATILE, "
+        "the subscription asks for TRANSIENT_LOCAL\n"
+        "    to repair: set the subscription's durability to VOLATILE, "
+        "or the publisher's to TRANSIENT_LOCAL"
+    )
+
+
+def test_an_explanation_of_a_healthy_topic_says_so():
+    pair = [endpoint("/a", "publisher"), endpoint("/b", "subscription")]
+    assert explain(pair) == "QoS: the pair matches"
+    assert explain(pair[:1]) == "QoS: no pair of publisher and subscription to compare"
+
+
+def test_a_domain_is_told_from_pairs_of_ports():
+    pair_of_domain_0 = {7410, 7411}
+    two_of_domain_42 = {17910, 17911, 17914, 17915}
+    multicast_and_a_stranger = {7400, 7401, 8000}
+    assert participants_of(pair_of_domain_0 | two_of_domain_42 | multicast_and_a_stranger) == {
+        0: 1,
+        42: 2,
+    }

@@ -1,0 +1,68 @@
+"""`node VERB ...`: which nodes there are, what they use, and which process each one is."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+
+from launcher.errors import ExitCode
+from launcher.graph.verb import Parser, add_verb, parser_of, print_json, settled, warn
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one `node` command; the exit code."""
+    parser = build_parser()
+    options = parser.parse_args(list(words))
+    if options.sub is None:
+        parser.print_help()
+        return ExitCode.OK
+    return _RUN[options.sub](options)
+
+
+def build_parser() -> Parser:
+    """The options of every sub-verb."""
+    parser, table = parser_of("node", "Look at nodes.")
+    sub = add_verb(table, "list", "names of all nodes")
+    sub.add_argument("-a", "--all", action="store_true", help="hidden ones as well")
+    sub.add_argument("-c", "--count-nodes", action="store_true", help="only how many there are")
+    sub = add_verb(table, "info", "what a node publishes, subscribes to and serves")
+    sub.add_argument("node_name", metavar="NAME", help="full name of the node")
+    sub.add_argument("--include-hidden", action="store_true", help="hidden names as well")
+    return parser
+
+
+def _list(options: Namespace) -> int:
+    from launcher.graph import nodes
+
+    with settled(options) as observer:
+        names = nodes.visible_names(observer.node_names(), hidden=options.all)
+    if options.json:
+        print_json([{"name": name, "count": names.count(name)} for name in sorted(set(names))])
+        return ExitCode.OK
+    if len(set(names)) < len(names):
+        warn(nodes.SHARED_NAME)
+    for line in [len(names)] if options.count_nodes else names:
+        print(line)
+    return ExitCode.OK
+
+
+def _info(options: Namespace) -> int:
+    from launcher.graph import nodes
+
+    name = options.node_name
+    with settled(options) as observer:
+        found = nodes.sections(observer, name, hidden=options.include_hidden)
+        count = observer.node_names().count(name)
+    if options.json:
+        print_json({"name": name, **{title: dict(entries) for title, entries in found.items()}})
+        return ExitCode.OK
+    if count > 1:
+        warn(
+            f'There are {count} nodes in the graph with the exact name "{name}". '
+            "You are seeing information about only one of them."
+        )
+    print("\n".join(nodes.info_lines(name, found)))
+    return ExitCode.OK
+
+
+_RUN: dict[str, Callable[[Namespace], int]] = {"list": _list, "info": _info}

@@ -1,0 +1,83 @@
+"""Settle: wait until the graph is complete and quiet, and no longer.
+
+Complete means: every participant that holds ports of this domain on this machine has been
+discovered and has told its nodes. Participants on other hosts hold no ports here, so where they
+may exist (discovery range SUBNET) there is a shortest time as well.
+
+Why the limit is above 3 s: a new Fast DDS participant announces itself before it can receive. An
+answer that comes within that moment is lost, and the other side repeats it only with its next
+regular announcement, 3 s apart. A tool that waits half a second misses those nodes.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+
+from launcher.graph.observer import UNKNOWN_NODE, Observer
+from launcher.graph.ports import participants_by_domain
+from launcher.graph.processes import ghosts
+
+SPIN_TIME_S = 3.5  # one period of announcements, and time to tell what there is
+QUIET_S = 0.1  # news of one participant arrives within a few milliseconds
+REMOTE_S = 0.4  # what hosts that we cannot count are given at least
+_LOOK_S = 0.005
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settled:
+    """How the wait ended; `missing` participants of this machine have not been discovered."""
+
+    missing: int
+    waited_s: float
+
+
+def settle(observer: Observer, spin_time_s: float = SPIN_TIME_S) -> Settled:
+    """Return when the graph is complete and quiet, or after `spin_time_s`."""
+    start = changed = time.monotonic()
+    shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
+    last: object = None
+    while True:
+        now = time.monotonic()
+        state = (observer.participants(), observer.topic_types(), observer.node_names())
+        if state != last:
+            last, changed = state, now
+        waited_s = now - start
+        quiet = now - changed >= QUIET_S and waited_s >= shortest_s
+        if quiet or waited_s >= spin_time_s:
+            missing = _missing(observer)
+            if waited_s >= spin_time_s or (missing == 0 and not _nameless(observer)):
+                return Settled(missing=missing, waited_s=waited_s)
+        time.sleep(_LOOK_S)
+
+
+def _missing(observer: Observer) -> int:
+    known = observer.participants()
+    living = known - ghosts(known, observer.own_gid(), os.getpid())
+    return max(0, participants_by_domain()[observer.domain_id] - len(living))
+
+
+def _nameless(observer: Observer) -> bool:
+    infos = observer.node.get_publishers_info_by_topic("/parameter_events")
+    return any(info.node_name == UNKNOWN_NODE for info in infos)
+
+
+def localhost_only() -> bool:
+    """Whether the environment keeps discovery on this machine."""
+    if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
+        return True
+    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET") in ("LOCALHOST", "OFF")
+
+
+def why_empty(domain_id: int) -> str:
+    """The sentence for a graph without nodes, with the domain on which there are some."""
+    place = " (localhost only)" if localhost_only() else ""
+    sentence = f"0 nodes on domain {domain_id}{place}"
+    others = sorted(d for d in participants_by_domain() if d != domain_id)
+    if not others:
+        return f"{sentence}; no other domain is in use on this machine"
+    if len(others) == 1:
+        return f"{sentence}; a run on domain {others[0]} is active: add -d {others[0]}"
+    names = ", ".join(map(str, others))
+    return f"{sentence}; runs on domains {names} are active: add -d {others[0]}"

@@ -1,0 +1,109 @@
+"""Verb: what the command lines of all ROS verbs share: options, the look at the graph, output."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from launcher.errors import UsageError
+
+if TYPE_CHECKING:
+    from launcher.graph.observer import Observer
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaints are UsageErrors."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise instead of printing and exiting."""
+        raise UsageError(message, hint=f"{self.prog} --help")
+
+
+def parser_of(verb: str, description: str) -> tuple[Parser, Any]:
+    """The parser of a verb and the table that takes its sub-verbs (see `add_verb`)."""
+    parser = Parser(prog=f"python -m launcher {verb}", description=description)
+    table = parser.add_subparsers(dest="sub", metavar="VERB", parser_class=Parser)
+    return parser, table
+
+
+def add_verb(table: Any, name: str, help_text: str) -> Parser:
+    """One sub-verb with the options that all have."""
+    parser: Parser = table.add_parser(name, help=help_text, description=help_text)
+    add_common(parser)
+    return parser
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """The options that all verbs have."""
+    parser.add_argument("-d", "--domain", metavar="ID", help="look at this ROS domain")
+    parser.add_argument(
+        "--spin-time",
+        type=seconds,
+        metavar="S",
+        help="longest wait until the graph is complete and quiet (default 3.5)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    parser.add_argument("--no-daemon", action="store_true", help="accepted: there is no daemon")
+
+
+def seconds(word: str) -> float:
+    """A time that is not negative, for argparse."""
+    value = float(word)
+    if not 0 <= value < 1e9:
+        raise argparse.ArgumentTypeError(f"not a time in seconds: '{word}'")
+    return value
+
+
+def domain_option(options: argparse.Namespace) -> int | None:
+    """The domain of `-d`; None where the environment decides."""
+    from launcher.graph.observer import domain_of
+
+    return None if options.domain is None else domain_of(options.domain, "-d")
+
+
+@contextlib.contextmanager
+def looking(options: argparse.Namespace) -> Iterator[Observer]:
+    """An observer of the domain that is asked for, before it has looked round."""
+    from launcher.graph.observer import Observer
+
+    with Observer(domain_option(options)) as observer:
+        yield observer
+
+
+@contextlib.contextmanager
+def settled(options: argparse.Namespace) -> Iterator[Observer]:
+    """An observer that has seen the whole graph; what it could not see is said on stderr."""
+    from launcher.graph.settle import SPIN_TIME_S, settle, why_empty
+
+    with looking(options) as observer:
+        limit_s = SPIN_TIME_S if options.spin_time is None else options.spin_time
+        result = settle(observer, limit_s)
+        if not observer.node_names():
+            warn(why_empty(observer.domain_id))
+        elif result.missing:
+            warn(_incomplete(result.missing, result.waited_s))
+        yield observer
+
+
+def _incomplete(missing: int, waited_s: float) -> str:
+    noun = "participant" if missing == 1 else "participants"
+    return (
+        f"{missing} {noun} on this machine did not answer within {waited_s:.1f} s, "
+        "so something may be missing (--spin-time to wait longer)"
+    )
+
+
+def warn(text: str) -> None:
+    """A line on stderr, so that stdout stays what ros2cli prints."""
+    sys.stdout.flush()
+    print(text, file=sys.stderr, flush=True)
+
+
+def print_json(document: Any) -> None:
+    """One document."""
+    print(json.dumps(document, ensure_ascii=False, indent=2))

@@ -1,0 +1,94 @@
+"""A domain that all tests of the ROS verbs share, with publishers that the verbs look at."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from group_gp1.domain_lease import leased_domain
+from launcher.graph.observer import Observer
+from launcher.graph.ports import participants_by_domain
+from tests.support.node_process import REPOSITORY, shared_memory_of
+from tests.support.verbs import Answer, launcher
+from tests.support.waiting import wait_until
+
+Verb = Callable[..., Answer]
+
+
+@contextlib.contextmanager
+def ros_domain(log_dir: object) -> Iterator[dict[str, str]]:
+    """The environment of a domain of its own."""
+    with leased_domain() as domain_id:
+        yield {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_LOG_DIR": str(log_dir),
+        }
+
+
+@contextlib.contextmanager
+def talking(env: dict[str, str], module: str, *words: str) -> Iterator[subprocess.Popen[str]]:
+    """A helper program of tests.support that runs until its stdin is closed."""
+    program = subprocess.Popen(
+        [sys.executable, "-m", module, *words],
+        env=env,
+        cwd=REPOSITORY,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert program.stdout is not None
+        assert program.stdout.readline() == "ready\n"
+        yield program
+    finally:
+        left_over = shared_memory_of(program.pid)
+        with contextlib.suppress(BrokenPipeError):
+            program.communicate(timeout=10)
+        if program.returncode < 0:  # killed: nobody else removes what it held
+            for path in left_over:
+                path.unlink(missing_ok=True)
+
+
+@pytest.fixture(scope="session")
+def env(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    """The shared domain, with the sample nodes in it."""
+    with (
+        ros_domain(tmp_path_factory.mktemp("ros_log")) as env,
+        talking(env, "tests.support.sample_nodes"),
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOG_DIR"):
+            patch.setenv(name, env[name])
+        yield env
+
+
+@pytest.fixture(scope="session")
+def verb(env: dict[str, str]) -> Verb:
+    """`verb("topic", "list")` runs that command in the shared domain."""
+    return lambda *words, text=None: launcher(env, *words, text=text)
+
+
+@pytest.fixture(scope="session")
+def empty_domain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    """A domain without nodes."""
+    with ros_domain(tmp_path_factory.mktemp("empty_log")) as env:
+        yield env
+
+
+@pytest.fixture
+def observer(env: dict[str, str]) -> Iterator[Observer]:
+    """An observer of the shared domain that knows every participant."""
+    domain_id = int(env["ROS_DOMAIN_ID"])
+    with Observer(domain_id) as observer:
+        wait_until(
+            lambda: len(observer.participants()) >= participants_by_domain()[domain_id],
+            "every participant is known",
+        )
+        yield observer

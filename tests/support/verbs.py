@@ -1,0 +1,41 @@
+"""Run a ROS verb of the launcher and keep what it printed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+PATIENCE_S = 30.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer:
+    """What a command printed, and its exit code."""
+
+    out: str
+    err: str
+    code: int
+
+    @property
+    def lines(self) -> list[str]:
+        return self.out.splitlines()
+
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+
+def launcher(env: Mapping[str, str], *words: str, text: str | None = None) -> Answer:
+    """`python -m launcher WORDS`, to its end."""
+    done = subprocess.run(
+        [sys.executable, "-m", "launcher", *words],
+        env=dict(env),
+        input=text,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+    return Answer(out=done.stdout, err=done.stderr, code=done.returncode)
