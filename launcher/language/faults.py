@@ -79,7 +79,9 @@ def _place(error: BaseException, path: str) -> Origin | None:
         places.insert(0, entity)
     in_launch_files = [place for place in places if _is_launch_file(place.path, path)]
     if in_launch_files or places:
-        return (in_launch_files or places)[-1]
+        # A recursion ends anywhere; what matters is where it goes round.
+        innermost = 0 if isinstance(error, RecursionError) else -1
+        return (in_launch_files or places)[innermost]
     return Origin(path, 1) if os.path.isfile(path) else None
 
 

@@ -29,7 +29,7 @@ INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
 
 
 def machine(**restart: object) -> ProcessMachine:
-    return ProcessMachine(RestartPolicy(**restart), StopPolicy())
+    return ProcessMachine(RestartPolicy(**restart), StopPolicy(), chance=lambda: 0.5)
 
 
 def running(**restart: object) -> ProcessMachine:
@@ -117,6 +117,42 @@ def test_used_up_restarts_are_fatal():
     one.handle(Started(8), 1.0)
     assert one.handle(Exited(1), 2.0) == [Ended(Outcome(returncode=1), False, None)]
     assert one.state is ProcessState.FATAL
+
+
+def delays_of_a_crash_loop(one: ProcessMachine, lives_s: list[float]) -> list[float | None]:
+    """What it waits after each life; None where it gives up."""
+    now = 0.0
+    delays = []
+    for life_s in lives_s:
+        now += life_s
+        (end,) = one.handle(Exited(1), now)
+        delays.append(end.retry_in_s)
+        now += end.retry_in_s or 0.0
+        one.handle(Tick(), now)
+        one.handle(Started(8), now)
+    return delays
+
+
+BACKOFF = {"mode": RestartMode.ON_FAILURE, "delay_s": 0.5, "backoff_max_s": 3.0}
+
+
+def test_the_delay_doubles_up_to_its_limit():
+    assert delays_of_a_crash_loop(running(**BACKOFF), [0.1] * 5) == [0.5, 1.0, 2.0, 3.0, 3.0]
+
+
+def test_a_quiet_time_begins_the_doubling_anew():
+    delays = delays_of_a_crash_loop(running(**BACKOFF, quiet_s=10.0), [0.1, 0.1, 10.1, 0.1])
+    assert delays == [0.5, 1.0, 0.5, 1.0]
+
+
+def test_chance_makes_a_delay_longer_by_its_share():
+    assert delays_of_a_crash_loop(running(**BACKOFF, jitter=0.2), [0.1]) == [0.5 * 1.1]
+
+
+def test_a_budget_within_a_window_is_used_up_by_quick_deaths_only():
+    policy = {"mode": RestartMode.ALWAYS, "max_restarts": 2, "window_s": 60.0}
+    assert delays_of_a_crash_loop(running(**policy), [1.0, 1.0, 1.0]) == [0.0, 0.0, None]
+    assert delays_of_a_crash_loop(running(**policy), [40.0] * 6) == [0.0] * 6
 
 
 def test_a_program_that_is_missing_is_fatal_at_once_even_with_restarts():

@@ -1,0 +1,141 @@
+"""Launch files that are wrong: place, source line, caret, one sentence, one suggestion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from launcher.errors import ExitCode
+from launcher.planner import Plan, make_plan
+
+HEAD = """\
+from launch import LaunchDescription
+from launch.actions import *
+from launch.substitutions import *
+from launch_ros.actions import Node
+from launch_ros.substitutions import *
+def generate_launch_description():
+"""
+# What comes after HEAD is line 7.
+
+BROKEN = {
+    "syntax": ("    return LaunchDescription([\n", 7, "'[' was never closed", None),
+    "raises": ("    return 1 / 0\n", 7, "ZeroDivisionError: division by zero", None),
+    "returns None": ("    pass\n", 1, "returned NoneType, not a LaunchDescription", "return"),
+    "misspelt keyword": (
+        "    return LaunchDescription([\n        Node(executable='x', parametrs=[])])\n",
+        8,
+        "unexpected keyword argument 'parametrs'",
+        "did you mean 'parameters'?",
+    ),
+    "unknown configuration": (
+        "    return LaunchDescription([\n"
+        "        DeclareLaunchArgument('robot_name', default_value='r'),\n"
+        "        LogInfo(msg=LaunchConfiguration('robot_nam'))])\n",
+        9,
+        "launch configuration 'robot_nam' does not exist",
+        "did you mean 'robot_name'?",
+    ),
+    "unknown package": (
+        "    return LaunchDescription([\n        Node(package='no_such_pkg', executable='x')])\n",
+        8,
+        "package 'no_such_pkg' not found",
+        None,
+    ),
+    "missing module": (
+        "    import module_that_nobody_has\n",
+        7,
+        "No module named 'module_that_nobody_has'",
+        "install the Python package",
+    ),
+    "exits": ("    raise SystemExit(3)\n", 7, "the launch file calls sys.exit(3)", None),
+    "includes itself": (
+        "    return LaunchDescription([\n        IncludeLaunchDescription([ThisLaunchFile()])])\n",
+        8,
+        "the launch file includes itself",
+        None,
+    ),
+    "loops": (
+        "    def again(context):\n"
+        "        return [OpaqueFunction(function=again)]\n"
+        "    return LaunchDescription([OpaqueFunction(function=again)])\n",
+        None,
+        "includes itself, or recurses without end",
+        None,
+    ),
+}
+
+
+def planned(tmp_path: Path, text: str | bytes) -> Plan:
+    file = tmp_path / "broken.launch.py"
+    file.write_bytes(text if isinstance(text, bytes) else (HEAD + text).encode())
+    return make_plan(str(file), [])
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_fault_names_its_line_and_says_what_is_wrong(name: str, tmp_path: Path):
+    text, line, message, hint = BROKEN[name]
+
+    error = planned(tmp_path, text).error
+
+    assert error is not None
+    fault = error.fault
+    assert fault.exit_code is ExitCode.USAGE
+    assert message in fault.message
+    if line is not None:
+        assert fault.where == f"{tmp_path / 'broken.launch.py'}:{line}"
+    assert hint is None or hint in str(fault.hint)
+
+
+@pytest.mark.parametrize("name", set(BROKEN) - {"loops"})
+def test_the_caret_stands_in_the_source_line(name: str, tmp_path: Path):
+    error = planned(tmp_path, BROKEN[name][0]).error
+    assert error is not None
+
+    source, caret = error.fault.render().splitlines()[1:3] if error.fault.column else ("", "^")
+
+    assert caret.strip() == "^"
+    assert len(caret) <= max(len(source), 1)
+
+
+def test_a_file_that_is_no_utf_8_is_a_fault_with_its_line(tmp_path: Path):
+    error = planned(tmp_path, b'x = """\n\xff\xfe"""\n').error
+
+    assert error is not None
+    assert "utf-8" in error.fault.message
+
+
+def test_a_name_that_we_do_not_have_is_answered_with_what_there_is(tmp_path: Path):
+    error = planned(tmp_path, b"from launch.actions import LogInf\n").error
+
+    assert error is not None
+    assert error.kind == "ImportError"
+    assert "launch.actions.LogInf is not provided" in error.fault.message
+    assert "did you mean LogInfo?" in error.fault.message
+
+
+def test_the_launch_file_is_named_also_when_its_helper_fails(tmp_path, monkeypatch):
+    (tmp_path / "helper_of_mine.py").write_text("def build():\n    raise ValueError('no robot')\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    error = planned(
+        tmp_path, "    import helper_of_mine\n    return helper_of_mine.build()\n"
+    ).error
+
+    assert error is not None
+    assert (error.kind, error.fault.message) == ("ValueError", "no robot")
+    assert error.fault.where == f"{tmp_path / 'broken.launch.py'}:8"
+
+
+def test_what_came_before_the_fault_is_in_the_plan(tmp_path: Path):
+    plan = planned(
+        tmp_path,
+        "    return LaunchDescription([LogInfo(msg='first'), Node(executable='x'),\n"
+        "        LogInfo(msg=LaunchConfiguration('nope'))])\n",
+    )
+
+    assert [text for text, _ in plan.logs] == ["first"]
+    assert [process.spec.label for process in plan.processes] == ["x"]
+    assert plan.error is not None
+    assert (plan.error.kind, plan.error.stage) == ("SubstitutionFailure", "run")
