@@ -28,11 +28,12 @@ def explain(
 
     The exception is its `__cause__`. A `context` lets the hint name what there is.
     """
+    entity = getattr(error, "_launcher_origin", None)
     if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
         error = error.__cause__
     if isinstance(error, LaunchFileError) and error.where is not None:
         return error
-    place = _place(error, path)
+    place = _place(error, path, entity)
     message = _message(error)
     line = None if place is None else _source_line(place)
     fault = LaunchFileError(
@@ -70,12 +71,11 @@ def _message(error: BaseException) -> str:
 # ---- where
 
 
-def _place(error: BaseException, path: str) -> Origin | None:
+def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | None:
     if isinstance(error, SyntaxError) and error.filename and error.lineno:
         return Origin(error.filename, error.lineno)
     places = list(_frames(error.__traceback__))
-    entity = getattr(error, "_launcher_origin", None)
-    if isinstance(entity, Origin):
+    if entity is not None:
         places.insert(0, entity)
     in_launch_files = [place for place in places if _is_launch_file(place.path, path)]
     if in_launch_files or places:
