@@ -15,6 +15,8 @@ import enum
 import errno
 import os
 import signal
+from collections import deque
+from collections.abc import Callable
 from typing import Union
 
 from launcher.model.record import Record
@@ -144,14 +146,30 @@ def signal_name(signum: int) -> str:
 class ProcessMachine:
     """One process: feed it events, do what it returns."""
 
-    def __init__(self, restart: RestartPolicy, stop: StopPolicy) -> None:
+    def __init__(
+        self,
+        restart: RestartPolicy,
+        stop: StopPolicy,
+        *,
+        chance: Callable[[], float] = lambda: os.urandom(1)[0] / 256,
+    ) -> None:
         self.restart = restart
         self.stop = stop
         self.state = ProcessState.STOPPED
         self.deadline: float | None = None
-        self.restarts = 0
+        self.restarts = 0  # since somebody last started it
         self.last: Outcome | None = None
+        self._chance = chance
         self._step = 0
+        self._quick_ends = 0
+        self._running_since = 0.0
+        self._recent: deque[float] = deque(maxlen=restart.max_restarts or 0)
+
+    @property
+    def may_restart(self) -> bool:
+        """Whether an end that comes now may be followed by a restart."""
+        is_running = self.state is ProcessState.RUNNING
+        return is_running and self.restart.mode is not RestartMode.NEVER
 
     def handle(self, event: MachineEvent, now: float) -> list[Action]:
         """What has to be done about `event`, in order. An event that does not fit is ignored."""
@@ -160,6 +178,7 @@ class ProcessMachine:
                 return self._start()
             case Started(), ProcessState.STARTING:
                 # STARTING -> RUNNING
+                self._running_since = now
                 self._enter(ProcessState.RUNNING)
             case Started(), ProcessState.STOPPING:
                 return self._signal(0, now)
@@ -188,6 +207,8 @@ class ProcessMachine:
     def _start(self) -> list[Action]:
         # STOPPED, EXITED, FATAL, BACKOFF -> STARTING: a start that was asked for counts afresh
         self.restarts = 0
+        self._recent.clear()
+        self._quick_ends = 0
         self._enter(ProcessState.STARTING)
         return [Spawn()]
 
@@ -195,6 +216,7 @@ class ProcessMachine:
         if self.state is ProcessState.BACKOFF:
             # BACKOFF -> STARTING
             self.restarts += 1
+            self._recent.append(now)
             self._enter(ProcessState.STARTING)
             return [Spawn()]
         return self._escalate(now)
@@ -221,10 +243,9 @@ class ProcessMachine:
             # STOPPING -> STOPPED
             self._enter(ProcessState.STOPPED)
             return [Ended(outcome, asked=True, retry_in_s=None)]
-        if self._retries(outcome):
+        if self._retries(outcome, now):
             # RUNNING, STARTING -> BACKOFF, even without a delay: a stop must find its way in
-            pause_s = SPAWN_RETRY_S if outcome.spawn_errno is not None else 0.0
-            delay_s = max(self.restart.delay_s, pause_s)
+            delay_s = self._delay_s(outcome, now)
             self._enter(ProcessState.BACKOFF, now + delay_s)
             return [Ended(outcome, asked=False, retry_in_s=delay_s)]
         gave_up = outcome.failed and self.restart.mode is not RestartMode.NEVER
@@ -233,7 +254,15 @@ class ProcessMachine:
         self._enter(ProcessState.FATAL if is_fatal else ProcessState.EXITED)
         return [Ended(outcome, asked=False, retry_in_s=None)]
 
-    def _retries(self, outcome: Outcome) -> bool:
+    def _retries(self, outcome: Outcome, now: float) -> bool:
         if outcome.spawn_errno is not None and outcome.spawn_errno not in TRANSIENT:
             return False  # a program that is not there will not be there in a second
-        return self.restart.wants_restart(failed=outcome.failed, restarts=self.restarts)
+        wanted = self.restart.wants_restart(failed=outcome.failed)
+        return wanted and self.restart.allows(self.restarts, self._recent, now)
+
+    def _delay_s(self, outcome: Outcome, now: float) -> float:
+        if outcome.spawn_errno is None and now - self._running_since >= self.restart.quiet_s:
+            self._quick_ends = 0
+        delay_s = self.restart.delay_after(self._quick_ends, self._chance())
+        self._quick_ends += 1
+        return max(delay_s, SPAWN_RETRY_S) if outcome.spawn_errno is not None else delay_s

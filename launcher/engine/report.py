@@ -10,7 +10,7 @@ import os
 from typing import NamedTuple
 
 from launcher.engine.machine import Ended, Escalate, signal_name
-from launcher.model.spec import ProcessSpec
+from launcher.model.spec import ProcessSpec, RestartPolicy
 
 
 class Line(NamedTuple):
@@ -66,6 +66,13 @@ def first_death(name: str, what: str, last_lines: list[str]) -> str:
     return "\n".join([f"{head}; its last lines:", *(f"    {line}" for line in last_lines)])
 
 
-def gave_up(restarts: int) -> Line:
+def restarts_in(delay_s: float, restarts: int, limit: int | None) -> Line:
+    """It is started again after a while."""
+    of = "" if limit is None else f" of {limit}"
+    return Line("INFO", f"restart {restarts + 1}{of} in {delay_s:.3g} s")
+
+
+def gave_up(policy: RestartPolicy, restarts: int) -> Line:
     """Its restarts are used up."""
-    return Line("ERROR", f"process is given up after {restarts} restarts")
+    within = "" if policy.window_s is None else f" within {policy.window_s:g} s"
+    return Line("ERROR", f"process is given up after {restarts} restarts{within}")

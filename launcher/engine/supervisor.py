@@ -331,7 +331,7 @@ class Supervisor:
     def _exited(self, process: Process) -> None:
         child = process.child
         assert child is not None
-        if process.machine.restart.wants_restart(failed=True, restarts=process.machine.restarts):
+        if process.machine.may_restart:
             # What it leaves in its group would run beside its successor. The group is safe to
             # signal only now, while the leader is not reaped and its number cannot be given away.
             child.signal_group(signal.SIGTERM)
@@ -352,11 +352,15 @@ class Supervisor:
                 asked=end.asked,
                 restart_in_s=end.retry_in_s,
             )
+        if end.retry_in_s:
+            restarts = process.machine.restarts
+            limit = process.machine.restart.max_restarts
+            self._tell(process, report.restarts_in(end.retry_in_s, restarts, limit))
         if outcome.failed and not end.asked and end.retry_in_s is None and not self._first_death:
             last_lines = process.last_lines(LAST_LINES)
             self._first_death = report.first_death(process.name, str(outcome), last_lines)
         if process.machine.state is ProcessState.FATAL and process.machine.restarts:
-            self._tell(process, report.gave_up(process.machine.restarts))
+            self._tell(process, report.gave_up(process.machine.restart, process.machine.restarts))
         pid = child.pid if child is not None else -1
         self._forget_child(process)
         self._feed(_event_of(process.process_id, pid, end))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import signal
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from launcher.model.record import Record
 
@@ -66,18 +66,41 @@ class RestartPolicy(Record):
     """Whether, when and how often a process is started again; all times in seconds.
 
     ROS 2's `respawn=True, respawn_delay=d, respawn_max_retries=n` is
-    `RestartPolicy(mode=ALWAYS, delay_s=d, max_restarts=n)`; None means without limit.
+    `RestartPolicy(mode=ALWAYS, delay_s=d, max_restarts=n)`. `max_restarts` None means without
+    limit; with `window_s` it limits those within the last so many seconds. `backoff_max_s` makes
+    the delay double from `delay_s` up to it, anew after a life of `quiet_s`; `jitter` is the
+    share of a delay that chance adds, so that a fleet does not start again in step.
     """
 
     mode: RestartMode = RestartMode.NEVER
     delay_s: float = 0.0
     max_restarts: int | None = None
+    window_s: float | None = None
+    backoff_max_s: float | None = None
+    quiet_s: float = 30.0
+    jitter: float = 0.0
 
-    def wants_restart(self, *, failed: bool, restarts: int) -> bool:
-        """Whether the next start is due after an end; `restarts` counts those made so far."""
-        if self.mode is RestartMode.NEVER or (self.mode is RestartMode.ON_FAILURE and not failed):
-            return False
-        return self.max_restarts is None or restarts < self.max_restarts
+    def wants_restart(self, *, failed: bool) -> bool:
+        """Whether the mode asks for another start after such an end."""
+        return self.mode is RestartMode.ALWAYS or (self.mode is RestartMode.ON_FAILURE and failed)
+
+    def allows(self, restarts: int, recent: Sequence[float], now: float) -> bool:
+        """Whether one more start is within the budget.
+
+        `restarts` counts those made; `recent` are the times of the last `max_restarts` of them.
+        """
+        if self.max_restarts is None:
+            return True
+        if self.window_s is None:
+            return restarts < self.max_restarts
+        return sum(when > now - self.window_s for when in recent) < self.max_restarts
+
+    def delay_after(self, quick_ends: int, chance: float) -> float:
+        """Seconds to wait after `quick_ends` short lives in a row; `chance` is in [0, 1)."""
+        delay_s = self.delay_s
+        if self.backoff_max_s is not None:
+            delay_s = min(self.delay_s * 2.0 ** min(quick_ends, 60), self.backoff_max_s)
+        return delay_s * (1.0 + self.jitter * chance)
 
 
 class StopPolicy(Record):

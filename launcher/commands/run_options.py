@@ -1,0 +1,107 @@
+"""RunOptions: what the command line says about supervising, beyond the launch file."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Callable
+
+from launcher.errors import UsageError
+from launcher.model.record import Record, replace
+from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
+
+_RESTART_EXAMPLE = "--restart robot_2=on-failure,max=5,window=60,backoff=0.5..30"
+DEFAULT_JITTER = 0.1
+
+
+class RunOptions(Record):
+    """`restart` are (pattern, policy) pairs, the last that matches counts.
+
+    `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
+    time; `exit_when_any_dies` after the first death that is not followed by a restart.
+    """
+
+    restart: tuple[tuple[str, RestartPolicy], ...] = ()
+    required: tuple[str, ...] = ()
+    exit_when_any_dies: bool = False
+    timeout_s: float | None = None
+    log_files: bool = True
+
+    def adapt(self, spec: ProcessSpec) -> ProcessSpec:
+        """The spec as the command line wants it."""
+        for pattern, policy in self.restart:
+            if matches(pattern, spec):
+                spec = replace(spec, restart=policy)
+        return spec
+
+    def is_required(self, spec: ProcessSpec) -> bool:
+        """Whether the run ends with this process."""
+        return any(matches(pattern, spec) for pattern in self.required)
+
+
+def matches(pattern: str, spec: ProcessSpec) -> bool:
+    """Whether a pattern (`robot_*`) means this process: by name, label or node name."""
+    names = [spec.name, spec.label]
+    if spec.ros is not None and spec.ros.node_name is not None:
+        names += [spec.ros.node_name, spec.ros.node_name.rpartition("/")[2]]
+    return any(fnmatch.fnmatchcase(name, pattern) for name in names)
+
+
+def parse_restart(word: str) -> tuple[str, RestartPolicy]:
+    """`PATTERN=MODE[,max=N][,window=S][,backoff=A..B][,delay=S][,quiet=S]`; UsageError."""
+    pattern, _, rest = word.partition("=")
+    mode, *settings = rest.split(",")
+    modes = {one.value: one for one in RestartMode}
+    if not pattern or mode not in modes:
+        raise UsageError(
+            f"'{word}' is no restart policy: MODE is one of {', '.join(modes)}",
+            hint=f"for example: {_RESTART_EXAMPLE}",
+        )
+    policy = RestartPolicy(mode=modes[mode])
+    for setting in settings:
+        policy = _with_setting(policy, setting, word)
+    return pattern, policy
+
+
+def _with_setting(policy: RestartPolicy, setting: str, word: str) -> RestartPolicy:
+    name, _, text = setting.partition("=")
+    try:
+        return _SETTINGS[name](policy, text)
+    except KeyError:
+        problem = f"there is no '{name}', only {', '.join(_SETTINGS)}"
+    except ValueError:
+        problem = f"'{setting}' is not a number as it should be"
+    raise UsageError(f"in '{word}': {problem}", hint=f"for example: {_RESTART_EXAMPLE}")
+
+
+def _backoff(policy: RestartPolicy, text: str) -> RestartPolicy:
+    first, _, most = text.partition("..")
+    return replace(
+        policy,
+        delay_s=seconds(first),
+        backoff_max_s=seconds(most),
+        jitter=DEFAULT_JITTER,
+    )
+
+
+_SETTINGS: dict[str, Callable[[RestartPolicy, str], RestartPolicy]] = {
+    "max": lambda policy, text: replace(policy, max_restarts=_count(text)),
+    "window": lambda policy, text: replace(policy, window_s=seconds(text)),
+    "backoff": _backoff,
+    "delay": lambda policy, text: replace(policy, delay_s=seconds(text)),
+    "quiet": lambda policy, text: replace(policy, quiet_s=seconds(text)),
+}
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 0:
+        raise ValueError(text)
+    return number
+
+
+def seconds(text: str) -> float:
+    """A number of seconds, finite and not negative; ValueError."""
+    number = float(text)
+    if not 0.0 <= number < float("inf"):
+        raise ValueError(text)
+    return number

@@ -1,0 +1,64 @@
+"""What the command line says about supervising."""
+
+import pytest
+
+from launcher.commands.run_options import RunOptions, matches, parse_restart
+from launcher.errors import UsageError
+from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy, RosIdentity
+
+
+def spec(name: str, node_name: str | None = None) -> ProcessSpec:
+    label = name.rpartition("-")[0]
+    return ProcessSpec(
+        name=name, label=label, argv=(label,), env={}, ros=RosIdentity(node_name=node_name)
+    )
+
+
+def test_a_whole_restart_policy_is_read():
+    pattern, policy = parse_restart("robot_2=on-failure,max=5,window=60,backoff=0.5..30")
+    assert pattern == "robot_2"
+    assert policy == RestartPolicy(
+        mode=RestartMode.ON_FAILURE,
+        max_restarts=5,
+        window_s=60.0,
+        delay_s=0.5,
+        backoff_max_s=30.0,
+        jitter=0.1,
+    )
+
+
+@pytest.mark.parametrize(
+    ("word", "says"),
+    [
+        ("robot_2", "never, on-failure, always"),
+        ("robot_2=sometimes", "never, on-failure, always"),
+        ("=always", "never, on-failure, always"),
+        ("a=always,maximum=3", "there is no 'maximum'"),
+        ("a=always,max=three", "'max=three' is not a number"),
+        ("a=always,max=-1", "'max=-1' is not a number"),
+        ("a=always,delay=inf", "'delay=inf' is not a number"),
+        ("a=always,backoff=1", "'backoff=1' is not a number"),
+    ],
+)
+def test_a_wrong_policy_is_refused_with_an_example(word, says):
+    with pytest.raises(UsageError, match=says) as caught:
+        parse_restart(word)
+    assert caught.value.hint.startswith("for example: --restart")
+
+
+@pytest.mark.parametrize("pattern", ["robot_2-4", "robot_2", "robot_*", "porter", "/fleet/porter"])
+def test_a_process_is_meant_by_name_label_node_name_or_pattern(pattern):
+    assert matches(pattern, spec("robot_2-4", "/fleet/porter"))
+
+
+def test_a_process_is_not_meant_by_a_part_of_its_name():
+    assert not matches("robot", spec("robot_2-4"))
+
+
+def test_the_last_policy_that_matches_counts():
+    options = RunOptions(
+        restart=(parse_restart("*=always"), parse_restart("robot_2=never")),
+    )
+    assert options.adapt(spec("robot_1-1")).restart.mode is RestartMode.ALWAYS
+    assert options.adapt(spec("robot_2-2")).restart.mode is RestartMode.NEVER
+    assert options.adapt(spec("robot_1-1")).argv == ("robot_1",)
