@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.errors import LaunchFileError
 from launcher.interpreter.core import Interpreter
+from launcher.interpreter.trace import Trace, Visit
 from launcher.language.compat import vocabulary
 from launcher.model import events as model
 from launcher.model.lifecycle import transition_steps
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from launcher.interpreter.host import Surprise
     from launcher.language.description import LaunchDescription
     from launcher.language.events import Shutdown
-    from launcher.language.origin import Origin
 
 HORIZON_S = 3600.0  # virtual time is not played further; respawns and timers may go on for ever
 _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}
@@ -74,22 +74,6 @@ class PlanError(Record):
     fault: LaunchFileError
 
 
-class PlannedVisit:
-    """An entity that was visited, `depth` levels below the event that led to it (from 1).
-
-    `skipped`: its condition said no. `processes` are the indices of those that it started.
-    """
-
-    __slots__ = ("depth", "entity", "processes", "skipped", "stamp")
-
-    def __init__(self, entity: Any, depth: int, stamp: Stamp) -> None:
-        self.entity = entity
-        self.depth = depth
-        self.stamp = stamp
-        self.skipped = False
-        self.processes: list[int] = []
-
-
 class Plan:
     """Everything that a launch file would do."""
 
@@ -104,9 +88,7 @@ class Plan:
         self.lifecycle: list[tuple[model.StateRequest, Stamp]] = []
         self.logs: list[tuple[str, Stamp]] = []
         self.shutdowns: list[tuple[str, Stamp]] = []
-        self.visits: list[PlannedVisit] = []
-        # (name, value, where it was set: None for the command line), in order.
-        self.settings: list[tuple[str, Any, Origin | None]] = []
+        self.visits: list[Visit] = []  # those that events led to; the others are below them
         self.warnings: tuple[Surprise, ...] = ()
         self.names_read: frozenset[str] = frozenset()
         self.error: PlanError | None = None
@@ -179,6 +161,7 @@ class _World:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._interpreter: Interpreter
+        self._trace: Trace
         self._now_s = 0.0
         self._phase = "run"
         self._cause: int | None = None
@@ -194,7 +177,9 @@ class _World:
         """Phase run, then phase exit; the interpreter is closed in the end."""
         self._interpreter = interpreter
         interpreter.host.shutdown_filter = self._shutdown
-        interpreter.host.watcher = self
+        self._trace = Trace(interpreter.context, lambda: self._stamp)
+        interpreter.host.watcher = self._trace
+        self._plan.visits = self._trace.roots
         try:
             self._list_arguments(description)
             interpreter.begin()
@@ -259,19 +244,6 @@ class _World:
 
     # ---- what happens
 
-    def visiting(self, entity: Any, depth: int) -> None:
-        """Note a visit (launcher.interpreter.host.Watcher)."""
-        self._plan.visits.append(PlannedVisit(entity, depth, self._stamp))
-
-    def configured(self, name: str, value: Any, origin: Origin | None) -> None:
-        """Note a value of a launch configuration."""
-        self._plan.settings.append((name, value, origin))
-
-    def skipped(self, action: Any) -> None:
-        """Note that the last visit came to nothing."""
-        if self._plan.visits and self._plan.visits[-1].entity is action:
-            self._plan.visits[-1].skipped = True
-
     @property
     def _stamp(self) -> Stamp:
         return Stamp(time_s=self._now_s, phase=self._phase, cause=self._cause)
@@ -297,6 +269,7 @@ class _World:
             case model.LogMessage(logger=logger, text=text):
                 if logger == _USER_LOGGER:
                     self._plan.logs.append((text, self._stamp))
+                    self._trace.logged(text)
             case model.SignalProcess(process_id=process_id, signum=signum):
                 if signum in _FATAL_SIGNALS and process_id in self._living:
                     return [self._exit(process_id)]
@@ -322,10 +295,7 @@ class _World:
             stamp=self._stamp,
         )
         index = len(self._plan.processes)
-        for visit in reversed(self._plan.visits):
-            if visit.entity is action:
-                visit.processes.append(index)
-                break
+        self._trace.started(action, index)
         self._living[effect.process_id] = index
         self._to_exit.append(effect.process_id)
         self._plan.processes.append(planned)

@@ -96,6 +96,16 @@ class LaunchConfigurationEquals(Condition):
         )
         super().__init__(predicate=self._predicate_func)
 
+    @property
+    def launch_configuration_name(self) -> str:
+        """The name."""
+        return self.__launch_configuration_name
+
+    @property
+    def expected_value(self) -> list[Substitution] | None:
+        """The value."""
+        return self.__expected_value
+
     def _predicate_func(self, context: LaunchContext) -> bool:
         name = self.__launch_configuration_name
         expected = self.__expected_value

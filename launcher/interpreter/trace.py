@@ -1,0 +1,147 @@
+"""Trace: which entities were visited, as a tree, with what a picture of the visit needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from launcher.language.condition import Condition
+from launcher.language.conditions import LaunchConfigurationEquals
+from launcher.language.context import LaunchContext
+from launcher.language.origin import Origin
+from launcher.language.substitution import Substitution
+from launcher.language.substitutions.configuration import LaunchConfiguration
+from launcher.language.substitutions.text import TextSubstitution
+
+_MAX_NESTING = 20  # of substitutions in each other; deeper ones are not looked into
+
+
+class Setting:
+    """A launch configuration that got a value; `origin` is None for the command line."""
+
+    __slots__ = ("name", "origin", "value")
+
+    def __init__(self, name: str, value: Any, origin: Origin | None) -> None:
+        self.name = name
+        self.value = value
+        self.origin = origin
+
+
+class Visit:
+    """One visit of an entity and, below it, the visits of what it yielded.
+
+    `stamp` tells when; `event` is what led to a visit without parent. `skipped`: the condition
+    said no; `read` holds the launch configurations that the condition asks for, as they were.
+    `settings` were made by this visit itself, `logs` are texts that it printed for the user,
+    `processes` are the numbers of the processes that it started.
+    """
+
+    __slots__ = (
+        "children",
+        "entity",
+        "event",
+        "logs",
+        "parent",
+        "processes",
+        "read",
+        "settings",
+        "skipped",
+        "stamp",
+    )
+
+    def __init__(self, entity: Any, parent: Visit | None, stamp: Any, event: Any) -> None:
+        self.entity = entity
+        self.parent = parent
+        self.stamp = stamp
+        self.event = event
+        self.children: list[Visit] = []
+        self.read: dict[str, Any] = {}
+        self.settings: list[Setting] = []
+        self.logs: list[str] = []
+        self.processes: list[int] = []
+        self.skipped = False
+
+    def walk(self) -> Iterator[Visit]:
+        """This visit and all below it, in order."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+
+class Trace:
+    """Collects visits (a Watcher of launcher.interpreter.host); `stamp` says when it is."""
+
+    def __init__(self, context: LaunchContext, stamp: Callable[[], Any]) -> None:
+        self._context = context
+        self._stamp = stamp
+        self._path: list[Visit] = []
+        self._current: Visit | None = None
+        self._of_entity: dict[int, Visit] = {}
+        self.roots: list[Visit] = []
+
+    def visiting(self, entity: Any, depth: int) -> None:
+        """A visit begins, `depth` levels below an event (from 1)."""
+        del self._path[depth - 1 :]
+        parent = self._path[-1] if self._path else None
+        event = None if parent else self._context.get_locals_as_dict().get("event")
+        visit = Visit(entity, parent, self._stamp(), event)
+        (self.roots if parent is None else parent.children).append(visit)
+        self._path.append(visit)
+        self._current = visit
+        self._of_entity[id(entity)] = visit
+        condition = getattr(entity, "condition", None)
+        if isinstance(condition, Condition):
+            visit.read = self._values(condition)
+        if hasattr(entity, "default_value"):
+            self._note_argument(visit)
+
+    def skipped(self, action: Any) -> None:
+        """The condition of the action that is being visited said no."""
+        if self._current is not None and self._current.entity is action:
+            self._current.skipped = True
+
+    def configured(self, name: str, value: Any, origin: Origin | None) -> None:
+        """A launch configuration got a value."""
+        if self._current is not None:
+            self._current.settings.append(Setting(name, value, origin))
+
+    def logged(self, text: str) -> None:
+        """The launch file told the user something."""
+        if self._current is not None:
+            self._current.logs.append(text)
+
+    def started(self, action: Any, process: int) -> None:
+        """An action that was visited started a process."""
+        visit = self._of_entity.get(id(action))
+        if visit is not None:
+            visit.processes.append(process)
+
+    def _note_argument(self, visit: Visit) -> None:
+        """An argument that has a value already: where that comes from."""
+        configurations = self._context.launch_configurations
+        name = visit.entity.name
+        value = configurations.peek(name)
+        if value is not None:
+            visit.settings.append(Setting(name, value, configurations.origin_of(name)))
+
+    def _values(self, condition: Condition) -> dict[str, Any]:
+        names = dict.fromkeys(_configurations_in(condition, _MAX_NESTING))
+        return {name: self._context.launch_configurations.peek(name) for name in names}
+
+
+def _configurations_in(part: Any, depth: int) -> Iterator[str]:
+    """Names of the launch configurations that a condition or a substitution asks for."""
+    if depth == 0:
+        return
+    if isinstance(part, LaunchConfiguration):
+        name = part.variable_name
+        if all(isinstance(text, TextSubstitution) for text in name):
+            yield "".join(text.text for text in name if isinstance(text, TextSubstitution))
+    elif isinstance(part, (Substitution, Condition)):
+        if isinstance(part, LaunchConfigurationEquals):
+            yield part.launch_configuration_name
+        for value in vars(part).values():
+            yield from _configurations_in(value, depth - 1)
+    elif isinstance(part, (list, tuple)):
+        for item in part:
+            yield from _configurations_in(item, depth - 1)
