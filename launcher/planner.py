@@ -106,8 +106,10 @@ class Plan:
 def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
     """The plan of a launch file of any kind; faults of the file are in `plan.error`."""
     plan = Plan(path)
+    arguments = list(arguments)
+    words = [path, *(f"{name}:={value}" for name, value in arguments)]
     # Launch files print; standard output belongs to the plan.
-    with vocabulary(), contextlib.redirect_stdout(sys.stderr):
+    with vocabulary(words), contextlib.redirect_stdout(sys.stderr):
         description = _load(plan)
         if description is not None:
             _evaluate(plan, description, arguments)

@@ -6,7 +6,7 @@ How a driver uses it::
     from launcher import frontends
     from launcher.interpreter import Interpreter
 
-    with vocabulary():                       # `import launch` works while this is open
+    with vocabulary([path, "name:=value"]):  # `import launch` works while this is open
         description = frontends.load(path)   # LaunchFileError: file:line, exit code 2
         interpreter = Interpreter(description, path=path, arguments=[("name", "value")])
         try:

@@ -60,6 +60,15 @@ class Configurations(dict[str, Any]):
         self._read(name)
         return super().__getitem__(name)
 
+    def update(self, *others: Any, **values: Any) -> None:
+        """Set several values."""
+        for name, value in dict(*others, **values).items():
+            self[name] = value
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies are plain dictionaries."""
+        return (dict, (self.copy(),))
+
     def __contains__(self, name: object) -> bool:
         self._read(str(name))
         return super().__contains__(name)

@@ -139,3 +139,12 @@ def test_loading_and_visiting_a_plain_file_imports_nothing_heavy(heavy: str, tmp
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
 
     assert done.stdout == "False\n", done.stderr
+
+
+def test_launch_files_find_the_words_of_ros2_launch_in_sys_argv(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sys, "argv", ["launcher", "plan", "--json", "file"])
+
+    with vocabulary(["file.launch.py", "robot:=r2"]):
+        assert sys.argv == ["ros2", "launch", "file.launch.py", "robot:=r2"]
+
+    assert sys.argv == ["launcher", "plan", "--json", "file"]

@@ -33,12 +33,17 @@ class _Finder:
 
 
 @contextmanager
-def vocabulary() -> Iterator[Session]:
+def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
     """Let `import launch` mean our vocabulary; on exit everything is as it was before.
 
     May be nested; late imports in functions of a launch file need it to be open still. The
-    session is for the driver: it may set the folder of the log files.
+    session is for the driver: it may set the folder of the log files. `words` are the target
+    and the arguments of the command line; some launch files look for them in `sys.argv`, and
+    find there what `ros2 launch` would have put.
     """
+    argv = sys.argv
+    if words is not None:
+        sys.argv = ["ros2", "launch", *words]
     session = Session()
     token = current_session.set(session)
     saved = _take_modules()
@@ -48,6 +53,7 @@ def vocabulary() -> Iterator[Session]:
         yield session
     finally:
         current_session.reset(token)
+        sys.argv = argv
         sys.meta_path.remove(finder)
         _take_modules()
         sys.modules.update(saved)

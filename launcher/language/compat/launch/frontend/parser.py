@@ -3,7 +3,7 @@
 from launcher.language.compat.names import reexport
 
 _SOURCES = {
-    "InvalidFrontendLaunchFileError": "launcher.frontends.parser",
+    "InvalidFrontendLaunchFileError": "launcher.language.sources:InvalidLaunchFileError",
     "Parser": "launcher.frontends.parser",
 }
 
