@@ -1,49 +1,15 @@
-"""RunOptions: what the command line says about supervising, beyond the launch file."""
+"""The words of the command line that say how to supervise."""
 
 from __future__ import annotations
 
-import fnmatch
 from collections.abc import Callable
 
 from launcher.errors import UsageError
-from launcher.model.record import Record, replace
-from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
+from launcher.model.record import replace
+from launcher.model.spec import RestartMode, RestartPolicy
 
 _RESTART_EXAMPLE = "--restart robot_2=on-failure,max=5,window=60,backoff=0.5..30"
 DEFAULT_JITTER = 0.1
-
-
-class RunOptions(Record):
-    """`restart` are (pattern, policy) pairs, the last that matches counts.
-
-    `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
-    time; `exit_when_any_dies` after the first death that is not followed by a restart.
-    """
-
-    restart: tuple[tuple[str, RestartPolicy], ...] = ()
-    required: tuple[str, ...] = ()
-    exit_when_any_dies: bool = False
-    timeout_s: float | None = None
-    log_files: bool = True
-
-    def adapt(self, spec: ProcessSpec) -> ProcessSpec:
-        """The spec as the command line wants it."""
-        for pattern, policy in self.restart:
-            if matches(pattern, spec):
-                spec = replace(spec, restart=policy)
-        return spec
-
-    def is_required(self, spec: ProcessSpec) -> bool:
-        """Whether the run ends with this process."""
-        return any(matches(pattern, spec) for pattern in self.required)
-
-
-def matches(pattern: str, spec: ProcessSpec) -> bool:
-    """Whether a pattern (`robot_*`) means this process: by name, label or node name."""
-    names = [spec.name, spec.label]
-    if spec.ros is not None and spec.ros.node_name is not None:
-        names += [spec.ros.node_name, spec.ros.node_name.rpartition("/")[2]]
-    return any(fnmatch.fnmatchcase(name, pattern) for name in names)
 
 
 def parse_restart(word: str) -> tuple[str, RestartPolicy]:

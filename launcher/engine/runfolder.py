@@ -48,13 +48,19 @@ class RunFolder:
     `path` is None where the folder could not be made; everything still works, without files.
     """
 
-    def __init__(self, env: Mapping[str, str], on_trouble: Callable[[str], None]) -> None:
+    def __init__(
+        self, env: Mapping[str, str], on_trouble: Callable[[str], None], *, enabled: bool = True
+    ) -> None:
         self._on_trouble = on_trouble
         self._files: dict[str, LogFile] = {}
         self._broken = False
         self._lock = -1
         self.journal = Journal(lambda lines: self._append(EVENTS, lines))
         self.path: Path | None = None
+        if enabled:
+            self._make(env)
+
+    def _make(self, env: Mapping[str, str]) -> None:
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
         micros = time.time_ns() // 1000 % 1_000_000
         path = log_root(env) / f"{stamp}-{micros:06d}-{socket.gethostname()}-{os.getpid()}"
@@ -75,7 +81,7 @@ class RunFolder:
 
     def write_lines(self, name: str, policy: OutputPolicy, stream: str, lines: bytes) -> None:
         """Whole lines of process `name`."""
-        if self._broken:
+        if self.path is None or self._broken:
             return
         prefix = f"[{name}] ".encode()
         prefixed = with_prefix(prefix, without_colour(lines))

@@ -2,8 +2,9 @@
 
 import pytest
 
-from launcher.commands.run_options import RunOptions, matches, parse_restart
+from launcher.commands.run_options import parse_restart
 from launcher.errors import UsageError
+from launcher.model.options import RunOptions, matches
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy, RosIdentity
 
 

@@ -1,0 +1,34 @@
+"""Chronicle: what the supervisor says, on the screen, in the log and in the journal."""
+
+from __future__ import annotations
+
+from launcher.engine.process import Process
+from launcher.engine.reactor import Reactor
+from launcher.engine.report import Line
+from launcher.engine.runfolder import RunFolder
+from launcher.engine.screen import Screen
+
+
+class Chronicle:
+    """One voice for a run."""
+
+    def __init__(self, reactor: Reactor, screen: Screen, folder: RunFolder) -> None:
+        self._reactor = reactor
+        self._screen = screen
+        self._folder = folder
+
+    def say(self, level: str, logger: str, text: str) -> None:
+        """A line of our own, on the screen and in the log."""
+        self._screen.log(level, logger, text)
+        self._folder.log(level, logger, text)
+
+    def tell(self, process: Process, line: Line) -> None:
+        """A line about a process."""
+        self.say(line.level, process.name, line.text)
+
+    def note(self, event: str, process: Process | None = None, **details: object) -> None:
+        """An entry of the journal, written when this pass of the loop is done."""
+        if self._folder.journal.is_empty:
+            self._reactor.call_later(0, self._folder.journal.flush)
+        name = {} if process is None else {"process": process.name}
+        self._folder.journal.note(event, **name, **details)

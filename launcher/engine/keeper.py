@@ -1,0 +1,182 @@
+"""Keeper: does what the machine of each process says, and tells the machine what happened."""
+
+from __future__ import annotations
+
+import errno
+import functools
+import os
+import signal
+from collections.abc import Callable
+
+from launcher.engine import report
+from launcher.engine.chronicle import Chronicle
+from launcher.engine.machine import (
+    Ended,
+    Escalate,
+    Exited,
+    MachineEvent,
+    ProcessState,
+    Signal,
+    Spawn,
+    SpawnError,
+    Started,
+    Tick,
+)
+from launcher.engine.process import Process
+from launcher.engine.reactor import Reactor
+from launcher.engine.relay import Relay
+from launcher.engine.spawn import Child
+from launcher.model.events import Event, ProcessExited, ProcessStarted, SpawnFailed
+
+
+class Keeper:
+    """Spawns, signals, reaps and reports.
+
+    `start_child(process)` spawns (OSError); `on_event` gets what the interpreter has to know;
+    `on_end(process, end)` is called after each end has been reported, `on_idle()` when something
+    has ended or a waiting time is over and nothing else follows from it.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        relay: Relay,
+        chronicle: Chronicle,
+        *,
+        start_child: Callable[[Process], Child],
+        on_event: Callable[[Event], None],
+        on_end: Callable[[Process, Ended], None],
+        on_idle: Callable[[], None],
+    ) -> None:
+        self._reactor = reactor
+        self._relay = relay
+        self._chronicle = chronicle
+        self._start_child = start_child
+        self._on_event = on_event
+        self._on_end = on_end
+        self._on_idle = on_idle
+        self.has_killed = False
+
+    def advance(self, process: Process, event: MachineEvent) -> None:
+        """Feed the machine, do what it says, and wake it at its deadline."""
+        for action in process.machine.handle(event, self._reactor.now()):
+            match action:
+                case Spawn():
+                    self._spawn(process)
+                case Signal(signum=signum):
+                    self.has_killed |= signum == signal.SIGKILL
+                    self.signal(process, signum)
+                case Escalate():
+                    self._chronicle.tell(process, report.escalated(process.name, action))
+                case Ended():
+                    self._ended(process, action)
+        self._set_timer(process)
+
+    def signal(self, process: Process, signum: int) -> None:
+        """Send a signal to the group of a process, if it lives."""
+        if process.child is None:
+            return
+        self._chronicle.tell(process, report.signalled(process.name, signum))
+        self._chronicle.note("signal", process, pid=process.child.pid, signal=int(signum))
+        process.child.signal_group(signum)
+
+    def write_stdin(self, process: Process, data: bytes) -> None:
+        """Hand data to the standard input of a process, if it lives and reads."""
+        if process.child is None:
+            return
+        try:
+            process.child.write_stdin(data)
+        except OSError as error:
+            text = f"standard input takes nothing: {os.strerror(error.errno or 0)}"
+            self._chronicle.tell(process, report.Line("WARNING", text))
+
+    def let_go(self, process: Process) -> None:
+        """Forget the child and close what belongs to it."""
+        if process.child is not None:
+            self._relay.detach(process)
+            self._reactor.remove(process.child.pidfd)
+            process.child.close()
+            process.child = None
+
+    def _set_timer(self, process: Process) -> None:
+        if process.timer is not None:
+            process.timer.cancel()
+            process.timer = None
+        deadline = process.machine.deadline
+        if deadline is not None:
+            tick = functools.partial(self._tick, process)
+            process.timer = self._reactor.call_later(deadline - self._reactor.now(), tick)
+
+    def _tick(self, process: Process) -> None:
+        self.advance(process, Tick())
+        self._on_idle()
+
+    def _spawn(self, process: Process) -> None:
+        try:
+            child = process.child = self._start_child(process)
+        except OSError as error:
+            number = error.errno or errno.EIO
+            self._chronicle.tell(process, report.not_started(process.spec, number))
+            self._chronicle.note("not started", process, reason=os.strerror(number))
+            self.advance(process, SpawnError(number))
+            return
+        self._relay.attach(process)
+        self._reactor.add_reader(child.pidfd, functools.partial(self._exited, process))
+        self._chronicle.tell(process, report.started(child.pid))
+        restarts = process.machine.restarts
+        self._chronicle.note("started", process, pid=child.pid, restarts=restarts)
+        self.advance(process, Started(child.pid))
+        self._on_event(ProcessStarted(process_id=process.process_id, pid=child.pid))
+
+    def _exited(self, process: Process) -> None:
+        child = process.child
+        assert child is not None
+        if process.machine.may_restart:
+            # What it leaves in its group would run beside its successor. The group is safe to
+            # signal only now, while the leader is not reaped and its number cannot be given away.
+            child.signal_group(signal.SIGTERM)
+        returncode = child.reap()
+        self._relay.drain(process)
+        self.advance(process, Exited(returncode))
+        self._on_idle()
+
+    def _ended(self, process: Process, end: Ended) -> None:
+        pid = -1 if process.child is None else process.child.pid
+        returncode = end.outcome.returncode
+        if returncode is not None:
+            self._chronicle.tell(process, report.ended(process.spec, pid, end))
+            self._chronicle.note(
+                "ended",
+                process,
+                pid=pid,
+                returncode=returncode,
+                asked=end.asked,
+                restart_in_s=end.retry_in_s,
+            )
+        self._tell_what_follows(process, end)
+        self.let_go(process)
+        self._on_end(process, end)
+        self._on_event(_event_of(process.process_id, pid, end))
+
+    def _tell_what_follows(self, process: Process, end: Ended) -> None:
+        machine = process.machine
+        if end.retry_in_s:
+            line = report.restarts_in(
+                end.retry_in_s, machine.restarts, machine.restart.max_restarts
+            )
+            self._chronicle.tell(process, line)
+        if machine.state is ProcessState.FATAL and machine.restarts:
+            self._chronicle.tell(process, report.gave_up(machine.restart, machine.restarts))
+
+
+def _event_of(process_id: int, pid: int, end: Ended) -> Event:
+    outcome = end.outcome
+    if outcome.returncode is None:
+        number = outcome.spawn_errno or errno.EIO
+        return SpawnFailed(process_id=process_id, errno=number, reason=os.strerror(number))
+    return ProcessExited(
+        process_id=process_id,
+        pid=pid,
+        returncode=outcome.returncode,
+        will_restart=end.retry_in_s is not None,
+    )
