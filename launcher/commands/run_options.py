@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 
 from launcher.errors import UsageError
+from launcher.model.options import RunOptions
 from launcher.model.record import replace
 from launcher.model.spec import RestartMode, RestartPolicy
 
@@ -71,3 +73,59 @@ def seconds(text: str) -> float:
     if not 0.0 <= number < float("inf"):
         raise ValueError(text)
     return number
+
+
+# ---- options
+
+HELP = """\
+  --restart NAME=MODE[,max=N][,window=S][,delay=S][,backoff=A..B][,quiet=S]
+                       start it again: never, on-failure, always; NAME may be a pattern
+  --required NAME      the run ends with this process
+  --exit-when-any-dies the run ends with the first death that is not followed by a restart
+  --timeout S          the run ends after S seconds
+  --no-log-files       only the screen"""
+
+
+def take_run_options(words: Sequence[str]) -> tuple[RunOptions, list[str]]:
+    """(the options in `words`, the words that are something else); UsageError."""
+    options = RunOptions()
+    rest: list[str] = []
+    queue = deque(words)
+    while queue:
+        word = queue.popleft()
+        name, has_value, value = word.partition("=")
+        if name in _FLAGS and not has_value:
+            options = _FLAGS[name](options)
+        elif name in _OPTIONS:
+            if not has_value:
+                if not queue:
+                    raise UsageError(f"{name} needs a value", hint=_line_of_help(name))
+                value = queue.popleft()
+            options = _OPTIONS[name](options, value)
+        else:
+            rest.append(word)
+    return options, rest
+
+
+def _line_of_help(name: str) -> str:
+    return next(line.strip() for line in HELP.splitlines() if name in line)
+
+
+def _timeout(options: RunOptions, text: str) -> RunOptions:
+    try:
+        return replace(options, timeout_s=seconds(text))
+    except ValueError:
+        raise UsageError(f"--timeout takes seconds, not '{text}'") from None
+
+
+_FLAGS: dict[str, Callable[[RunOptions], RunOptions]] = {
+    "--exit-when-any-dies": lambda options: replace(options, exit_when_any_dies=True),
+    "--no-log-files": lambda options: replace(options, log_files=False),
+}
+_OPTIONS: dict[str, Callable[[RunOptions, str], RunOptions]] = {
+    "--restart": lambda options, word: replace(
+        options, restart=(*options.restart, parse_restart(word))
+    ),
+    "--required": lambda options, word: replace(options, required=(*options.required, word)),
+    "--timeout": _timeout,
+}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from launcher.commands.run_options import parse_restart
+from launcher.commands.run_options import HELP, parse_restart, take_run_options
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions, matches
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy, RosIdentity
@@ -63,3 +63,25 @@ def test_the_last_policy_that_matches_counts():
     assert options.adapt(spec("robot_1-1")).restart.mode is RestartMode.ALWAYS
     assert options.adapt(spec("robot_2-2")).restart.mode is RestartMode.NEVER
     assert options.adapt(spec("robot_1-1")).argv == ("robot_1",)
+
+
+def test_options_are_taken_wherever_they_stand_and_the_rest_is_left():
+    words = ["--timeout", "2.5", "system", "--required=robot_*", "a:=1", "--no-log-files"]
+    options, rest = take_run_options([*words, "--restart", "x=always", "--debug"])
+    assert rest == ["system", "a:=1", "--debug"]
+    assert (options.timeout_s, options.required, options.log_files) == (2.5, ("robot_*",), False)
+    assert options.restart[0][1].mode is RestartMode.ALWAYS
+    assert not options.exit_when_any_dies
+
+
+@pytest.mark.parametrize("words", [["--timeout"], ["--timeout", "soon"], ["--restart"]])
+def test_an_option_without_a_good_value_is_refused(words):
+    with pytest.raises(UsageError):
+        take_run_options(words)
+
+
+def test_every_option_stands_in_the_help():
+    words = {line.split()[0] for line in HELP.splitlines() if line.startswith("  --")}
+    for word in words:
+        value = {"--restart": ["x=always"], "--timeout": ["1"], "--required": ["x"]}.get(word, [])
+        assert take_run_options([word, *value])[1] == []
