@@ -12,10 +12,11 @@ from launcher.interpreter.host import Answer, RunHost, Surprise
 from launcher.language import events as language
 from launcher.language import faults, process_events, session
 from launcher.language.actions.include import IncludeLaunchDescription
-from launcher.language.context import LaunchContext, replace_environment
+from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.handlers import OnIncludeLaunchDescription, OnShutdown
+from launcher.language.session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
 from launcher.language.utilities import (
     is_a_subclass,
@@ -51,7 +52,10 @@ class Interpreter:
         self._environment_before = dict(os.environ)
         if environment is not None:
             replace_environment(environment)
-        self.environment = dict(os.environ)
+        # That of the call, not what the loading of the launch file has made of it.
+        self.environment = dict(
+            session.current().environment if environment is None else environment
+        )
         pairs = arguments.items() if isinstance(arguments, Mapping) else arguments
         self.arguments = dict(pairs)
         self._path = path
@@ -62,6 +66,7 @@ class Interpreter:
             argv=[f"{name}:={value}" for name, value in self.arguments.items()],
             noninteractive=noninteractive,
         )
+        self.context._remember_environment(self.environment)
         self.host = RunHost(self.context, answer)
         self.context._host = self.host
         self.context.register_event_handler(OnIncludeLaunchDescription())

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.language.configurations import ALL_NAMES, Configurations
 from launcher.language.host import Host, NoHost
 from launcher.language.naming import public
+from launcher.language.session import replace_environment
 
 if TYPE_CHECKING:
     from launcher.language.event import Event
@@ -165,6 +166,10 @@ class LaunchContext:
             raise RuntimeError("environment stack unexpectedly empty")
         replace_environment(self.__environment_stack.pop())
 
+    def _remember_environment(self, environment: Mapping[str, str]) -> None:
+        """Let this be the environment that ResetEnvironment goes back to."""
+        self.__environment_reset = dict(environment)
+
     def _reset_environment(self) -> None:
         replace_environment(self.__environment_reset)
 
@@ -197,12 +202,3 @@ class LaunchContext:
     def perform_substitution(self, substitution: Substitution) -> str:
         """The text of a substitution in this context."""
         return substitution.perform(self)
-
-
-def replace_environment(values: Mapping[str, str]) -> None:
-    """Make `os.environ` equal to `values`, touching only what differs."""
-    for name in [name for name in os.environ if name not in values]:
-        del os.environ[name]
-    for name, value in values.items():
-        if os.environ.get(name) != value:
-            os.environ[name] = value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextvars import ContextVar
 
 Say = Callable[[str, str, str], None]
@@ -12,10 +12,12 @@ Say = Callable[[str, str, str], None]
 class Session:
     """The log folder, and where messages of loggers go: (logger, level, text).
 
-    `say` is set while an interpreter runs; what is told before is kept for it in `untold`.
+    `environment` is that of the call: launch files change `os.environ` already while they are
+    loaded. `say` is set while an interpreter runs; what is told before is kept for it in `untold`.
     """
 
     def __init__(self) -> None:
+        self.environment = dict(os.environ)
         self._log_dir: str | None = None
         self.say: Say | None = None
         self.untold: list[tuple[str, str, str]] = []
@@ -53,3 +55,12 @@ def current() -> Session:
     """The session of the vocabulary that is open; a passing one if none is."""
     session = current_session.get(None)
     return Session() if session is None else session
+
+
+def replace_environment(values: Mapping[str, str]) -> None:
+    """Make `os.environ` equal to `values`, touching only what differs."""
+    for name in [name for name in os.environ if name not in values]:
+        del os.environ[name]
+    for name, value in values.items():
+        if os.environ.get(name) != value:
+            os.environ[name] = value

@@ -283,3 +283,27 @@ def test_an_on_exit_handler_registered_later_is_asked_first():
         ended = model.ProcessExited(process_id=start.process_id, pid=1, returncode=0)
 
         assert texts(interpreter.handle(ended)) == ["late", "own"]
+
+
+def test_what_a_launch_file_sets_while_it_is_loaded_counts_as_set(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    from launcher.planner import plan_document
+
+    monkeypatch.delenv("SET_WHILE_LOADING", raising=False)
+    file = tmp_path / "sets.launch.py"
+    file.write_text(
+        "import os\n"
+        "from launch import LaunchDescription\n"
+        "from launch.actions import ExecuteProcess, GroupAction\n"
+        "def generate_launch_description():\n"
+        "    os.environ['SET_WHILE_LOADING'] = 'yes'\n"
+        "    clean = GroupAction([ExecuteProcess(cmd=['b'])], forwarding=False)\n"
+        "    return LaunchDescription([ExecuteProcess(cmd=['a']), clean])\n"
+    )
+
+    first, second = plan_document(str(file), [])["processes"]
+
+    assert first["env_set"] == {"SET_WHILE_LOADING": "yes"}
+    assert second["env_set"] == {}
+    assert "SET_WHILE_LOADING" not in os.environ

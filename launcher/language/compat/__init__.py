@@ -14,7 +14,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from types import ModuleType
 
-from launcher.language.session import Session, current_session
+from launcher.language.session import Session, current_session, replace_environment
 
 _FOLDER = str(Path(__file__).resolve().parent)
 TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
@@ -37,7 +37,8 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
     """Let `import launch` mean our vocabulary; on exit everything is as it was before.
 
     May be nested; late imports in functions of a launch file need it to be open still. The
-    session is for the driver: it may set the folder of the log files. `words` are the target
+    session is for the driver: it may set the folder of the log files. What launch files do to
+    `os.environ` is undone in the end. `words` are the target
     and the arguments of the command line; some launch files look for them in `sys.argv`, and
     find there what `ros2 launch` would have put.
     """
@@ -52,6 +53,7 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
     try:
         yield session
     finally:
+        replace_environment(session.environment)
         current_session.reset(token)
         sys.argv = argv
         sys.meta_path.remove(finder)

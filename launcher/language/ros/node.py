@@ -83,6 +83,7 @@ class Node(ExecuteProcess):
             program = ExecutableInPackage(package=package, executable=executable)
         cmd = [program, *([] if arguments is None else arguments)]
         if ros_arguments is not None:
+            ensure_argument_type(ros_arguments, list, "ros_arguments", "Node")
             cmd += ["--ros-args", *ros_arguments]
         cmd += ["--ros-args"]
         if name is not None:
