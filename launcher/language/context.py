@@ -131,9 +131,14 @@ class LaunchContext:
 
     def _lost_later(self) -> list[str]:
         """Names set in the scopes around the current visit, which a later visit does not see."""
-        if not self.__launch_configurations_stack:
-            return []
-        return self.__launch_configurations.differing(self.__launch_configurations_stack[0])
+        lost: list[str] = []
+        if self.__launch_configurations_stack:
+            outermost = self.__launch_configurations_stack[0]
+            lost += self.__launch_configurations.differing(outermost)
+        if self.__environment_stack:
+            outside = self.__environment_stack[0]
+            lost += [f"${name}" for name in os.environ if outside.get(name) != os.environ[name]]
+        return lost
 
     def _outer_configuration(self, name: str) -> Any:
         """The value outside of the innermost scope, None without one."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.language.actions.arguments import DeclareLaunchArgument
-from launcher.language.actions.configuration import SetLaunchConfiguration
+from launcher.language.actions.configuration import SetEnvironmentVariable, SetLaunchConfiguration
 from launcher.language.actions.events import RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess
@@ -32,6 +32,14 @@ def test_a_timer_in_a_group_that_sets_something_loses_it():
     (warning,) = warnings_of(GroupAction([PushROSNamespace("ns"), timer]))
 
     assert "this timer does later happens outside of its group: ros_namespace" in warning
+
+
+def test_a_timer_in_a_group_loses_its_environment_too():
+    timer = TimerAction(period=1.0, actions=[])
+
+    (warning,) = warnings_of(GroupAction([SetEnvironmentVariable("LAUNCHER_TEST", "1"), timer]))
+
+    assert "$LAUNCHER_TEST will be as outside" in warning
 
 
 def test_a_timer_in_a_group_that_sets_nothing_is_fine():
