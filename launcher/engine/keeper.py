@@ -15,6 +15,7 @@ from launcher.engine.machine import (
     Escalate,
     Exited,
     MachineEvent,
+    Outcome,
     ProcessState,
     Signal,
     Spawn,
@@ -22,6 +23,7 @@ from launcher.engine.machine import (
     Started,
     Tick,
 )
+from launcher.engine.oom import OomWatch
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
 from launcher.engine.relay import Relay
@@ -55,6 +57,7 @@ class Keeper:
         self._on_event = on_event
         self._on_end = on_end
         self._on_idle = on_idle
+        self._oom = OomWatch()
         self.has_killed = False
 
     def advance(self, process: Process, event: MachineEvent) -> None:
@@ -135,9 +138,15 @@ class Keeper:
             # What it leaves in its group would run beside its successor. The group is safe to
             # signal only now, while the leader is not reaped and its number cannot be given away.
             child.signal_group(signal.SIGTERM)
-        returncode = child.reap()
+        returncode, core_dumped = child.reap()
         self._relay.drain(process)
-        self.advance(process, Exited(returncode))
+        was_killed = returncode == -signal.SIGKILL
+        outcome = Outcome(
+            returncode=returncode,
+            core_dumped=core_dumped,
+            out_of_memory=was_killed and self._oom.has_struck(),
+        )
+        self.advance(process, Exited(outcome))
         self._on_idle()
 
     def _ended(self, process: Process, end: Ended) -> None:

@@ -64,9 +64,9 @@ class SpawnError(Record):
 
 
 class Exited(Record):
-    """The process ended; negative for a signal."""
+    """The process ended; `outcome` has a return code."""
 
-    returncode: int
+    outcome: Outcome
 
 
 class Stop(Record):
@@ -117,10 +117,15 @@ Action = Union[Spawn, Signal, Escalate, Ended]
 
 
 class Outcome(Record):
-    """How one life of a process ended: exactly one of the two is set."""
+    """How one life of a process ended: exactly one of the first two is set.
+
+    `core_dumped` and `out_of_memory` tell more about a death by a signal.
+    """
 
     returncode: int | None = None
     spawn_errno: int | None = None
+    core_dumped: bool = False
+    out_of_memory: bool = False
 
     @property
     def failed(self) -> bool:
@@ -131,8 +136,14 @@ class Outcome(Record):
         if self.spawn_errno is not None:
             return f"could not be started: {os.strerror(self.spawn_errno)}"
         if self.returncode is not None and self.returncode < 0:
-            return signal_name(-self.returncode)
+            return signal_name(-self.returncode) + self._remark
         return f"exit code {self.returncode}"
+
+    @property
+    def _remark(self) -> str:
+        if self.out_of_memory:
+            return ", killed by the kernel for want of memory"
+        return ", core dumped" if self.core_dumped else ""
 
 
 def signal_name(signum: int) -> str:
@@ -184,8 +195,8 @@ class ProcessMachine:
                 return self._signal(0, now)
             case SpawnError(errno=number), ProcessState.STARTING | ProcessState.STOPPING:
                 return self._end(Outcome(spawn_errno=number), now)
-            case Exited(returncode=code), state if state.is_alive:
-                return self._end(Outcome(returncode=code), now)
+            case Exited(outcome=outcome), state if state.is_alive:
+                return self._end(outcome, now)
             case Stop(), ProcessState.RUNNING:
                 return self._signal(0, now)
             case Stop(), ProcessState.STARTING:

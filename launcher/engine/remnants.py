@@ -11,6 +11,7 @@ from launcher.engine.machine import (
     Exited,
     Hurry,
     MachineEvent,
+    Outcome,
     ProcessMachine,
     Signal,
     Start,
@@ -66,7 +67,7 @@ class Remnants:
             sweep.signal_all(self._run_id, 9, ignore=self._ignore)  # something may have forked
         if self._kill_polls * POLL_S > PATIENCE.sigkill_timeout_s:
             self._say("ERROR", f"could not be killed: {_names(pids)}")
-            self._machine.handle(Exited(-9), self._reactor.now())
+            self._machine.handle(Exited(Outcome(returncode=-9)), self._reactor.now())
             self._on_done()
             return
         self._reactor.call_later(POLL_S, self.check)

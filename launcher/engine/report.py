@@ -44,10 +44,12 @@ def ended(spec: ProcessSpec, pid: int, end: Ended) -> Line:
     code = end.outcome.returncode
     if code == 0:
         return Line("INFO", f"process has finished cleanly [pid {pid}]")
+    detail = "" if code is None or code >= 0 else f" ({end.outcome})"
     if end.asked and code != -9:
         return Line("INFO", f"process was stopped [pid {pid}, {end.outcome}]")
     return Line(
-        "ERROR", f"process has died [pid {pid}, exit code {code}, cmd '{spec.command_line}']."
+        "ERROR",
+        f"process has died [pid {pid}, exit code {code}, cmd '{spec.command_line}'].{detail}",
     )
 
 

@@ -59,12 +59,10 @@ def stale(*, folder: Path = FOLDER, proc: Path = PROC, now_s: float | None = Non
     """All that nobody uses, sorted by name; `now_s` is wall time, as the files' times are."""
     before_s = (time.time() if now_s is None else now_s) - SETTLING_S
     names = _names(folder)
-    ports = _ports(names)
-    unused = _unmapped(ports, folder, proc)
-    segments = [match[1] for name in names if (match := _SEGMENT_LOCK.match(name))]
+    unused = _unmapped(_ports(names), folder, proc, before_s)
     return [
         Stale(name, _size(folder, name))
-        for name in sorted({*segments, *unused})
+        for name in sorted(_segments(names) | unused)
         if _is_settled(folder, name, before_s) and _is_free(folder, name)
     ]
 
@@ -81,7 +79,7 @@ def free(names: Iterable[str], *, folder: Path = FOLDER, proc: Path = PROC) -> i
     """
     wanted = set(names)
     ports = {name for name in wanted if _PORT_FILE.match(name)}
-    targets = (wanted - ports) | _unmapped(ports, folder, proc)
+    targets = (wanted - ports) | _unmapped(ports, folder, proc, time.time() - SETTLING_S)
     return sum(_free(folder, name) for name in sorted(targets))
 
 
@@ -152,6 +150,10 @@ def _names(folder: Path) -> list[str]:
         return []
 
 
+def _segments(names: Iterable[str]) -> set[str]:
+    return {match[1] for name in names if (match := _SEGMENT_LOCK.match(name))}
+
+
 def _ports(names: Iterable[str]) -> set[str]:
     return {match[1] for name in names if (match := _PORT_FILE.match(name))}
 
@@ -195,21 +197,21 @@ def _lock_owners(proc: Path) -> dict[tuple[int, int], int]:
     }
 
 
-def _unmapped(ports: set[str], folder: Path, proc: Path) -> set[str]:
+def _unmapped(ports: set[str], folder: Path, proc: Path, before_s: float) -> set[str]:
     """Those of the ports that no live participant has mapped.
 
     None of them if there is a participant that we cannot look at: every one holds the lock of a
-    segment, so that no one escapes notice.
+    segment, so that no one escapes notice. One that may be just starting counts as such.
     """
     if not ports:
         return set()
     owners = held(folder=folder, proc=proc)
     mapped: set[str] = set()
-    for name in _names(folder):
-        match = _SEGMENT_LOCK.match(name)
-        if match is None or _is_free(folder, match[1]):
+    for segment in _segments(_names(folder)):
+        owner = owners.get(segment)
+        if owner is None and _is_settled(folder, segment, before_s) and _is_free(folder, segment):
             continue
-        names = _mapped_by(owners.get(match[1]), proc)
+        names = _mapped_by(owner, proc)
         if names is None:
             return set()
         mapped |= names
@@ -218,6 +220,8 @@ def _unmapped(ports: set[str], folder: Path, proc: Path) -> set[str]:
 
 def _mapped_by(pid: int | None, proc: Path) -> set[str] | None:
     """What of Fast DDS the process has mapped; None if that cannot be seen."""
+    if pid is None:
+        return None
     try:
         maps = (proc / str(pid) / "maps").read_bytes()
     except OSError:

@@ -53,9 +53,11 @@ class Child:
             return False
         return True
 
-    def reap(self) -> int:
-        """The return code of a process whose pidfd has become readable; never blocks for long."""
-        return self._popen.wait()
+    def reap(self) -> tuple[int, bool]:
+        """(return code, whether it left a core dump); call it when the pidfd is readable."""
+        end = os.waitid(os.P_PIDFD, self.pidfd, os.WEXITED | os.WNOWAIT)
+        has_dumped = end is not None and end.si_code == os.CLD_DUMPED
+        return self._popen.wait(), has_dumped
 
     def read(self, fd: int) -> bytes | None:
         """What one read returns: b'' at the end of the stream, None if there is nothing yet."""

@@ -28,6 +28,10 @@ from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
 
 
+def exited(code: int) -> Exited:
+    return Exited(Outcome(returncode=code))
+
+
 def machine(**restart: object) -> ProcessMachine:
     return ProcessMachine(RestartPolicy(**restart), StopPolicy(), chance=lambda: 0.5)
 
@@ -67,7 +71,7 @@ def test_hurrying_takes_the_next_step_at_once_and_says_how_long_it_waited():
 def test_an_end_that_was_asked_for_is_no_death_and_never_restarts():
     one = running(mode=RestartMode.ALWAYS)
     one.handle(Stop(), 0.0)
-    assert one.handle(Exited(-2), 0.1) == [Ended(Outcome(returncode=-2), True, None)]
+    assert one.handle(exited(-2), 0.1) == [Ended(Outcome(returncode=-2), True, None)]
     assert one.state is ProcessState.STOPPED
 
 
@@ -90,13 +94,13 @@ def test_a_stop_that_overtakes_the_spawn_is_delivered_when_there_is_a_process():
 )
 def test_the_restart_mode_decides_after_an_end(mode, code, state):
     one = running(mode=mode)
-    one.handle(Exited(code), 1.0)
+    one.handle(exited(code), 1.0)
     assert one.state is state
 
 
 def test_a_restart_waits_for_its_delay_in_backoff():
     one = running(mode=RestartMode.ALWAYS, delay_s=1.5)
-    one.handle(Exited(1), 2.0)
+    one.handle(exited(1), 2.0)
     assert one.handle(Tick(), 3.4) == []
     assert one.handle(Tick(), 3.5) == [Spawn()]
     assert one.restarts == 1
@@ -104,7 +108,7 @@ def test_a_restart_waits_for_its_delay_in_backoff():
 
 def test_a_stop_in_backoff_ends_it_without_a_signal():
     one = running(mode=RestartMode.ALWAYS, delay_s=1.5)
-    one.handle(Exited(1), 2.0)
+    one.handle(exited(1), 2.0)
     assert one.handle(Stop(), 2.1) == []
     assert one.state is ProcessState.STOPPED
     assert one.handle(Tick(), 9.0) == []
@@ -112,10 +116,10 @@ def test_a_stop_in_backoff_ends_it_without_a_signal():
 
 def test_used_up_restarts_are_fatal():
     one = running(mode=RestartMode.ALWAYS, max_restarts=1)
-    one.handle(Exited(1), 1.0)
+    one.handle(exited(1), 1.0)
     one.handle(Tick(), 1.0)
     one.handle(Started(8), 1.0)
-    assert one.handle(Exited(1), 2.0) == [Ended(Outcome(returncode=1), False, None)]
+    assert one.handle(exited(1), 2.0) == [Ended(Outcome(returncode=1), False, None)]
     assert one.state is ProcessState.FATAL
 
 
@@ -125,7 +129,7 @@ def delays_of_a_crash_loop(one: ProcessMachine, lives_s: list[float]) -> list[fl
     delays = []
     for life_s in lives_s:
         now += life_s
-        (end,) = one.handle(Exited(1), now)
+        (end,) = one.handle(exited(1), now)
         delays.append(end.retry_in_s)
         now += end.retry_in_s or 0.0
         one.handle(Tick(), now)
@@ -176,6 +180,11 @@ def test_too_many_open_files_are_tried_again_but_not_in_a_busy_loop():
         (Outcome(returncode=3), "exit code 3"),
         (Outcome(returncode=-11), "SIGSEGV"),
         (Outcome(returncode=-40), "signal 40"),
+        (Outcome(returncode=-6, core_dumped=True), "SIGABRT, core dumped"),
+        (
+            Outcome(returncode=-9, out_of_memory=True),
+            "SIGKILL, killed by the kernel for want of memory",
+        ),
         (Outcome(spawn_errno=errno.EACCES), "could not be started: Permission denied"),
     ],
 )
@@ -216,7 +225,7 @@ class World:
     def die(self, code: int) -> None:
         if self.alive:
             self.alive -= 1
-            self.feed(Exited(code))
+            self.feed(exited(code))
 
     def do(self, command: str) -> None:
         self.now += 0.7
