@@ -41,9 +41,20 @@ def main(words: Sequence[str]) -> int:
         plan = make_plan(request.path, request.arguments)
     if "--json" in request.options:
         return _print_document(plan)
-    for process in plan.processes:
-        print(process.spec.name, process.spec.command_line)
-    return ExitCode.OK if plan.error is None else ExitCode.USAGE
+    return _print_tree(plan)
+
+
+def _print_tree(plan: Plan) -> int:
+    from launcher.render.command_line import ParameterFiles
+    from launcher.render.plan_tree import plan_tree
+    from launcher.render.tree import draw
+
+    colour = sys.stdout.isatty()
+    print(draw(plan_tree(plan, ParameterFiles()), colour=colour))
+    if plan.error is None:
+        return ExitCode.OK
+    print(plan.error.fault.render(), file=sys.stderr)
+    return ExitCode.USAGE
 
 
 def _print_document(plan: Plan) -> int:

@@ -1,0 +1,310 @@
+"""The plan as a tree that a person can read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.language.actions.arguments import DeclareLaunchArgument
+from launcher.language.actions.configuration import (
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
+    SetLaunchConfiguration,
+)
+from launcher.language.actions.events import LogInfo, OpaqueFunction, RegisterEventHandler
+from launcher.language.actions.group import GroupAction
+from launcher.language.actions.include import IncludeLaunchDescription
+from launcher.language.actions.process import ExecuteLocal
+from launcher.language.actions.timer import TimerAction
+from launcher.language.description import LaunchDescription
+from launcher.render.command_line import ParameterFiles, command_line
+from launcher.render.entities import (
+    condition_text,
+    handler_target,
+    happening,
+    headline,
+    place,
+    short_path,
+)
+from launcher.render.tree import Branch
+
+if TYPE_CHECKING:
+    from launcher.interpreter.trace import Setting, Visit
+    from launcher.planner import Plan, PlannedProcess
+
+# How a scope is made; the group says it already.
+_SCOPE_PARTS = (
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
+)
+
+
+def plan_tree(plan: Plan, files: ParameterFiles) -> Branch:
+    """The plan as branches; generated parameter files are kept in `files`."""
+    return _Painter(plan, files).paint()
+
+
+class _Painter:
+    def __init__(self, plan: Plan, files: ParameterFiles) -> None:
+        self._plan = plan
+        self._files = files
+        self._loads = list(plan.loads)
+        self._visit_of: dict[int, Visit] = {}  # by id of the entity, the last one
+        self._owner: dict[int, Visit] = {}  # by id of an entity: what yields it later
+        self._later: dict[int, list[tuple[Visit, Visit]]] = {}  # by id of that visit
+        self._loose: list[tuple[Visit, Visit]] = []  # (root, visit) that nobody owns
+
+    def paint(self) -> Branch:
+        """The whole tree."""
+        for root in self._plan.visits:
+            for visit in root.walk():
+                self._note_owner(visit)
+        for root in self._plan.visits[1:]:
+            self._find_place(root)
+        children = [branch for root in self._plan.visits[:1] for branch in self._of_root(root)]
+        children += [self._event(root, [visit]) for root, visit in self._loose]
+        children += [self._load(load, stamp) for load, stamp in self._loads]
+        children += self._transitions()
+        return Branch(short_path(self._plan.path), style="scope", children=children)
+
+    # ---- who owns what happens later
+
+    def _note_owner(self, visit: Visit) -> None:
+        entity = visit.entity
+        self._visit_of[id(entity)] = visit
+        yielded: Iterable[Any] = ()
+        if isinstance(entity, TimerAction):
+            yielded = entity.actions
+        elif isinstance(entity, RegisterEventHandler):
+            yielded = entity.event_handler.describe()[1]
+        for one in yielded:
+            self._owner[id(one)] = visit
+
+    def _find_place(self, root: Visit) -> None:
+        visits = root.children if _is_plumbing(root) else [root]
+        for visit in visits:
+            owner = self._owner.get(id(visit.entity)) or self._visit_of.get(
+                id(getattr(root.event, "action", None))
+            )
+            if owner is None or owner is visit:
+                self._loose.append((root, visit))
+            else:
+                self._later.setdefault(id(owner), []).append((root, visit))
+
+    # ---- branches
+
+    def _of_root(self, root: Visit) -> list[Branch]:
+        """What the command line's include yields, without that include."""
+        if isinstance(root.entity, (IncludeLaunchDescription, LaunchDescription)):
+            return [branch for child in root.children for branch in self._of_root(child)]
+        names = {setting.name for setting in root.settings}
+        if isinstance(root.entity, SetLaunchConfiguration) and names & self._plan.declared.keys():
+            return []  # told where it is declared
+        return self._branches(root)
+
+    def _branches(self, visit: Visit) -> list[Branch]:
+        entity = visit.entity
+        if isinstance(entity, LaunchDescription):
+            return [branch for child in visit.children for branch in self._branches(child)]
+        if isinstance(entity, _SCOPE_PARTS) and _is_in_group(visit):
+            return []
+        if visit.skipped:
+            return [Branch(f"skipped: {headline(entity)}", style="skipped", aside=_why(visit))]
+        if isinstance(entity, ExecuteLocal) and visit.processes:
+            return [self._process(visit, number) for number in visit.processes]
+        if isinstance(entity, RegisterEventHandler):
+            return [self._handler(visit)]
+        return [self._other(visit)]
+
+    def _other(self, visit: Visit) -> Branch:
+        children = [branch for child in visit.children for branch in self._branches(child)]
+        children += self._what_follows(visit)
+        head, aside = _head(visit)
+        asides = [text for text in (aside, _why(visit)) if text]
+        style = "scope" if visit.children or children else "plain"
+        if isinstance(visit.entity, TimerAction):
+            style = "event"
+        elif isinstance(visit.entity, (DeclareLaunchArgument, SetLaunchConfiguration)):
+            style = "value"
+        return Branch(head, style=style, aside=", ".join(asides), children=children)
+
+    def _what_follows(self, visit: Visit) -> list[Branch]:
+        branches: list[Branch] = []
+        for root, later in self._later.get(id(visit), ()):
+            if isinstance(visit.entity, TimerAction):
+                branches += self._branches(later)
+            else:
+                branches.append(self._event(root, [later], short=True))
+        return branches
+
+    def _event(self, root: Visit, visits: list[Visit], *, short: bool = False) -> Branch:
+        children = [branch for visit in visits for branch in self._branches(visit)]
+        action = getattr(root.event, "action", None)
+        who = "it" if short else self._name(action)
+        head = f"when {who} {happening(root.event)}" if action is not None else "later"
+        return Branch(head, style="event", aside=_time(root.stamp.time_s), children=children)
+
+    def _handler(self, visit: Visit) -> Branch:
+        handler = visit.entity.event_handler
+        target, text = handler_target(handler)
+        head = text if target is None else f"when {self._name(target)} {text}"
+        followed = self._later.get(id(visit), ())
+        children: list[Branch] = []
+        for root, later in followed:
+            if target is None and getattr(root.event, "action", None) is not None:
+                children.append(self._event(root, [later]))
+            else:
+                children += self._branches(later)
+        if not followed:
+            head, children = f"{head} (not in this dry run)", _unvisited(handler.describe()[1])
+        return Branch(head, style="event", aside=_why(visit), children=children)
+
+    def _name(self, action: Any) -> str:
+        visit = self._visit_of.get(id(action))
+        if visit is not None and visit.processes:
+            return self._plan.processes[visit.processes[0]].spec.name
+        return headline(action)
+
+    # ---- processes and what is in them
+
+    def _process(self, visit: Visit, number: int) -> Branch:
+        process = self._plan.processes[number]
+        asides = [_identity(process), _time(process.stamp.time_s), _why(visit)]
+        asides.append(place(visit.entity._origin))
+        children = [self._load(load, stamp) for load, stamp in self._loads_of(process)]
+        return Branch(
+            process.spec.name,
+            style="process",
+            aside=", ".join(text for text in asides if text),
+            lines=self._process_lines(process),
+            children=children + self._what_follows(visit),
+        )
+
+    def _process_lines(self, process: PlannedProcess) -> list[tuple[str, str]]:
+        spec = process.spec
+        lines: list[tuple[str, str]] = []
+        paths: dict[str, str] = {}
+        for source in spec.ros.parameters if spec.ros else ():
+            if source.generated is None or source.file is None:
+                continue
+            path, text = self._files.keep(spec.label, source.generated)
+            paths[source.file] = path or "<generated>"
+            lines += [("aside", f"{paths[source.file]}:")]
+            lines += [("aside", f"  {line}") for line in text.splitlines()]
+        command = command_line(spec, self._plan.environment, paths)
+        return [("command", f"$ {command}"), *_restart_line(process), *lines]
+
+    def _loads_of(self, process: PlannedProcess) -> list[Any]:
+        ros = process.spec.ros
+        if ros is None or ros.node_name is None:
+            return []
+        name = f"{(ros.namespace or '').rstrip('/')}/{ros.node_name}"
+        mine = [pair for pair in self._loads if f"/{pair[0].container.lstrip('/')}" == name]
+        self._loads = [pair for pair in self._loads if pair not in mine]
+        return mine
+
+    def _load(self, load: Any, stamp: Any) -> Branch:
+        name = f"{(load.namespace or '').rstrip('/')}/{load.name or ''}"
+        lines = [("plain", f"{key}: {value}") for key, value in load.parameters]
+        lines += [("plain", f"remap {old} to {new}") for old, new in load.remappings]
+        lines += [
+            ("plain", f"extra argument {key}: {value}") for key, value in load.extra_arguments
+        ]
+        aside = f"plugin {load.plugin} of {load.package}, into {load.container}"
+        when = _time(stamp.time_s)
+        aside += f", {when}" if when else ""
+        return Branch(f"component {name}", style="process", aside=aside, lines=lines)
+
+    def _transitions(self) -> list[Branch]:
+        return [
+            Branch(f"{change.node}: {change.transition}", style="event", aside=_time(stamp.time_s))
+            for change, stamp in self._plan.lifecycle
+        ]
+
+
+def _head(visit: Visit) -> tuple[str, str]:
+    """(text, remark) of an entity that is no process."""
+    entity = visit.entity
+    if isinstance(entity, (DeclareLaunchArgument, SetLaunchConfiguration)) and visit.settings:
+        setting = visit.settings[-1]
+        return f"{headline(entity)} = {setting.value!r}", _source(visit, setting)
+    if isinstance(entity, LogInfo) and visit.logs:
+        return f"log: {visit.logs[-1]}", ""
+    if visit.settings:
+        setting = visit.settings[-1]
+        return f"{headline(entity)}: {setting.name} = {setting.value!r}", place(entity._origin)
+    if isinstance(entity, IncludeLaunchDescription):
+        return headline(entity), place(entity._origin)
+    if isinstance(entity, GroupAction):
+        scoped = any(isinstance(child.entity, PushLaunchConfigurations) for child in visit.children)
+        return "group" if scoped else "group without a scope", place(entity._origin)
+    return headline(entity), place(entity._origin)
+
+
+def _source(visit: Visit, setting: Setting) -> str:
+    """Where a value comes from."""
+    where = place(setting.origin)
+    if setting.origin is None:
+        return "command line"
+    if isinstance(visit.entity, SetLaunchConfiguration):
+        including = visit.parent is not None and isinstance(
+            visit.parent.entity, IncludeLaunchDescription
+        )
+        return f"launch_arguments at {where}" if including else f"set at {where}"
+    own = visit.entity._origin
+    return f"default at {where}" if setting.origin == own else f"set before at {where}"
+
+
+def _why(visit: Visit) -> str:
+    """The condition with its value and what it was made of."""
+    condition = getattr(visit.entity, "condition", None)
+    if condition is None or callable(condition):
+        return ""
+    values = ", ".join(f"{name} = {value!r}" for name, value in visit.read.items())
+    answer = "no" if visit.skipped else "yes"
+    return f"{condition_text(condition)}: {answer}{f' ({values})' if values else ''}"
+
+
+def _time(time_s: float) -> str:
+    return f"at {time_s:g} s" if time_s else ""
+
+
+def _identity(process: PlannedProcess) -> str:
+    ros = process.spec.ros
+    if ros is None:
+        return ""
+    program = f"{ros.package}/{ros.executable}" if ros.package else str(ros.executable)
+    if ros.node_name is None:
+        return program
+    return f"{program} as {(ros.namespace or '').rstrip('/')}/{ros.node_name}"
+
+
+def _restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
+    if not process.respawn:
+        return []
+    limit = process.respawn_max_retries
+    times = f", at most {limit} times" if isinstance(limit, int) and limit >= 0 else ""
+    return [("aside", f"started again {process.respawn_delay or 0.0:g} s after it ends{times}")]
+
+
+def _unvisited(entities: Iterable[Any]) -> list[Branch]:
+    return [Branch(headline(entity), style="skipped") for entity in entities]
+
+
+def _is_in_group(visit: Visit) -> bool:
+    return visit.parent is not None and isinstance(visit.parent.entity, GroupAction)
+
+
+def _is_plumbing(visit: Visit) -> bool:
+    """Whether the launcher itself made this entity, to react to an event."""
+    function = vars(visit.entity).get("_OpaqueFunction__function")
+    own = getattr(function, "__module__", "") or ""
+    return isinstance(visit.entity, OpaqueFunction) and own.startswith("launcher.")
