@@ -1,0 +1,161 @@
+"""To YAML: a message as plain values, YAML, CSV or JSON, in the shapes of `ros2 topic echo`."""
+
+from __future__ import annotations
+
+import array
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy
+import yaml
+from rosidl_parser import definition
+
+DEFAULT_LENGTH = 128
+_SEQUENCES = (list, tuple, array.array, numpy.ndarray)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Style:
+    """What of a message is shown; `length` cuts strings, bytes and arrays, None cuts nothing."""
+
+    length: int | None = None
+    no_arr: bool = False
+    no_str: bool = False
+    flow: bool = False
+
+
+WHOLE = Style()
+
+
+class _Dumper(yaml.SafeDumper):
+    """Keeps repeated values written out: a message has no aliases."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    # these count as line breaks in YAML and would come back as spaces; escaped they survive
+    style = '"' if any(c in text for c in "\x85\u2028\u2029") else None
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+
+
+_Dumper.add_representer(str, _text)
+
+
+def to_yaml(message: Any, style: Style = WHOLE) -> str:
+    """A message as a YAML document."""
+    return dump(to_plain(message, style), flow=style.flow)
+
+
+def dump(plain: Any, *, flow: bool = False, sort: bool = False) -> str:
+    """Plain values as YAML, one line per value however long."""
+    text: str = yaml.dump(
+        plain,
+        Dumper=_Dumper,
+        allow_unicode=True,
+        width=sys.maxsize,
+        default_flow_style=flow,
+        sort_keys=sort,
+    )
+    return text
+
+
+def to_plain(message: Any, style: Style = WHOLE) -> dict[str, Any]:
+    """A message as nested dicts in the order of its definition."""
+    fields = zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True)
+    return {name: _plain(getattr(message, name), kind, style) for name, kind in fields}
+
+
+def _plain(value: Any, kind: Any, style: Style) -> Any:
+    if isinstance(value, bool | int | float):
+        return value
+    if isinstance(value, numpy.number):
+        return value.item()
+    if isinstance(value, bytes):
+        return _cut(value.decode("latin-1"), style.length)
+    if isinstance(value, str):
+        if style.no_str:
+            return f"<string length: <{len(value)}>>"
+        return _cut(value, style.length)
+    if isinstance(value, _SEQUENCES):
+        return _plain_sequence(value, kind, style)
+    return to_plain(value, style)
+
+
+def _plain_sequence(values: Any, kind: Any, style: Style) -> Any:
+    if style.no_arr and kind is not None:
+        return _shape(values, kind)
+    shown = values if style.length is None else values[: style.length]
+    if isinstance(shown, array.array | numpy.ndarray):
+        plain = shown.tolist()  # a hundred times faster than value by value
+    else:
+        plain = [_plain(value, None, style) for value in shown]
+    return plain if len(shown) == len(values) else [*plain, "..."]
+
+
+def _cut(text: str, length: int | None) -> str:
+    return text if length is None or len(text) <= length else text[:length] + "..."
+
+
+def _shape(values: Any, kind: Any) -> str:
+    """What stands for an array that is not shown."""
+    name = _type_name(kind.value_type)
+    if isinstance(kind, definition.Array):
+        return f"<array type: {name}[{kind.size}]>"
+    if isinstance(kind, definition.BoundedSequence):
+        name = f"{name}[{kind.maximum_size}]"
+    return f"<sequence type: {name}, length: {len(values)}>"
+
+
+def _type_name(kind: Any) -> str:
+    if isinstance(kind, definition.AbstractString):
+        return "string"
+    if isinstance(kind, definition.AbstractWString):
+        return "wstring"
+    if isinstance(kind, definition.NamespacedType):
+        return "/".join(kind.namespaced_name())
+    return str(kind.typename)
+
+
+def to_csv(message: Any, style: Style = WHOLE) -> str:
+    """All values of a message, separated by commas."""
+    fields = zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True)
+    return ",".join(_csv(getattr(message, name), kind, style) for name, kind in fields)
+
+
+def _csv(value: Any, kind: Any, style: Style) -> str:
+    if isinstance(value, _SEQUENCES):
+        if style.no_arr and kind is not None:
+            return _shape(value, kind)
+        return ",".join(_csv_items(value, style))
+    if isinstance(value, str) and style.no_str:
+        return f"<string length: <{len(value)}>>"
+    if isinstance(value, str | bytes):
+        short = value if style.length is None else value[: style.length]
+        dots = "..." if isinstance(short, str) else b"..."
+        return str(short if len(short) == len(value) else short + dots)  # type: ignore[operator]
+    if isinstance(value, bool | int | float | numpy.number):
+        return str(value)
+    return to_csv(value, style)
+
+
+def _csv_items(values: Any, style: Style) -> Iterator[str]:
+    for index, value in enumerate(values):
+        if style.length is not None and index >= style.length:
+            yield "..."
+            return
+        yield _csv(value, None, style)
+
+
+def to_json_plain(value: Any) -> Any:
+    """Plain values with what JSON has no word for (nan, inf) as strings."""
+    if isinstance(value, float) and (value != value or value in (float("inf"), -float("inf"))):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: to_json_plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [to_json_plain(item) for item in value]
+    return value
