@@ -20,8 +20,8 @@ from launcher.model.record import Record
 if TYPE_CHECKING:
     import psutil
 
-USS_PER_ROUND = 5  # the kernel walks all pages for it: it is what costs most
-USS_EVERY_S = 5.0  # memory seldom moves fast; a small fleet need not be walked every second
+USS_PER_ROUND = 3  # the kernel walks all pages for it: it is what costs most
+USS_EVERY_S = 10.0  # memory seldom moves fast; a small fleet need not be walked every second
 
 
 class Sample(Record):
@@ -30,7 +30,7 @@ class Sample(Record):
     `cpu_percent` is of one core since the sample before (None for the first), so that four busy
     threads are 400. `uss_bytes` is the memory that would be free if the tree ended, up to some
     seconds old, None until it is known of every member. `rss_bytes` counts shared pages for each
-    member. `files` are open file descriptors.
+    member. `fds` are open file descriptors.
     """
 
     pid: int
@@ -38,7 +38,7 @@ class Sample(Record):
     rss_bytes: int
     uss_bytes: int | None
     threads: int
-    files: int
+    fds: int
     processes: int
 
 
@@ -111,7 +111,7 @@ class Sampler:
             rss_bytes=sum(reading.rss_bytes for reading in readings),
             uss_bytes=sum(known) if len(known) == len(uss) else None,
             threads=sum(reading.threads for reading in readings),
-            files=sum(reading.files for reading in readings),
+            fds=sum(reading.fds for reading in readings),
             processes=len(readings),
         )
 
@@ -122,13 +122,13 @@ class Sampler:
                 times = process.cpu_times()
                 rss_bytes = process.memory_info().rss
                 threads = process.num_threads()
-                files = process.num_fds()
+                fds = process.num_fds()
         except self._psutil.Error:
             return None  # ended (or a zombie), or runs as somebody else
         cpu_s = times.user + times.system
         # A member that is new in a known tree was born after the sample before: all of it counts.
         used_s, member.cpu_s = cpu_s - member.cpu_s, cpu_s
-        return _Reading(used_s, rss_bytes, member.uss_bytes, threads, files)
+        return _Reading(used_s, rss_bytes, member.uss_bytes, threads, fds)
 
 
 class _Reading(Record):
@@ -138,7 +138,7 @@ class _Reading(Record):
     rss_bytes: int
     uss_bytes: int | None
     threads: int
-    files: int
+    fds: int
 
 
 class _Member:

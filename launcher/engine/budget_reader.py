@@ -1,0 +1,212 @@
+"""BudgetReader: budgets as people write them.
+
+On the command line, `PATTERN:KEY=VALUE,...`::
+
+    robot_*:memory=200M,cpu=80%,for=10,action=restart
+
+and in a YAML file the same::
+
+    robot_*:
+      memory: 200M
+      cpu: 80%
+      for: 10
+      action: restart
+
+cpu is percent of one core; memory is bytes, K, M and G are powers of 1024; threads and fds are
+counts; for is seconds; action is warn, restart (the process) or stop (the run).
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Union
+
+from launcher.engine.budgets import Budget, BudgetAction
+from launcher.errors import UsageError
+
+if TYPE_CHECKING:
+    import yaml
+
+_UNITS = {"": 1, "K": 1024, "M": 1024**2, "G": 1024**3}
+
+
+def parse_words(words: Iterable[str]) -> list[Budget]:
+    """The budgets of command-line words; UsageError that says what is wrong with which word."""
+    return [_parse_word(word) for word in words]
+
+
+def _parse_word(word: str) -> Budget:
+    pattern, colon, text = word.rpartition(":")
+    if not colon or not pattern:
+        hint = "PATTERN:KEY=VALUE,..., as in 'robot_*:memory=200M,for=10,action=restart'"
+        raise UsageError(f"'{word}' is no budget", hint=hint)
+    entries = []
+    for part in text.split(","):
+        key, equals, value = part.partition("=")
+        if not equals:
+            raise UsageError(f"'{part}' in '{word}' has no value", hint=f"as in {_EXAMPLES}")
+        entries.append(_Entry(key.strip(), value.strip()))
+    return _budget(pattern, entries, _Place(f"budget '{word}'"))
+
+
+def load_file(path: str) -> list[Budget]:
+    """The budgets of a YAML file; UsageError that names the file and the line."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"cannot read the budgets: {error}") from error
+    return parse_yaml(text, path)
+
+
+def parse_yaml(text: str, path: str) -> list[Budget]:
+    """The budgets in the text of a YAML file that is called `path`; UsageError."""
+    import yaml  # here: most runs have no such file
+
+    try:
+        root = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = _Place(path, 1 if mark is None else mark.line + 1, text)
+        raise place.error(error.problem or "this is no YAML") from error
+    except yaml.YAMLError as error:
+        raise UsageError(f"{path}: this is no YAML: {error}") from error
+    if root is None:
+        return []
+    budgets = []
+    for pattern, node in _pairs(root, path, text, "patterns, each with its limits"):
+        place = _place(node, path, text)
+        pairs = _pairs(node, path, text, f"limits, as in {_EXAMPLES.replace('=', ': ')}")
+        entries = [_entry(key, value, path, text) for key, value in pairs]
+        budgets.append(_budget(pattern, entries, place))
+    return budgets
+
+
+def _pairs(node: yaml.Node, path: str, text: str, expected: str) -> list[tuple[str, yaml.Node]]:
+    """The keys, which must be plain, and the values of a mapping."""
+    import yaml
+
+    if not isinstance(node, yaml.MappingNode):
+        raise _place(node, path, text).error(f"expected a mapping of {expected}")
+    pairs = []
+    for key, value in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            raise _place(key, path, text).error("expected a plain word as the key")
+        pairs.append((key.value, value))
+    return pairs
+
+
+def _entry(key: str, node: yaml.Node, path: str, text: str) -> _Entry:
+    import yaml
+
+    place = _place(node, path, text)
+    if not isinstance(node, yaml.ScalarNode):
+        raise place.error(f"'{key}' takes one value")
+    return _Entry(key, node.value, place)
+
+
+def _place(node: yaml.Node, path: str, text: str) -> _Place:
+    return _Place(path, node.start_mark.line + 1, text)
+
+
+class _Place(NamedTuple):
+    """Where something was written: a file and a line, or a word of the command line."""
+
+    name: str
+    line: int | None = None
+    text: str = ""
+
+    def error(self, message: str, hint: str | None = None) -> UsageError:
+        """The error that points here."""
+        if self.line is None:
+            return UsageError(f"{self.name}: {message}", hint=hint)
+        lines = self.text.splitlines()
+        source = lines[self.line - 1] if self.line <= len(lines) else None
+        where = f"{self.name}:{self.line}"
+        return UsageError(message, hint=hint, where=where, source_line=source)
+
+
+class _Entry(NamedTuple):
+    """One KEY=VALUE and its own place, where it has one."""
+
+    key: str
+    value: str
+    place: _Place | None = None
+
+
+_Value = Union[float, int, BudgetAction]
+
+
+def _budget(pattern: str, entries: Sequence[_Entry], place: _Place) -> Budget:
+    fields: dict[str, _Value] = {}
+    for entry in entries:
+        here = entry.place or place
+        if entry.key not in _KEYS:
+            raise here.error(f"unknown key '{entry.key}'", _suggestion(entry.key, _KEYS))
+        field, read = _KEYS[entry.key]
+        if field in fields:
+            raise here.error(f"'{entry.key}' is given twice")
+        try:
+            fields[field] = read(entry.value)
+        except ValueError as error:
+            raise here.error(f"'{entry.value}' is no value for '{entry.key}'", str(error)) from None
+    if not fields.keys() & {"cpu_percent", "memory_bytes", "threads", "fds"}:
+        raise place.error(f"no limit for '{pattern}'", f"as in {_EXAMPLES}")
+    return Budget(pattern=pattern, **fields)  # type: ignore[arg-type]  # read by its own reader
+
+
+def _suggestion(word: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(word, list(known), n=1)
+    return f"did you mean '{near[0]}'?" if near else f"known are {', '.join(known)}"
+
+
+def _number(text: str, what: str) -> float:
+    """A number of at least 0 in plain notation; ValueError that says `what` is expected."""
+    if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", text):
+        raise ValueError(what)
+    if math.isinf(float(text)):
+        raise ValueError(what)
+    return float(text)
+
+
+def _percent(text: str) -> float:
+    return _number(text.removesuffix("%").strip(), "percent of one core, as in 80%")
+
+
+def _bytes(text: str) -> int:
+    match = re.fullmatch(r"(.*?)\s*([KMG]?)(?:i?B)?", text, re.IGNORECASE)
+    what = "bytes, as in 200M or 1.5G"
+    if match is None:
+        raise ValueError(what)
+    return int(_number(match[1], what) * _UNITS[match[2].upper()])
+
+
+def _count(text: str) -> int:
+    if not re.fullmatch(r"[0-9]+", text):
+        raise ValueError("a whole number, as in 100")
+    return int(text)
+
+
+def _seconds(text: str) -> float:
+    return _number(text.removesuffix("s").strip(), "seconds, as in 10")
+
+
+def _action(text: str) -> BudgetAction:
+    try:
+        return BudgetAction(text)
+    except ValueError:
+        raise ValueError(_suggestion(text, [action.value for action in BudgetAction])) from None
+
+
+_KEYS: dict[str, tuple[str, Callable[[str], _Value]]] = {
+    "cpu": ("cpu_percent", _percent),
+    "memory": ("memory_bytes", _bytes),
+    "threads": ("threads", _count),
+    "fds": ("fds", _count),
+    "for": ("for_s", _seconds),
+    "action": ("action", _action),
+}
+_EXAMPLES = "memory=200M, cpu=80%, threads=100 or fds=500"
