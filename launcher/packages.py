@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
+from launcher.errors import ExecutableNotFoundError, LaunchFileError, PackageNotFoundError
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -27,12 +27,11 @@ def ament_environment(env: Mapping[str, str]) -> dict[str, str]:
     """What has to be set so that the wheels' packages are found; add it to `env`.
 
     The wheels install an ament index below `sys.prefix` and set no `AMENT_PREFIX_PATH`
-    (CONFORMANCE 4.23).
+    (CONFORMANCE 4.23). Whoever has set one means that one: launch files look into it.
     """
-    prefixes = _split(env.get("AMENT_PREFIX_PATH"))
-    if sys.prefix in prefixes or not (Path(sys.prefix) / _MARKERS).is_dir():
+    if _split(env.get("AMENT_PREFIX_PATH")) or not (Path(sys.prefix) / _MARKERS).is_dir():
         return {}
-    return {"AMENT_PREFIX_PATH": os.pathsep.join([*prefixes, sys.prefix])}
+    return {"AMENT_PREFIX_PATH": sys.prefix}
 
 
 def search_prefixes(env: Mapping[str, str]) -> list[Path]:
@@ -75,6 +74,8 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
 
     Raises PackageNotFoundError, or ExecutableNotFoundError that names the nearest one there is.
     """
+    _expect_name(package, "package")
+    _expect_name(executable, "executable")
     libexec = package_prefix(package, env) / "lib" / package
     program = libexec / executable
     if program.is_file() and os.access(program, os.X_OK):
@@ -93,8 +94,14 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
 
 def executables(package: str, env: Mapping[str, str]) -> list[str]:
     """Names of all executables of `package`, sorted; PackageNotFoundError."""
+    _expect_name(package, "package")
     libexec = package_prefix(package, env) / "lib" / package
     return sorted({*_programs(libexec), *(name for name, _ in _console_scripts(package))})
+
+
+def _expect_name(word: str, what: str) -> None:
+    if not word or word.startswith(os.sep) or ".." in word.split(os.sep):
+        raise LaunchFileError(f"'{word}' is no name of {what}")
 
 
 def _split(value: str | None) -> list[str]:
@@ -158,7 +165,8 @@ def _package_not_found(name: str, env: Mapping[str, str]) -> PackageNotFoundErro
     for prefix in prefixes:
         known.update(p.name for p in (prefix / _MARKERS).glob("*"))
     near = difflib.get_close_matches(name, sorted(known), n=1)
+    searched = ", ".join(map(str, prefixes))
     return PackageNotFoundError(
-        f"\"package '{name}' not found, searching: {[str(p) for p in prefixes]}\"",
-        hint=f"did you mean '{near[0]}'?" if near else None,
+        f"package '{name}' not found",
+        hint=f"did you mean '{near[0]}'?" if near else f"searched: {searched}",
     )
