@@ -1,0 +1,4 @@
+"""Benchmarks of the engine: `python -m benchmarks` measures and prints one table.
+
+What is measured, and what the figures mean, is in docs/benchmarks.md.
+"""

@@ -1,0 +1,73 @@
+"""`python -m benchmarks [NAME ...] [--runs N] [--check]`: measure, print the table."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import sys
+from collections.abc import Callable, Sequence
+
+from benchmarks.footprint import footprint
+from benchmarks.harness import Row
+from benchmarks.latency import latency
+from benchmarks.restarts import respawn
+from benchmarks.startup import first_exec, many_execs
+from benchmarks.stopping import ctrl_c
+from benchmarks.throughput import pipes, ptys
+
+BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
+    "first": first_exec,
+    "many": many_execs,
+    "pipes": pipes,
+    "ptys": ptys,
+    "latency": latency,
+    "idle": footprint,
+    "respawn": respawn,
+    "ctrl-c": ctrl_c,
+}
+HEAD = ("what", "measured", "bar", "", "behind it")
+
+
+def main(words: Sequence[str]) -> int:
+    """Measure what the words name; 1 where a bar is missed and `--check` was given."""
+    options = _parser().parse_args(words)
+    unknown = set(options.names) - BENCHMARKS.keys()
+    if unknown:
+        _parser().error(f"no benchmark {', '.join(sorted(unknown))}")
+    print(_machine(), flush=True)
+    rows: list[Row] = []
+    for name in options.names or BENCHMARKS:
+        print(f"measuring {name} ...", file=sys.stderr, flush=True)
+        rows += BENCHMARKS[name](options.runs)
+    print(_table(rows))
+    print(_machine())
+    return int(options.check and not all(row.is_met for row in rows))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(BENCHMARKS))
+    parser.add_argument("--runs", type=int, default=7, help="how often each is measured")
+    parser.add_argument("--check", action="store_true", help="exit with 1 where a bar is missed")
+    return parser
+
+
+def _machine() -> str:
+    load = ", ".join(f"{value:.2f}" for value in os.getloadavg())
+    return f"Python {platform.python_version()}, {os.cpu_count()} cores, load {load}"
+
+
+def _table(rows: Sequence[Row]) -> str:
+    """A Markdown table with aligned columns."""
+    cells = [HEAD, *(row.cells() for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = [
+        f"| {' | '.join(c.ljust(w) for c, w in zip(line, widths, strict=True))} |" for line in cells
+    ]
+    lines.insert(1, f"|{'|'.join('-' * (width + 2) for width in widths)}|")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

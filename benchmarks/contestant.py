@@ -1,0 +1,113 @@
+"""Contestant: the launcher or the reference, told to run a list of commands."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, NamedTuple
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+REFERENCE = Path(__file__).with_name("reference.py")
+PATIENCE_S = 120.0  # a run that takes longer has failed
+
+_LAUNCH_FILE = """from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+
+
+def generate_launch_description():
+    return LaunchDescription([
+        ExecuteProcess(cmd=command, output="screen", **{options!r})
+        for command in {commands!r}
+    ])
+"""
+
+
+class Work(NamedTuple):
+    """What is to be run, and where; `folder` is empty and private to this run."""
+
+    folder: Path
+    commands: Sequence[Sequence[str]]
+    pty: bool = False
+    respawn: bool = False
+
+
+class Contestant(NamedTuple):
+    """A name, and how its command line is made from the work."""
+
+    name: str
+    command: Callable[[Work], list[str]]
+    environment: Callable[[Work], Mapping[str, str]]
+
+    @contextmanager
+    def running(self, work: Work, stdout: IO[bytes] | int) -> Iterator[subprocess.Popen[bytes]]:
+        """Run the work; nothing of it is left when the block ends."""
+        process = subprocess.Popen(
+            self.command(work),
+            cwd=REPOSITORY,
+            env=dict(self.environment(work)),
+            stdin=subprocess.DEVNULL,
+            stdout=stdout,
+        )
+        try:
+            yield process
+        finally:
+            end(process)
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    """Stop a run in order if it still goes on, or kill it; its children go with it."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def python_environment() -> dict[str, str]:
+    """Ours, but with byte code that is kept: compiling anew would be measured otherwise."""
+    unwanted = ("PYTHONDONTWRITEBYTECODE", "NO_COLOR", "FORCE_COLOR")
+    return {name: value for name, value in os.environ.items() if name not in unwanted}
+
+
+def _launcher_command(work: Work) -> list[str]:
+    options: dict[str, object] = {}
+    if work.pty:
+        options["emulate_tty"] = True
+    if work.respawn:
+        options.update(respawn=True, respawn_delay=0.0)
+    commands = [list(command) for command in work.commands]
+    file = work.folder / "bench.launch.py"
+    file.write_text(_LAUNCH_FILE.format(options=options, commands=commands), encoding="utf-8")
+    return [sys.executable, "-m", "launcher", str(file)]
+
+
+def _reference_command(work: Work, mode: str = "prefix") -> list[str]:
+    flags = ["--pty"] * work.pty + ["--respawn"] * work.respawn
+    return [sys.executable, str(REFERENCE), mode, *flags, json.dumps(work.commands)]
+
+
+def _with_log_files(work: Work) -> dict[str, str]:
+    return {**python_environment(), "ROS_LOG_DIR": str(work.folder / "log")}
+
+
+def _without_log_files(work: Work) -> dict[str, str]:
+    # A folder that cannot be made: the run goes on without files.
+    return {**python_environment(), "ROS_LOG_DIR": "/dev/null/log"}
+
+
+LAUNCHER = Contestant("launcher", _launcher_command, _with_log_files)
+LAUNCHER_WITHOUT_LOGS = Contestant("launcher, no log files", _launcher_command, _without_log_files)
+PREFIXER = Contestant("prefixer", _reference_command, lambda work: python_environment())
+SPAWN_LOOP = Contestant(
+    "posix_spawn loop",
+    lambda work: _reference_command(work, "spawn"),
+    lambda work: python_environment(),
+)

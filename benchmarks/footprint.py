@@ -1,0 +1,80 @@
+"""Footprint: memory and CPU time of a launcher whose ten children do nothing."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.contestant import LAUNCHER, PREFIXER, Contestant, Work
+from benchmarks.harness import Row, median, programs, scratch
+from benchmarks.watch import ExecWatch
+
+CHILDREN = 10
+SETTLE_S = 1.0
+IDLE_S = 20.0
+
+
+class Footprint(NamedTuple):
+    """Memory in MB of the launcher's process, its watchdog's PSS, and CPU time while idle."""
+
+    rss_mb: float
+    pss_mb: float
+    helpers_pss_mb: float
+    cpu_percent: float
+
+
+def footprint(runs: int) -> list[Row]:
+    """Memory and CPU time; the prefixer's memory beside it."""
+    ours = [_footprint(LAUNCHER, IDLE_S) for _ in range(max(1, runs // 3))]
+    least = _footprint(PREFIXER, 0.0)
+    rss, pss, helpers, cpu = (median(list(column)) for column in zip(*ours, strict=True))
+    with_helpers = f"with its watchdog {pss + helpers:.1f} MB"
+    return [
+        Row("memory, 10 idle, RSS", rss, "MB", 28.0, f"prefixer {least.rss_mb:.1f} MB"),
+        Row(
+            "memory, 10 idle, PSS", pss, "MB", 20.0, f"{with_helpers}, prefixer {least.pss_mb:.1f}"
+        ),
+        Row("CPU, 10 idle", cpu, "%", 0.5, f"over {IDLE_S:g} s, its watchdog included"),
+    ]
+
+
+def _footprint(contestant: Contestant, idle_s: float) -> Footprint:
+    with scratch() as folder, programs("sleep", CHILDREN) as store, ExecWatch(store) as watch:
+        commands = [[str(program), "1000"] for program in sorted(store.iterdir())]
+        with contestant.running(Work(folder, commands), subprocess.DEVNULL) as process:
+            watch.wait_for_execs(CHILDREN)
+            time.sleep(SETTLE_S)
+            own = [process.pid, *_helpers(process.pid)]
+            before = sum(map(cpu_s, own))
+            time.sleep(idle_s)
+            used = sum(map(cpu_s, own)) - before
+            rss, pss = _memory_mb(own[0])
+            helpers = sum(_memory_mb(pid)[1] for pid in own[1:])
+    return Footprint(rss, pss, helpers, 100 * used / idle_s if idle_s else 0.0)
+
+
+def _helpers(pid: int) -> list[int]:
+    """Children of the launcher that it runs for itself: none of the programs under test."""
+    text = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii")
+    children = [int(word) for word in text.split()]
+    return [child for child in children if "sleep-" not in _command(child)]
+
+
+def _command(pid: int) -> str:
+    return Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8")
+
+
+def _memory_mb(pid: int) -> tuple[float, float]:
+    text = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="ascii")
+    rss, pss = (re.search(rf"^{name}:\s+(\d+) kB", text, re.M) for name in ("Rss", "Pss"))
+    assert rss is not None and pss is not None
+    return int(rss[1]) / 1024, int(pss[1]) / 1024
+
+
+def cpu_s(pid: int) -> float:
+    """CPU time of all threads of a process so far; finer than the ticks of /proc/PID/stat."""
+    tasks = Path(f"/proc/{pid}/task").iterdir()
+    return sum(int((task / "schedstat").read_text().split()[0]) for task in tasks) / 1e9

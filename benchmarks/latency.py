@@ -1,0 +1,65 @@
+"""Latency: from a child's write of one line to its arrival behind the launcher, machine quiet."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from functools import partial
+
+from benchmarks.contestant import LAUNCHER, PREFIXER, Contestant, Work
+from benchmarks.harness import Row, interleaved, median, scratch
+
+LINES = 500
+PAUSE_S = 0.004  # between lines, so that each finds everybody asleep
+
+_CHILD = f"""
+import os, time
+for _ in range({LINES}):
+    time.sleep({PAUSE_S})
+    os.write(1, b"sent %d\\n" % time.monotonic_ns())
+"""
+
+
+def latency(runs: int) -> list[Row]:
+    """Median and 99th percentile, against the prefixer's."""
+    found = interleaved(runs, {c.name: partial(_delays_ns, c) for c in (LAUNCHER, PREFIXER)})
+    return [
+        _row("latency of a line, median", found, 0.5),
+        _row("latency of a line, p99", found, 0.99),
+    ]
+
+
+def _row(what: str, found: dict[str, list[list[int]]], quantile: float) -> Row:
+    ours, theirs = (
+        median([_quantile(delays, quantile) for delays in found[c.name]])
+        for c in (LAUNCHER, PREFIXER)
+    )
+    detail = f"launcher {ours / 1e6:.3f} ms, prefixer {theirs / 1e6:.3f} ms"
+    return Row(what, ours / theirs, "x", 2.0, detail)
+
+
+def _quantile(values: list[int], quantile: float) -> float:
+    return float(sorted(values)[round(quantile * (len(values) - 1))])
+
+
+def _delays_ns(contestant: Contestant) -> list[int]:
+    """One delay for each line."""
+    with scratch() as folder:
+        work = Work(folder, [[sys.executable, "-I", "-S", "-c", _CHILD]])
+        with contestant.running(work, subprocess.PIPE) as process:
+            assert process.stdout is not None
+            delays = _read_delays(process.stdout.fileno())
+    if len(delays) != LINES:
+        raise RuntimeError(f"{contestant.name} brought {len(delays)} lines instead of {LINES}")
+    return delays
+
+
+def _read_delays(fd: int) -> list[int]:
+    delays = []
+    while block := os.read(fd, 65536):
+        now = time.monotonic_ns()
+        words = block.replace(b"\n", b" ").split(b"sent ")[1:]
+        delays += [now - int(word.split(b" ")[0]) for word in words]
+    return delays

@@ -1,0 +1,76 @@
+"""Start-up: from the command to the first program, and from the first program to the last."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+from benchmarks.contestant import (
+    LAUNCHER,
+    PATIENCE_S,
+    SPAWN_LOOP,
+    Contestant,
+    Work,
+    python_environment,
+)
+from benchmarks.harness import Row, interleaved, median, milliseconds, programs, scratch
+from benchmarks.watch import ExecWatch
+
+MANY = 200
+ROS2_LAUNCH_S = 0.43  # `ros2 launch` on the machine of docs/benchmarks.md
+
+
+def first_exec(runs: int) -> list[Row]:
+    """Command to first child exec'd, against the bare interpreter."""
+    found = interleaved(
+        runs, {"launcher": lambda: _exec_times(LAUNCHER, 1)[0], "bare": _bare_python_s}
+    )
+    ours, bare = found["launcher"], found["bare"]
+    detail = f"launcher {milliseconds(ours)}, python -c pass {milliseconds(bare)}"
+    return [
+        Row("command to first exec", median(ours) / median(bare), "x", 1.6, detail),
+        Row(
+            "the same, against ros2 launch",
+            median(ours) / ROS2_LAUNCH_S,
+            "x",
+            1 / 3,
+            f"against {ROS2_LAUNCH_S * 1000:.0f} ms, measured on another day",
+        ),
+    ]
+
+
+def many_execs(runs: int) -> list[Row]:
+    """200 children: from the first exec to the last, against posix_spawn in a loop."""
+    found = interleaved(
+        runs,
+        {
+            "launcher": lambda: _spread(_exec_times(LAUNCHER, MANY)),
+            "loop": lambda: _spread(_exec_times(SPAWN_LOOP, MANY)),
+        },
+    )
+    ours, loop = found["launcher"], found["loop"]
+    detail = f"launcher {milliseconds(ours)}, loop {milliseconds(loop)}"
+    return [Row(f"{MANY} children exec'd", median(ours) / median(loop), "x", 2.0, detail)]
+
+
+def _bare_python_s() -> float:
+    begun = time.monotonic()
+    subprocess.run([sys.executable, "-c", "pass"], env=python_environment(), check=True)
+    return time.monotonic() - begun
+
+
+def _exec_times(contestant: Contestant, count: int) -> list[float]:
+    """Seconds from the command to each exec, in order."""
+    with scratch() as folder, programs("true", count) as store, ExecWatch(store) as watch:
+        work = Work(folder, [[str(program)] for program in sorted(store.iterdir())])
+        begun = time.monotonic()
+        with contestant.running(work, subprocess.DEVNULL) as process:
+            when = watch.wait_for_execs(count)
+            if process.wait(PATIENCE_S):
+                raise RuntimeError(f"{contestant.name} failed")
+    return [moment - begun for moment in when]
+
+
+def _spread(times: list[float]) -> float:
+    return times[-1] - times[0]

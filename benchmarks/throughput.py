@@ -1,0 +1,115 @@
+"""Throughput: a million lines from eight children, and whether every one of them arrives whole."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.contestant import (
+    LAUNCHER,
+    LAUNCHER_WITHOUT_LOGS,
+    PATIENCE_S,
+    PREFIXER,
+    Contestant,
+    Work,
+)
+from benchmarks.harness import Row, interleaved, median, programs, scratch
+from benchmarks.watch import ExecWatch
+
+CHILDREN = 8
+LINES_EACH = 125_000
+LINE_BYTES = 80  # with its newline
+
+
+class Flood(NamedTuple):
+    """Lines per second from the first exec to the end of the run, and lines not as they were."""
+
+    lines_per_s: float
+    damaged: int
+
+
+def pipes(runs: int) -> list[Row]:
+    """Over pipes, with and without log files."""
+    return _rows(runs, "pipes")
+
+
+def ptys(runs: int) -> list[Row]:
+    """Through pseudo-terminals, with and without log files."""
+    return _rows(runs, "ptys")
+
+
+def _rows(runs: int, through: str) -> list[Row]:
+    contestants = (LAUNCHER, LAUNCHER_WITHOUT_LOGS, PREFIXER)
+    with _sources() as sources:
+        measures = {c.name: partial(_flood, c, sources, pty=through == "ptys") for c in contestants}
+        found = interleaved(runs, measures)
+    return [
+        _row(f"1 M lines, {through}, no log files", found, LAUNCHER_WITHOUT_LOGS, 0.7),
+        _row(f"1 M lines, {through}, log files", found, LAUNCHER, 0.45),
+        _damage(f"lines not whole, {through}", found),
+    ]
+
+
+def _row(what: str, found: dict[str, list[Flood]], contestant: Contestant, bar: float) -> Row:
+    ours, best = (
+        median([flood.lines_per_s for flood in found[name]])
+        for name in (contestant.name, PREFIXER.name)
+    )
+    detail = f"{ours / 1e6:.2f} M lines/s, prefixer {best / 1e6:.2f}"
+    return Row(what, ours / best, "x", bar, detail, at_least=True)
+
+
+def _damage(what: str, found: dict[str, list[Flood]]) -> Row:
+    floods = list(itertools.chain.from_iterable(found.values()))
+    damaged = sum(flood.damaged for flood in floods)
+    return Row(what, damaged, "lines", 0, f"of {len(floods)} M in all runs, the prefixer's too")
+
+
+def _flood(contestant: Contestant, sources: list[Path], *, pty: bool) -> Flood:
+    with scratch() as folder, programs("cat", len(sources)) as store, ExecWatch(store) as watch:
+        commands = [[str(store / f"cat-{n}"), str(path)] for n, path in enumerate(sources)]
+        output = folder / "output"
+        work = Work(folder, commands, pty=pty)
+        with output.open("wb") as file, contestant.running(work, file) as process:
+            process.wait(PATIENCE_S)
+            seconds = time.monotonic() - watch.execs()[0]
+        return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, sources))
+
+
+@contextmanager
+def _sources() -> Iterator[list[Path]]:
+    """What the children print: every line tells whose it is and its number."""
+    with scratch() as folder:
+        paths = [folder / f"source-{child}" for child in range(CHILDREN)]
+        for child, path in enumerate(paths):
+            path.write_bytes(b"".join(_line(child, number) for number in range(LINES_EACH)))
+        yield paths
+
+
+def _line(child: int, number: int) -> bytes:
+    head = b"child %d line %d " % (child, number)
+    return head.ljust(LINE_BYTES - 1, b".") + b"\n"
+
+
+def damaged(output: Path, sources: list[Path]) -> int:
+    """Lines that are missing, cut, mixed with others, or not where they should be."""
+    bad = 0
+    with contextlib.ExitStack() as stack:
+        expected = {
+            b"[cat-%d-%d" % (n, n + 1): stack.enter_context(path.open("rb"))
+            for n, path in enumerate(sources)
+        }
+        for line in stack.enter_context(output.open("rb")):
+            prefix, _, text = line.partition(b"] ")
+            if prefix in expected:
+                bad += text != expected[prefix].readline()
+            else:
+                bad += not line.startswith((b"[INFO] [", b"[WARNING] ["))
+        bad += sum(1 for file in expected.values() for _ in file)
+    return bad
