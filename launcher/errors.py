@@ -3,6 +3,7 @@
 The tree::
 
     LauncherError            what, where, what to do; exit code 1
+    +-- SeveralErrors        independent ones, told at once; exit code of the first
     +-- UsageError           the command line is wrong; exit code 2
     +-- LaunchFileError      the launch file (or what it refers to) is wrong; exit code 2
         +-- PackageNotFoundError
@@ -14,6 +15,7 @@ They are raised anywhere and shown in exactly one place, `launcher.cli.main`.
 from __future__ import annotations
 
 import enum
+from collections.abc import Sequence
 
 
 class ExitCode(enum.IntEnum):
@@ -36,7 +38,7 @@ _MEANINGS = {
     ExitCode.PROCESS_FAILED: "a process died, could not be started, or the launcher itself failed",
     ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
     ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process was killed or had died",
-    ExitCode.TERMINATED: "stopped by SIGTERM or SIGHUP, and a process was killed or had died",
+    ExitCode.TERMINATED: "stopped by SIGTERM, SIGHUP or SIGQUIT, and a process was killed or had died",
 }
 
 
@@ -76,6 +78,20 @@ class LauncherError(Exception):
         if self.hint:
             lines.append(f"hint: {self.hint}")
         return "\n".join(lines)
+
+
+class SeveralErrors(LauncherError):
+    """Independent mistakes, so that a person can repair them all before trying again."""
+
+    def __init__(self, errors: Sequence[LauncherError]) -> None:
+        first = errors[0]
+        super().__init__(first.message, hint=first.hint, where=first.where)
+        self.errors = tuple(errors)
+        self.exit_code = first.exit_code
+
+    def render(self) -> str:
+        """All of them, one after the other."""
+        return "\n".join(error.render() for error in self.errors)
 
 
 class UsageError(LauncherError):

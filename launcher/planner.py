@@ -29,6 +29,7 @@ from launcher.model.spec import ParameterSource, ProcessSpec
 
 if TYPE_CHECKING:
     from launcher.interpreter.host import Surprise
+    from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
     from launcher.language.events import Shutdown
 
@@ -91,6 +92,9 @@ class Plan:
         self.visits: list[Visit] = []  # those that events led to; the others are below them
         self.warnings: tuple[Surprise, ...] = ()
         self.names_read: frozenset[str] = frozenset()
+        # What was evaluated, and how far it came, for a closer look at what went wrong.
+        self.description: LaunchDescription | None = None
+        self.context: LaunchContext | None = None
         self.error: PlanError | None = None
 
     @property
@@ -146,6 +150,8 @@ def _evaluate(
         answer=world.answer,
     )
     plan.environment = interpreter.environment
+    plan.description = description
+    plan.context = interpreter.context
     world.play(interpreter, description)
     plan.warnings = tuple(interpreter.warnings)
     plan.names_read = frozenset(interpreter.host.names_read)

@@ -32,11 +32,6 @@ def document(plan: Plan) -> dict[str, Any]:
     }
     if plan.arguments is None:
         result["arguments_error"] = plan.arguments_error
-    if plan.warnings:
-        result["warnings"] = [
-            {"text": warning.text, "where": str(warning.origin) if warning.origin else None}
-            for warning in plan.warnings
-        ]
     return result
 
 
