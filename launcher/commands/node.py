@@ -6,17 +6,12 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 
 from launcher.errors import ExitCode
-from launcher.graph.verb import Parser, add_verb, parser_of, print_json, settled, warn
+from launcher.graph.verb import Parser, add_verb, dispatch, parser_of, print_json, settled, warn
 
 
 def main(words: Sequence[str]) -> int:
     """Run one `node` command; the exit code."""
-    parser = build_parser()
-    options = parser.parse_args(list(words))
-    if options.sub is None:
-        parser.print_help()
-        return ExitCode.OK
-    return _RUN[options.sub](options)
+    return dispatch(build_parser(), _RUN, words)
 
 
 def build_parser() -> Parser:

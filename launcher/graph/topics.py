@@ -75,6 +75,17 @@ def types_of(observer: Observer, name: str) -> list[str]:
     raise VerbError(f"Unknown topic '{name}'", hint=did_you_mean(name, visible))
 
 
+def types_or_none(observer: Observer, name: str) -> list[str]:
+    """The types of a topic, none if nobody has it."""
+    return known_types(observer).get(name, [])
+
+
+def of_type(observer: Observer, type_name: str, *, hidden: bool) -> list[str]:
+    """Names of the topics that have this type, sorted."""
+    known = known_types(observer).items()
+    return [n for n, types in known if type_name in types and (hidden or not is_hidden(n))]
+
+
 def info_lines(observer: Observer, name: str, *, verbose: bool) -> Iterator[str]:
     """The lines of `topic info`, as ros2cli prints them."""
     types = types_of(observer, name)

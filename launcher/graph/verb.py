@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from launcher.errors import UsageError
+from launcher.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
     from launcher.graph.observer import Observer
@@ -49,6 +50,23 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     parser.add_argument("--no-daemon", action="store_true", help="accepted: there is no daemon")
+
+
+def dispatch(
+    parser: Parser, run: Mapping[str, Callable[[argparse.Namespace], int]], words: Sequence[str]
+) -> int:
+    """Parse and run a sub-verb; the help if there is none. SIGTERM ends it as Ctrl-C does."""
+    options = parser.parse_args(list(words))
+    if options.sub is None:
+        parser.print_help()
+        return ExitCode.OK
+    # an orderly end takes our node out of the graph at once, and our shared memory off the disk
+    for signum in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(signum, signal.default_int_handler)
+    try:
+        return run[options.sub](options)
+    except KeyboardInterrupt:
+        return ExitCode.INTERRUPTED
 
 
 def seconds(word: str) -> float:

@@ -1,0 +1,199 @@
+"""Listener: takes the messages of topics in bursts, with the times at which they arrived.
+
+The middleware stamps each message on arrival, so they need not be taken one by one as they come:
+a look every few milliseconds takes all that are there. That is what keeps up with thousands of
+messages a second; rclpy's executor would build a wait set for each of them.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from launcher.graph import profiles
+from launcher.graph.errors import VerbError, did_you_mean
+from launcher.graph.interfaces import load_message
+from launcher.graph.matching import explain, mismatches
+from launcher.graph.observer import UNKNOWN_NODE, Observer
+from launcher.graph.settle import settle
+from launcher.graph.snapshot import Direction, Endpoint
+
+_LOOK_S = 0.004
+_STEADY_S = 0.06  # endpoints of one participant arrive together
+_GRAPH_LOOK_S = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """A message (bytes if taken raw) and rclpy's info: times are wall clock nanoseconds."""
+
+    topic: str
+    message: Any
+    info: dict[str, Any]
+
+    @property
+    def received_ns(self) -> int:
+        """When the middleware got it."""
+        return int(self.info["received_timestamp"])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A topic that is listened to, its type and the publishers that were there at the start."""
+
+    name: str
+    type: str
+    publishers: tuple[Endpoint, ...]
+
+
+def full_topic(name: str) -> str:
+    """The full name; VerbError if it cannot be one."""
+    from rclpy.exceptions import InvalidTopicNameException
+    from rclpy.validate_full_topic_name import validate_full_topic_name
+
+    full = name if name.startswith("/") else f"/{name}"
+    try:
+        validate_full_topic_name(full)
+    except InvalidTopicNameException as error:
+        raise VerbError(str(error).splitlines()[0]) from None
+    return full
+
+
+def find_target(
+    observer: Observer, name: str, type_name: str | None, spin_time_s: float
+) -> Target | None:
+    """The topic as soon as its publishers are known; None if its type cannot be told.
+
+    With a type the topic need not exist yet. VerbError if the name is none or the types differ.
+    """
+    full = full_topic(name)
+    _await_publishers(observer, full, spin_time_s)
+    types = observer.topic_types().get(full, [])
+    if type_name is None and len(types) > 1:
+        raise VerbError(
+            f"Cannot echo topic '{full}', as it contains more than one type: [{', '.join(types)}]",
+            hint="name one of them after the topic",
+        )
+    if type_name is None and not types:
+        return None
+    publishers = [e for e in observer.endpoints(full) if e.is_publisher]
+    return Target(name=full, type=type_name or types[0], publishers=tuple(publishers))
+
+
+def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None:
+    """Return when the topic has had the same publishers for a moment, or the graph is settled."""
+    deadline = time.monotonic() + spin_time_s
+    last, changed = 0, time.monotonic()
+    while time.monotonic() < deadline:
+        infos = observer.infos(full, Direction.PUBLISHER)
+        if not infos:
+            if time.monotonic() - changed > 4 * _STEADY_S:
+                settle(observer, deadline - time.monotonic())
+                return
+        elif len(infos) != last or any(i.node_name == UNKNOWN_NODE for i in infos):
+            last, changed = len(infos), time.monotonic()
+        elif time.monotonic() - changed > _STEADY_S:
+            return
+        time.sleep(_LOOK_S)
+
+
+def near_topic(observer: Observer, name: str) -> str | None:
+    """A hint for a name that nobody has."""
+    return did_you_mean(name, observer.topic_types())
+
+
+class Listener:
+    """Subscribes to topics; `samples` yields what comes."""
+
+    def __init__(self, observer: Observer, *, raw: bool) -> None:
+        self._observer = observer
+        self._raw = raw
+        self._subscriptions: list[tuple[Target, Any]] = []
+        self._told: set[str] = set()
+        self.heard: set[str] = set()
+
+    def subscribe(self, target: Target, profile: Any) -> None:
+        """Listen to one more topic."""
+        subscription = self._observer.node.create_subscription(
+            load_message(target.type), target.name, _ignore, profile, raw=self._raw
+        )
+        self._subscriptions.append((target, subscription))
+
+    def take(self) -> list[Sample]:
+        """All messages that are there now."""
+        found: list[Sample] = []
+        for target, subscription in self._subscriptions:
+            take, kind = subscription.handle.take_message, subscription.msg_type
+            with subscription.handle:
+                while (taken := take(kind, self._raw)) is not None:
+                    message, info = taken
+                    found.append(Sample(topic=target.name, message=message, info=info))
+        self.heard.update(sample.topic for sample in found)
+        return found
+
+    def samples(self, tick: Callable[[], bool], say: Callable[[str], None]) -> Iterator[Sample]:
+        """What comes, until `tick` (called after each look) says that it is enough.
+
+        `say` is told once of each reason why a topic stays silent.
+        """
+        next_look = time.monotonic()
+        while True:
+            samples = self.take()
+            yield from samples
+            if not tick():
+                return
+            if time.monotonic() >= next_look:
+                self._explain_silence(say)
+                next_look = time.monotonic() + _GRAPH_LOOK_S
+            if not samples:
+                time.sleep(_LOOK_S)
+
+    def _explain_silence(self, say: Callable[[str], None]) -> None:
+        for target, subscription in self._subscriptions:
+            if target.name in self.heard:
+                continue
+            text = self._why_silent(target, subscription)
+            if text and text not in self._told:
+                self._told.add(text)
+                say(text)
+
+    def _why_silent(self, target: Target, subscription: Any) -> str | None:
+        publishers = [e for e in self._observer.endpoints(target.name) if e.is_publisher]
+        known = [*publishers, self._own_endpoint(target, subscription)]
+        if not mismatches(known):
+            return None
+        return f"nothing will be received on {target.name}:\n{explain(known)}"
+
+    def _own_endpoint(self, target: Target, subscription: Any) -> Endpoint:
+        profile = subscription.qos_profile
+        return Endpoint(
+            topic=target.name,
+            node="this command",
+            direction=Direction.SUBSCRIPTION.value,
+            type=full_type(target.type),
+            reliability=profile.reliability.name,
+            durability=profile.durability.name,
+            liveliness=profile.liveliness.name,
+            deadline_ns=profile.deadline.nanoseconds or 2**63 - 1,
+            lease_ns=profile.liveliness_lease_duration.nanoseconds or 2**63 - 1,
+        )
+
+
+def full_type(name: str) -> str:
+    """`std_msgs/msg/String` for `std_msgs/String`."""
+    package, *_, last = name.split("/")
+    return f"{package}/msg/{last}"
+
+
+def _ignore(message: Any) -> None:
+    """Messages are taken by hand; no executor ever calls this."""
+
+
+def fitted_profile(target: Target, options: Any) -> tuple[Any, list[str]]:
+    """The QoS for a topic: what the options ask for, otherwise what fits its publishers."""
+    profile, notes = profiles.listening(target.publishers)
+    if profiles.asked(options):
+        return profiles.from_options(options, profile), []
+    return profile, notes

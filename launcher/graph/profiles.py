@@ -1,0 +1,128 @@
+"""Profiles: the QoS of our own endpoints, from options or fitted to the publishers there are."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launcher.graph.snapshot import Endpoint
+
+if TYPE_CHECKING:
+    from rclpy.qos import QoSProfile
+
+# room for a second of a fast topic while Python is busy elsewhere
+LISTEN_DEPTH = 5000
+
+RELIABILITIES = ("system_default", "reliable", "best_effort", "best_available")
+DURABILITIES = ("system_default", "transient_local", "volatile", "best_available")
+LIVELINESSES = ("system_default", "automatic", "manual_by_topic", "best_available")
+HISTORIES = ("system_default", "keep_last", "keep_all")
+PRESETS = (
+    "system_default",
+    "sensor_data",
+    "services_default",
+    "parameters",
+    "parameter_events",
+    "action_status_default",
+    "best_available",
+    "default",
+)
+
+
+def add_qos_options(parser: argparse.ArgumentParser) -> None:
+    """`--qos-*`, as ros2cli names them."""
+    parser.add_argument("--qos-profile", choices=PRESETS, help="a preset to start from")
+    parser.add_argument("--qos-depth", type=int, metavar="N", help="length of the queue")
+    for name, choices in (
+        ("history", HISTORIES),
+        ("reliability", RELIABILITIES),
+        ("durability", DURABILITIES),
+        ("liveliness", LIVELINESSES),
+    ):
+        parser.add_argument(f"--qos-{name}", choices=choices)
+    parser.add_argument("--qos-liveliness-lease-duration-seconds", type=float, metavar="S")
+
+
+def asked(options: argparse.Namespace) -> bool:
+    """Whether any option says something about QoS."""
+    return any(
+        value is not None for name, value in vars(options).items() if name.startswith("qos_")
+    )
+
+
+def from_options(options: argparse.Namespace, base: QoSProfile) -> QoSProfile:
+    """The base profile (or the preset that is named) with what the options change."""
+    from rclpy.duration import Duration
+    from rclpy.qos import (
+        DurabilityPolicy,
+        HistoryPolicy,
+        LivelinessPolicy,
+        QoSPresetProfiles,
+        ReliabilityPolicy,
+    )
+
+    profile = _copy(base)
+    if options.qos_profile:
+        profile = _copy(QoSPresetProfiles[options.qos_profile.upper()].value)
+    if options.qos_depth is not None:
+        profile.depth = options.qos_depth
+    for name, policies in (
+        ("history", HistoryPolicy),
+        ("reliability", ReliabilityPolicy),
+        ("durability", DurabilityPolicy),
+        ("liveliness", LivelinessPolicy),
+    ):
+        if word := getattr(options, f"qos_{name}"):
+            setattr(profile, name, policies[word.upper()])
+    lease_s = options.qos_liveliness_lease_duration_seconds
+    if lease_s is not None:
+        profile.liveliness_lease_duration = Duration(nanoseconds=int(lease_s * 1e9))
+    return profile
+
+
+def _copy(profile: QoSProfile) -> QoSProfile:
+    from rclpy.qos import QoSProfile
+
+    names = [name.removeprefix("_") for name in QoSProfile.__slots__]
+    return QoSProfile(**{name: getattr(profile, name) for name in names})
+
+
+def listening(publishers: Iterable[Endpoint]) -> tuple[QoSProfile, list[str]]:
+    """A profile that connects to all publishers, and the notes of ros2cli where they differ.
+
+    As strong as all of them allow: RELIABLE only if all are, TRANSIENT_LOCAL only if all are.
+    """
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    known = list(publishers)
+    notes: list[str] = []
+    profile = QoSProfile(
+        depth=LISTEN_DEPTH,
+        reliability=_fitted(
+            ReliabilityPolicy.RELIABLE,
+            ReliabilityPolicy.BEST_EFFORT,
+            [e.reliability for e in known],
+            notes,
+        ),
+        durability=_fitted(
+            DurabilityPolicy.TRANSIENT_LOCAL,
+            DurabilityPolicy.VOLATILE,
+            [e.durability for e in known],
+            notes,
+        ),
+    )
+    return profile, notes
+
+
+def _fitted(strong: Any, weak: Any, offered: list[str], notes: list[str]) -> Any:
+    count = offered.count(strong.name)
+    if offered and count == len(offered):
+        return strong
+    if count:
+        kind = f"QoS{type(strong).__name__.removeprefix('QoS')}"
+        notes.append(
+            f"Some, but not all, publishers are offering {kind}.{strong.name}. "
+            f"Falling back to {kind}.{weak.name} as it will connect to all publishers"
+        )
+    return weak

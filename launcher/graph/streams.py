@@ -1,0 +1,274 @@
+"""Streams: `topic echo`, `hz`, `bw` and `delay`: listen until enough is heard or Ctrl-C."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from launcher.errors import ExitCode
+from launcher.graph import rates
+from launcher.graph.echo import Writer, compiled_filter
+from launcher.graph.errors import VerbError
+from launcher.graph.listener import Listener, Target, find_target, fitted_profile, near_topic
+from launcher.graph.observer import Observer
+from launcher.graph.settle import SPIN_TIME_S, why_empty
+from launcher.graph.verb import looking, warn
+
+_WAIT_S = 0.5
+SILENCE_S = 3.0
+
+
+@contextlib.contextmanager
+def until_interrupted() -> Iterator[None]:
+    """Ctrl-C is how these verbs usually end; a closed pipe ends them as well."""
+    try:
+        yield
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # what the interpreter flushes at its end must not complain again
+        sys.stdout = open("/dev/null", "w")  # noqa: SIM115
+
+
+def echo(options: Namespace) -> int:
+    """Print messages; the exit code."""
+    writer, accepts = Writer.of(options), compiled_filter(options.filter)
+    with until_interrupted(), looking(options) as observer:
+        listener = Listener(observer, raw=options.raw)
+        for name in options.topic_names:
+            _subscribe_now(observer, listener, name, options)
+        silence = _Silence(options.timeout)
+        write = sys.stdout.write
+        for sample in listener.samples(silence.tick, warn):
+            silence.broken()
+            if accepts and not options.raw and not accepts(sample.message):
+                continue
+            write(writer.text(sample))
+            if options.once:
+                break
+    return ExitCode.OK
+
+
+class _Silence:
+    """Ends a listening after some seconds without a message; flushes after each burst."""
+
+    def __init__(self, timeout_s: float | None) -> None:
+        self._timeout_s = timeout_s
+        self._last = time.monotonic()
+        self._fresh = False
+
+    def broken(self) -> None:
+        """A message has come."""
+        self._last = time.monotonic()
+        self._fresh = True
+
+    def tick(self) -> bool:
+        """Whether to go on."""
+        if self._fresh:
+            sys.stdout.flush()
+            self._fresh = False
+        return self._timeout_s is None or time.monotonic() - self._last < self._timeout_s
+
+
+def _subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
+    """Subscribe; VerbError as ros2cli words it if the type cannot be told."""
+    target = find_target(observer, name, options.message_type, _spin_time_s(options))
+    if target is None:
+        print(_unpublished(name), flush=True)
+        hint = near_topic(observer, name)
+        if not observer.node_names():
+            hint = why_empty(observer.domain_id)
+        raise VerbError("Could not determine the type for the passed topic", hint=hint)
+    _subscribe(listener, target, options)
+
+
+def _unpublished(name: str) -> str:
+    return f"WARNING: topic [{name}] does not appear to be published yet"
+
+
+def _spin_time_s(options: Namespace) -> float:
+    return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
+
+
+def _subscribe(listener: Listener, target: Target, options: Namespace) -> None:
+    profile, notes = fitted_profile(target, options)
+    for note in notes:
+        print(note)
+    sys.stdout.flush()
+    listener.subscribe(target, profile)
+
+
+def _subscribe_when_published(
+    observer: Observer, listener: Listener, name: str, options: Namespace
+) -> Target:
+    """Wait for the topic as long as it takes."""
+    target = find_target(observer, name, None, _spin_time_s(options))
+    if target is None:
+        print(_unpublished(name), flush=True)
+        if hint := near_topic(observer, name):
+            warn(f"hint: {hint}")
+    while target is None:
+        target = find_target(observer, name, None, _WAIT_S)
+    _subscribe(listener, target, options)
+    return target
+
+
+class _Clock:
+    """Ends a measurement after `for_s`, and calls `report` once a second until then."""
+
+    def __init__(self, for_s: float | None, report: Callable[[], None]) -> None:
+        self._start = time.monotonic()
+        self._end = None if for_s is None else self._start + for_s
+        self._next = self._start + 1.0
+        self._report = report
+
+    def tick(self) -> bool:
+        """Whether to go on."""
+        now = time.monotonic()
+        if now >= self._next:
+            self._next += 1.0
+            self._report()
+            sys.stdout.flush()
+        return self._end is None or now < self._end
+
+
+class _Quiet:
+    """Says on stderr, once per silence, that a topic has become silent."""
+
+    def __init__(self, topic: str) -> None:
+        self._topic = topic
+        self._last = time.monotonic()
+        self._said = False
+
+    def message(self) -> None:
+        """One has come."""
+        self._last, self._said = time.monotonic(), False
+
+    def look(self) -> None:
+        """Say it if it is so."""
+        gap_s = time.monotonic() - self._last
+        if gap_s >= SILENCE_S and not self._said:
+            self._said = True
+            warn(f"no message on {self._topic} for {gap_s:.1f} s")
+
+
+def hz(options: Namespace) -> int:
+    """Print rates; 1 if one of them is below `--min` at the end."""
+    accepts = compiled_filter(options.filter)
+    arrivals: dict[str, rates.Arrivals] = {}
+    with until_interrupted(), looking(options) as observer:
+        listener = Listener(observer, raw=accepts is None)
+        for name in options.topic_names:
+            target = _subscribe_when_published(observer, listener, name, options)
+            arrivals[target.name] = rates.Arrivals(options.window)
+        quiet = {name: _Quiet(name) for name in arrivals}
+        clock = _Clock(options.for_s, lambda: _report_rates(arrivals, quiet, options))
+        for sample in listener.samples(clock.tick, warn):
+            quiet[sample.topic].message()
+            if accepts is None or accepts(sample.message):
+                arrivals[sample.topic].add(sample.received_ns)
+    if options.for_s is None:
+        return ExitCode.OK
+    return _verdict(arrivals, options)
+
+
+def _report_rates(
+    arrivals: dict[str, rates.Arrivals], quiet: dict[str, _Quiet], options: Namespace
+) -> None:
+    found = {name: spread for name, a in arrivals.items() if (spread := a.due())}
+    for one in quiet.values():
+        one.look()
+    if not found:
+        return
+    if options.json:
+        for name, spread in found.items():
+            print(json.dumps(_rate_document(name, spread)))
+    elif len(arrivals) == 1:
+        print(rates.rate_text(next(iter(found.values()))))
+    else:
+        print(rates.rate_table(found))
+
+
+def _rate_document(name: str, spread: rates.Spread) -> dict[str, Any]:
+    return {
+        "topic": name,
+        "rate_hz": spread.rate_hz,
+        "min_s": spread.min_s,
+        "max_s": spread.max_s,
+        "std_dev_s": spread.std_dev_s,
+        "window": spread.window,
+    }
+
+
+def _verdict(arrivals: dict[str, rates.Arrivals], options: Namespace) -> int:
+    now_ns, code = time.time_ns(), ExitCode.OK
+    for name, one in arrivals.items():
+        mean_hz = one.mean_rate_hz(now_ns)
+        line = {"topic": name, "messages": one.count, "mean_rate_hz": mean_hz}
+        if options.json:
+            print(json.dumps(line))
+        elif options.min_hz is not None and mean_hz < options.min_hz:
+            warn(
+                f"{name}: {mean_hz:.3f} Hz over {options.for_s:g} s, "
+                f"below the minimum of {options.min_hz:g} Hz"
+            )
+        if options.min_hz is not None and mean_hz < options.min_hz:
+            code = ExitCode.PROCESS_FAILED
+    return code
+
+
+def bw(options: Namespace) -> int:
+    """Print bandwidths; the exit code."""
+    sizes = rates.Bandwidth(options.window)
+
+    def report() -> None:
+        if found := sizes.due(time.time_ns()):
+            print(_bandwidth_line(*found, as_json=options.json))
+
+    with until_interrupted(), looking(options) as observer:
+        listener = Listener(observer, raw=True)
+        target = _subscribe_when_published(observer, listener, options.topic_name, options)
+        if not options.json:
+            print(f"Subscribed to [{target.name}]", flush=True)
+        for sample in listener.samples(_Clock(options.for_s, report).tick, warn):
+            sizes.add(sample.received_ns, len(sample.message))
+    return ExitCode.OK
+
+
+def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
+    if not as_json:
+        return rates.bandwidth_text(rate, sizes)
+    document = {"bytes_per_s": rate, "messages": len(sizes), "min": min(sizes), "max": max(sizes)}
+    return json.dumps(document)
+
+
+def delay(options: Namespace) -> int:
+    """Print delays; the exit code."""
+    delays = rates.Delays(options.window)
+
+    def report() -> None:
+        if text := delays.due():
+            print(json.dumps({"report": text}) if options.json else text)
+
+    with until_interrupted(), looking(options) as observer:
+        listener = Listener(observer, raw=False)
+        _subscribe_when_published(observer, listener, options.topic_name, options)
+        for sample in listener.samples(_Clock(options.for_s, report).tick, warn):
+            delays.add(sample.received_ns - _stamp_ns(sample.message))
+    return ExitCode.OK
+
+
+def _stamp_ns(message: Any) -> int:
+    try:
+        stamp = message.header.stamp
+    except AttributeError:
+        raise VerbError(
+            "msg does not have header", hint=f"{type(message).__name__} carries no time stamp"
+        ) from None
+    return int(stamp.sec) * rates.NANOS + int(stamp.nanosec)
