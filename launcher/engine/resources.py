@@ -12,7 +12,7 @@ per round. At 1 Hz that is about 0.7 % of a core; tests/process/test_resources.p
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from launcher.model.record import Record
@@ -40,6 +40,32 @@ class Sample(Record):
     threads: int
     fds: int
     processes: int
+
+
+class Reading(Record):
+    """One process at one moment; `cpu_s` is what it used since the reading before."""
+
+    cpu_s: float
+    rss_bytes: int
+    uss_bytes: int | None
+    threads: int
+    fds: int
+
+
+def summed(root: int, readings: Sequence[Reading], elapsed_s: float) -> Sample:
+    """The sample of a tree from those of its members; `elapsed_s` is 0 for its first sample."""
+    uss = [reading.uss_bytes for reading in readings]
+    known = [value for value in uss if value is not None]
+    used_s = sum(reading.cpu_s for reading in readings)
+    return Sample(
+        pid=root,
+        cpu_percent=100 * used_s / elapsed_s if elapsed_s > 0 else None,
+        rss_bytes=sum(reading.rss_bytes for reading in readings),
+        uss_bytes=sum(known) if len(known) == len(uss) else None,
+        threads=sum(reading.threads for reading in readings),
+        fds=sum(reading.fds for reading in readings),
+        processes=len(readings),
+    )
 
 
 class Sampler:
@@ -93,29 +119,13 @@ class Sampler:
                 continue  # it has just ended, or runs as somebody else
 
     def _tree(self, root: int, session: list[int], now: float) -> Sample | None:
-        readings = []
-        for pid in session:
-            member = self._members.get(pid)
-            reading = None if member is None else self._read(member)
-            if reading is not None:
-                readings.append(reading)
-        if not readings or root not in self._members:
+        if root not in self._members:
             return None
-        uss = [reading.uss_bytes for reading in readings]
-        known = [value for value in uss if value is not None]
-        elapsed_s = now - self._last_s.get(root, now)
-        used_s = sum(reading.cpu_s for reading in readings)
-        return Sample(
-            pid=root,
-            cpu_percent=100 * used_s / elapsed_s if elapsed_s > 0 else None,
-            rss_bytes=sum(reading.rss_bytes for reading in readings),
-            uss_bytes=sum(known) if len(known) == len(uss) else None,
-            threads=sum(reading.threads for reading in readings),
-            fds=sum(reading.fds for reading in readings),
-            processes=len(readings),
-        )
+        members = (self._members[pid] for pid in session if pid in self._members)
+        readings = [reading for member in members if (reading := self._read(member)) is not None]
+        return summed(root, readings, now - self._last_s.get(root, now)) if readings else None
 
-    def _read(self, member: _Member) -> _Reading | None:
+    def _read(self, member: _Member) -> Reading | None:
         process = member.process
         try:
             with process.oneshot():
@@ -128,17 +138,7 @@ class Sampler:
         cpu_s = times.user + times.system
         # A member that is new in a known tree was born after the sample before: all of it counts.
         used_s, member.cpu_s = cpu_s - member.cpu_s, cpu_s
-        return _Reading(used_s, rss_bytes, member.uss_bytes, threads, fds)
-
-
-class _Reading(Record):
-    """One process at one moment; `cpu_s` since the reading before."""
-
-    cpu_s: float
-    rss_bytes: int
-    uss_bytes: int | None
-    threads: int
-    fds: int
+        return Reading(used_s, rss_bytes, member.uss_bytes, threads, fds)
 
 
 class _Member:

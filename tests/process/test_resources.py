@@ -1,0 +1,148 @@
+"""Samples of real process trees."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from launcher.engine.resources import USS_PER_ROUND, Sample, Sampler
+from tests.support.waiting import wait_until
+
+MB = 1024**2
+Starter = Callable[[str], subprocess.Popen[bytes]]
+
+IDLE = "import signal; signal.pause()"
+BUSY = "while True: pass"
+TREE = f"import subprocess, sys; subprocess.run([sys.executable, '-S', '-c', {BUSY!r}])"
+HUNGRY = f"""
+import os, threading
+memory = bytearray(os.urandom(64) * (50 << 20 >> 6))
+files = [open(os.devnull) for _ in range(40)]
+for _ in range(6):
+    threading.Thread(target=threading.Event().wait, daemon=True).start()
+{IDLE}
+"""
+
+
+@pytest.fixture
+def start() -> Iterator[Starter]:
+    """Starts Python code in a session of its own, as the launcher does; ends all of it."""
+    children = []
+
+    def starter(code: str) -> subprocess.Popen[bytes]:
+        child = subprocess.Popen([sys.executable, "-S", "-c", code], env={}, start_new_session=True)
+        children.append(child)
+        return child
+
+    yield starter
+    for child in children:
+        if child.poll() is None:
+            os.killpg(child.pid, signal.SIGKILL)
+        child.wait()
+
+
+def sample_until(sampler: Sampler, pid: int, fact: Callable[[Sample], object]) -> Sample:
+    """Sample as the supervisor does, only faster, until the fact holds."""
+    latest: list[Sample] = []
+
+    def look() -> bool:
+        samples = sampler.sample([pid], time.monotonic())
+        latest[:] = samples.values()
+        return bool(latest and fact(latest[0]))
+
+    wait_until(look, f"a sample that fits; the last one: {latest}")
+    return latest[0]
+
+
+def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
+    sample = sample_until(Sampler(), start(HUNGRY).pid, lambda s: s.threads == 7 and s.fds >= 43)
+    assert sample.processes == 1
+    assert 50 * MB < sample.rss_bytes < 120 * MB
+    assert sample.uss_bytes is not None
+
+
+def test_the_uss_is_read_again_when_it_is_due(start: Starter):
+    sampler, child = Sampler(), start(HUNGRY)
+    sample_until(sampler, child.pid, lambda s: s.threads == 7)
+    later = sampler.sample([child.pid], time.monotonic() + 60)[child.pid]
+    assert later.uss_bytes is not None and 50 * MB < later.uss_bytes <= later.rss_bytes
+
+
+def test_the_load_of_a_grandchild_counts(start: Starter):
+    def is_busy(sample: Sample) -> bool:
+        return sample.processes == 2 and (sample.cpu_percent or 0) > 20
+
+    # One thread: at most a core, apart from the granularity of the kernel's clock.
+    sampler, child = Sampler(), start(TREE)
+    sample_until(sampler, child.pid, is_busy)
+    before_s = time.monotonic()
+    sampler.sample([child.pid], before_s)
+    wait_until(lambda: time.monotonic() > before_s + 0.3, "some time to measure")
+    assert 10 < (sampler.sample([child.pid], time.monotonic())[child.pid].cpu_percent or 0) < 110
+
+
+def test_an_idle_process_uses_nothing_and_the_first_sample_knows_no_load(start: Starter):
+    sampler, child = Sampler(), start(IDLE)
+    assert sampler.sample([child.pid], 0.0)[child.pid].cpu_percent is None
+    sample_until(sampler, child.pid, lambda s: s.cpu_percent == 0.0)
+
+
+def test_a_tree_lives_as_long_as_its_root(start: Starter):
+    sampler, child = Sampler(), start(TREE)
+    sample_until(sampler, child.pid, lambda s: s.processes == 2)
+    child.kill()
+    child.wait()
+    assert sampler.sample([child.pid], time.monotonic()) == {}
+
+
+def test_the_uss_of_many_is_read_a_few_at_a_time(start: Starter):
+    pids = [start(IDLE).pid for _ in range(USS_PER_ROUND + 1)]
+    sampler = Sampler()
+    known = [
+        sum(sample.uss_bytes is not None for sample in sampler.sample(pids, now).values())
+        for now in (1.0, 2.0)
+    ]
+    assert known == [USS_PER_ROUND, USS_PER_ROUND + 1]
+
+
+def test_importing_the_sampler_does_not_import_psutil():
+    code = "import sys, launcher.engine.resources; print('psutil' in sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout == "False\n"
+
+
+def test_a_process_that_leads_no_session_has_no_sample(start: Starter):
+    sampler, child = Sampler(), start(TREE)
+    sample_until(sampler, child.pid, lambda s: s.processes == 2)
+    (grandchild,) = (
+        pid
+        for pid in map(int, filter(str.isdigit, os.listdir("/proc")))
+        if parent(pid) == child.pid
+    )
+    assert sampler.sample([grandchild], time.monotonic()) == {}
+
+
+def parent(pid: int) -> int:
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    except (FileNotFoundError, ProcessLookupError):
+        return 0
+
+
+def test_fifty_processes_at_one_hertz_cost_less_than_a_hundredth_of_a_core(start: Starter):
+    pids = [start(IDLE).pid for _ in range(5)]
+    sampler = Sampler()
+    costs_s = []
+    for minute in range(3):  # the best of three: the machine may be busy with something else
+        before_s = time.process_time()
+        for second in range(20):  # every USS is due twice
+            assert len(sampler.sample(pids, 60.0 * minute + second)) == 5
+        costs_s.append((time.process_time() - before_s) / 20)
+    assert min(costs_s) / len(pids) * 50 < 0.01
