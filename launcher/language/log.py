@@ -6,7 +6,7 @@ import logging
 from typing import Any
 
 from launcher.language import session
-from launcher.language.actions.process import output_policy
+from launcher.language.actions.output import output_policy
 from launcher.language.naming import public
 
 _ROOT = "launch"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry
 from launcher.language.action import Action
+from launcher.language.actions.output import output_policy
 from launcher.language.conditions import evaluate_condition_expression
 from launcher.language.event_handler import EventHandler
 from launcher.language.executable import Executable
@@ -33,7 +34,7 @@ from launcher.language.utilities import (
     perform_substitutions,
 )
 from launcher.model import events as model
-from launcher.model.spec import OutputPolicy, RosIdentity, Sink
+from launcher.model.spec import RosIdentity
 
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
@@ -310,37 +311,6 @@ class _TargetedHandler(EventHandler):
     def handle(self, event: Any, context: LaunchContext) -> Any:
         super().handle(event, context)
         return self._react(event, context)
-
-
-_SINKS = {"screen": Sink.SCREEN, "log": Sink.LOG, "own_log": Sink.OWN_LOG}
-
-
-def output_policy(output: str | Mapping[str, Any]) -> OutputPolicy:
-    """The sinks that `output=` means; ValueError for a word that it does not know."""
-    if isinstance(output, str):
-        return OutputPolicy.named(output)
-    unknown = [key for key in output if key not in ("stdout", "stderr", "both")]
-    if unknown:
-        raise ValueError(
-            f"{unknown} are not valid output destinations; expected stdout, stderr or both"
-        )
-    both = _sinks(output.get("both", ()))
-    return OutputPolicy(
-        stdout=_sinks(output.get("stdout", ())) | (both & ~Sink.OWN_LOG),
-        stderr=_sinks(output.get("stderr", ())) | (both & ~Sink.OWN_LOG),
-        combined=both & Sink.OWN_LOG,
-    )
-
-
-def _sinks(words: Any) -> Sink:
-    sinks = Sink.NONE
-    for word in [words] if isinstance(words, str) else words:
-        if word not in _SINKS:
-            raise ValueError(
-                f"{word} is not a valid logging destination; expected screen, log or own_log"
-            )
-        sinks |= _SINKS[word]
-    return sinks
 
 
 @public("launch.actions.execute_process")
