@@ -5,31 +5,44 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from launcher.commands import words as command_line
-from launcher.commands.quiet import stdout_to_stderr
+from launcher.commands.patience import Patience, limited
+from launcher.commands.quiet import say, stdout_to_stderr
 from launcher.errors import ExitCode
 
 USAGE = """usage: python -m launcher args TARGET [--debug]
        python -m launcher args PACKAGE FILE
 
-Lists the arguments of the launch file and of the files that it includes."""
+Lists the arguments of the launch file and of the files that it includes.
+
+options:
+  --evaluation-timeout S  how long loading may take; 0 for any time (default: 60 s, and 20 s of
+                          computing)
+  --debug                 show the traceback of an error"""
+
+PATIENCE = ("--evaluation-timeout",)
 
 
 def main(words: Sequence[str]) -> int:
     """List the arguments of the launch file that `words` name; the exit code."""
     if command_line.wants_help(words):
-        print(USAGE)
+        say(USAGE)
         return ExitCode.OK
-    request = command_line.read(words, verb="args", usage=USAGE.splitlines()[0])
-    return show(request.path)
+    request = command_line.read(words, verb="args", usage=USAGE.splitlines()[0], valued=(PATIENCE,))
+    return show(request.path, Patience.given(request.options.get(PATIENCE[0])))
 
 
-def show(path: str) -> int:
+def show(path: str, patience: Patience) -> int:
     """List the arguments of a launch file; LaunchFileError if it cannot be loaded."""
     from launcher import frontends
+    from launcher.language import faults
     from launcher.language.compat import vocabulary
     from launcher.render.arguments import describe_arguments
 
-    with stdout_to_stderr(), vocabulary():
-        text = describe_arguments(frontends.load(path).get_launch_arguments())
-    print(text)
+    with stdout_to_stderr(), limited(patience, path), vocabulary():
+        description = frontends.load(path)
+        try:
+            text = describe_arguments(description.get_launch_arguments())
+        except (Exception, SystemExit) as error:
+            raise faults.explain(error, path) from error
+    say(text)
     return ExitCode.OK

@@ -7,53 +7,120 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from launcher.errors import ExitCode, UsageError
-from launcher.frontends.arguments import check_names, split_words
-from launcher.frontends.locate import locate
+from launcher.commands import words as command_line
+from launcher.commands.patience import Patience, limited
+from launcher.commands.run_options import HELP as RUN_HELP
+from launcher.commands.run_options import take_run_options
+from launcher.commands.words import Request
+from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
 
 if TYPE_CHECKING:
     from launcher.interpreter import Interpreter
+    from launcher.language.description import LaunchDescription
+    from launcher.model.events import Effect, Event
+    from launcher.model.options import RunOptions
 
-USAGE = """usage: python -m launcher TARGET [name:=value ...] [--debug]
-       python -m launcher PACKAGE FILE [name:=value ...] [--debug]
+USAGE = f"""usage: python -m launcher TARGET [name:=value ...] [options]
+       python -m launcher PACKAGE FILE [name:=value ...] [options]
 
 TARGET is a launch file or the name of one: `system` for launch/system.launch.py.
 Ctrl-C stops everything in order: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL; pressed
 again it does not wait.
 
+instead of launching:
+  -s, --show-args      list the arguments (python -m launcher args)
+  -p, --print          show what would be started (python -m launcher plan)
+
 options:
-  --debug    show the traceback of an error"""
+  --lenient            accept argument names that nothing declares or reads, as ROS 2 does
+  -n, --noninteractive the launch file is told that there is no terminal
+  -a, --show-all-subprocesses-output
+                       every process's output on the screen and in the log
+  --launch-prefix WORDS, --launch-prefix-filter REGEX
+                       put words in front of the commands (of those that match)
+{RUN_HELP}
+  --evaluation-timeout S
+                       how long reading the launch file may take; 0 for any time (default: 60 s,
+                       and 20 s of computing)
+  -d, --debug          show the traceback of an error"""
+
+SHOW_ARGS = ("--show-args", "-s", "--show-arguments")
+PRINT = ("--print", "-p", "--print-description")
+LENIENT = ("--lenient",)
+NONINTERACTIVE = ("--noninteractive", "-n")
+SHOW_ALL = ("--show-all-subprocesses-output", "-a")
+PREFIX = ("--launch-prefix",)
+PREFIX_FILTER = ("--launch-prefix-filter",)
+PATIENCE = ("--evaluation-timeout",)
 
 
 def main(words: Sequence[str]) -> int:
     """Run the launch file that `words` name; the exit code."""
-    if "-h" in words or "--help" in words:
+    if command_line.wants_help(words):
         print(USAGE)
         return ExitCode.OK
-    options = [word for word in words if word.startswith("-")]
-    unknown = [option for option in options if option != "--debug"]
-    if unknown:
-        raise UsageError(f"unknown option '{unknown[0]}'", hint="python -m launcher launch --help")
-    targets, arguments = split_words(word for word in words if word not in options)
-    if not targets:
-        raise UsageError("the launch file is missing", hint=USAGE.splitlines()[0])
-    path = str(locate(targets, os.environ))
-    return launch(path, arguments)
+    options, rest = take_run_options(words)
+    request = command_line.read(
+        rest,
+        verb="launch",
+        usage=USAGE.splitlines()[0],
+        flags=(SHOW_ARGS, PRINT, LENIENT, NONINTERACTIVE, SHOW_ALL),
+        valued=(PREFIX, PREFIX_FILTER, PATIENCE),
+    )
+    patience = Patience.given(request.options.get(PATIENCE[0]))
+    if SHOW_ARGS[0] in request.options:
+        from launcher.commands import args
+
+        return args.show(request.path, patience)
+    request = _with_prefix(request)
+    if SHOW_ALL[0] in request.options:
+        # ROS 2 hands this to whatever the launch file starts, too.
+        os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
+    if PRINT[0] in request.options:
+        from launcher.commands import plan
+
+        return plan.show(request, patience)
+    return launch(request, options, patience)
 
 
-def launch(path: str, arguments: Sequence[tuple[str, str]]) -> int:
+def _with_prefix(request: Request) -> Request:
+    """The request with the launch configurations that the prefix options stand for."""
+    prefix = request.options.get(PREFIX[0])
+    pattern = request.options.get(PREFIX_FILTER[0])
+    if prefix is None:
+        if pattern is not None:
+            raise UsageError(
+                "--launch-prefix must be specified if --launch-prefix-filter is provided"
+            )
+        return request
+    more = [("launch-prefix", prefix)]
+    if pattern is not None:
+        more.append(("launch-prefix-filter", pattern))
+    return Request(
+        path=request.path, arguments=(*request.arguments, *more), options=request.options
+    )
+
+
+def launch(request: Request, options: RunOptions, patience: Patience) -> int:
     """Evaluate the launch file, then run what it describes."""
     from launcher import frontends
     from launcher.interpreter import Interpreter
     from launcher.language.compat import vocabulary
 
     with vocabulary():
-        description = frontends.load(path)
-        declared = [argument.name for argument in description.get_launch_arguments()]
-        check_names(arguments, declared)
-        interpreter = Interpreter(description, path=path, arguments=arguments)
+        with limited(patience, request.path):
+            description = frontends.load(request.path)
+            if LENIENT[0] not in request.options and not _declares(description, request):
+                _refuse_unknown(request)
+                description = frontends.load(request.path)  # the plan has used the first one up
+        interpreter = Interpreter(
+            description,
+            path=request.path,
+            arguments=request.arguments,
+            noninteractive=NONINTERACTIVE[0] in request.options or not _has_terminal(),
+        )
         try:
-            code = _supervise(interpreter)
+            code = _supervise(_SoundCore(interpreter, description, request, patience), options)
         finally:
             interpreter.close()
     if interpreter.failure is not None:
@@ -62,7 +129,88 @@ def launch(path: str, arguments: Sequence[tuple[str, str]]) -> int:
     return code
 
 
-def _supervise(interpreter: Interpreter) -> ExitCode:
+def _has_terminal() -> bool:
+    return sys.stdin is not None and sys.stdin.isatty()
+
+
+# ---- before anything starts
+
+
+def _declares(description: LaunchDescription, request: Request) -> bool:
+    """Whether all arguments are plainly declared, so that no dry run is needed to know them."""
+    names = {name for name, _ in request.arguments}
+    if not names:
+        return True
+    try:
+        declared = description.get_launch_arguments()
+    except Exception:
+        return True  # the run finds out, and says where
+    return names <= {argument.name for argument in declared}
+
+
+def _refuse_unknown(request: Request) -> None:
+    """An error if, as a dry run shows, nothing declares or reads one of the arguments."""
+    from launcher.commands import mistakes
+    from launcher.commands.quiet import silence
+    from launcher.planner import make_plan
+
+    with silence():
+        plan = make_plan(request.path, request.arguments)
+    errors = mistakes.unknown_names(request.arguments, plan.known_names, plan.declared)
+    if not errors:
+        return
+    if plan.error is not None:
+        errors += mistakes.of_launch_file(
+            plan.error.fault, plan.description, plan.context, request.arguments, os.environ
+        )
+    raise mistakes.together(errors)
+
+
+class _SoundCore:
+    """The interpreter, whose start is limited in time and tells all mistakes at once."""
+
+    def __init__(
+        self,
+        interpreter: Interpreter,
+        description: LaunchDescription,
+        request: Request,
+        patience: Patience,
+    ) -> None:
+        self._interpreter = interpreter
+        self._description = description
+        self._request = request
+        self._patience = patience
+
+    def start(self) -> Sequence[Effect]:
+        """The effects of the launch file's static part."""
+        try:
+            with limited(self._patience, self._request.path):
+                return self._interpreter.start()
+        except LaunchFileError as fault:
+            raise self._explained(fault) from fault
+
+    def _explained(self, fault: LaunchFileError) -> LauncherError:
+        from launcher.commands import mistakes
+
+        errors = mistakes.of_launch_file(
+            fault,
+            self._description,
+            self._interpreter.context,
+            self._request.arguments,
+            os.environ,
+        )
+        return mistakes.together(errors)
+
+    def handle(self, event: Event) -> Sequence[Effect]:
+        """The effects of what happened."""
+        return self._interpreter.handle(event)
+
+    def watches_output(self, process_id: int) -> bool:
+        """Whether the launch file wants the output of this process."""
+        return self._interpreter.watches_output(process_id)
+
+
+def _supervise(core: _SoundCore, options: RunOptions) -> ExitCode:
     from launcher.engine.reactor import Reactor
     from launcher.engine.screen import Screen, wants_colour
     from launcher.engine.supervisor import Supervisor
@@ -71,11 +219,12 @@ def _supervise(interpreter: Interpreter) -> ExitCode:
     with Reactor() as reactor:
         screen = Screen(reactor, colour=wants_colour(1, environment))
         return Supervisor(
-            interpreter,
+            core,
             env=environment,
             reactor=reactor,
             screen=screen,
             run_id=_new_run_id(),
+            options=options,
         ).run()
 
 

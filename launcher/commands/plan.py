@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from launcher.commands import words as command_line
-from launcher.commands.quiet import stdout_to_stderr
-from launcher.errors import ExitCode
+from launcher.commands.patience import Patience, limited
+from launcher.commands.quiet import say, stdout_to_stderr
+from launcher.errors import ExitCode, LauncherError, LaunchFileError
 
 if TYPE_CHECKING:
     from launcher.planner import Plan
@@ -16,52 +18,109 @@ if TYPE_CHECKING:
 USAGE = """usage: python -m launcher plan TARGET [name:=value ...] [--json] [--lenient] [--debug]
        python -m launcher plan PACKAGE FILE [name:=value ...]
 
-Starts nothing and shows what would be started when, with which command line, and why.
+Starts nothing and shows what would be started when, with which command line, and why. Functions
+and commands of the launch file do run, as they do when it is launched.
 
 options:
-  --json     the plan as one JSON object; exit code 0 also where the launch file fails
-  --lenient  accept argument names that nothing declares or reads, as ROS 2 does
-  --debug    show the traceback of an error"""
+  --json                  the plan as one JSON object; exit code 0 also where the file fails
+  --lenient               accept argument names that nothing declares or reads, as ROS 2 does
+  --evaluation-timeout S  how long the launch file may take; 0 for any time (default: 60 s,
+                          and 20 s of computing)
+  --debug                 show the traceback of an error"""
 
 JSON = ("--json",)
 LENIENT = ("--lenient",)
+PATIENCE = ("--evaluation-timeout",)
 
 
 def main(words: Sequence[str]) -> int:
     """Plan the launch file that `words` name; the exit code."""
     if command_line.wants_help(words):
-        print(USAGE)
+        say(USAGE)
         return ExitCode.OK
     request = command_line.read(
-        words, verb="plan", usage=USAGE.splitlines()[0], flags=(JSON, LENIENT)
+        words,
+        verb="plan",
+        usage=USAGE.splitlines()[0],
+        flags=(JSON, LENIENT),
+        valued=(PATIENCE,),
     )
-    from launcher.planner import make_plan
-
-    with stdout_to_stderr():
-        plan = make_plan(request.path, request.arguments)
-    if "--json" in request.options:
-        return _print_document(plan)
-    return _print_tree(plan)
+    return show(request, Patience.given(request.options.get(PATIENCE[0])))
 
 
-def _print_tree(plan: Plan) -> int:
-    from launcher.render.command_line import ParameterFiles
-    from launcher.render.plan_tree import plan_tree
-    from launcher.render.tree import draw
-
-    colour = sys.stdout.isatty()
-    print(draw(plan_tree(plan, ParameterFiles()), colour=colour))
-    if plan.error is None:
+def show(request: command_line.Request, patience: Patience) -> int:
+    """Print the plan of the request; LauncherError below it for what is wrong."""
+    plan = evaluate(request, patience)
+    errors = mistakes_of(plan, request)
+    if JSON[0] in request.options:
+        _show_document(plan, errors)
         return ExitCode.OK
-    print(plan.error.fault.render(), file=sys.stderr)
-    return ExitCode.USAGE
+    _show_tree(plan)
+    if not errors:
+        return ExitCode.OK
+    from launcher.commands.mistakes import together
+
+    raise together(errors) from (plan.error.fault if plan.error else None)
 
 
-def _print_document(plan: Plan) -> int:
+def evaluate(request: command_line.Request, patience: Patience) -> Plan:
+    """The plan; what the launch file prints goes to standard error."""
+    from launcher.planner import Plan, PlanError, make_plan
+
+    try:
+        with stdout_to_stderr(), limited(patience, request.path):
+            return make_plan(request.path, request.arguments)
+    except LaunchFileError as fault:
+        # It had to be interrupted; how far it came is not known.
+        plan = Plan(request.path)
+        plan.arguments_error = fault.message
+        plan.error = PlanError(
+            kind="TimeoutError", message=fault.message, stage="run", phase="run", fault=fault
+        )
+        return plan
+
+
+def mistakes_of(plan: Plan, request: command_line.Request) -> list[LauncherError]:
+    """Everything that is wrong with the launch file and its arguments."""
+    known = plan.known_names
+    unknown = [name for name, _ in request.arguments if name not in known]
+    if plan.error is None and not unknown:
+        return []
+    from launcher.commands import mistakes
+
+    errors: list[LauncherError] = []
+    if plan.description is not None and LENIENT[0] not in request.options:
+        errors += mistakes.unknown_names(request.arguments, known, plan.declared)
+    if plan.error is not None:
+        errors += mistakes.of_launch_file(
+            plan.error.fault, plan.description, plan.context, request.arguments, os.environ
+        )
+    return errors
+
+
+def _show_document(plan: Plan, errors: Sequence[LauncherError]) -> None:
+    """The document alone on standard output; for people, the rest on standard error."""
     import json
 
     from launcher.render.plan_json import document
 
-    json.dump(document(plan), sys.stdout, indent=1)
-    print()
-    return ExitCode.OK
+    say(json.dumps(document(plan), indent=1))
+    for line in [*_warnings(plan), *(error.render() for error in errors)]:
+        print(line, file=sys.stderr)
+
+
+def _show_tree(plan: Plan) -> None:
+    from launcher.engine.screen import wants_colour
+    from launcher.render.command_line import ParameterFiles
+    from launcher.render.plan_tree import plan_tree
+    from launcher.render.tree import draw
+
+    tree = draw(plan_tree(plan, ParameterFiles()), colour=wants_colour(1, os.environ))
+    say("\n".join([tree, *_warnings(plan)]))
+
+
+def _warnings(plan: Plan) -> list[str]:
+    return [
+        f"warning: {f'{surprise.origin}: ' if surprise.origin else ''}{surprise.text}"
+        for surprise in plan.warnings
+    ]

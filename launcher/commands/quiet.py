@@ -29,10 +29,39 @@ def stdout_to_stderr() -> Iterator[None]:
         os.close(saved)
 
 
+@contextlib.contextmanager
+def silence() -> Iterator[None]:
+    """Meanwhile, what this process and its children print goes nowhere."""
+    sys.stderr.flush()
+    saved = os.dup(STDERR)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, STDERR)
+        with stdout_to_stderr():
+            yield
+    finally:
+        sys.stderr.flush()
+        os.dup2(saved, STDERR)
+        os.close(saved)
+        os.close(nowhere)
+
+
 def _duplicate_stderr() -> None:
     try:
         os.dup2(STDERR, STDOUT)
     except OSError:  # standard error is closed
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, STDOUT)
+        os.close(nowhere)
+
+
+def say(text: str) -> None:
+    """Print a text; a reader that has left (`| head`) is no error."""
+    try:
+        sys.stdout.write(text + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The interpreter flushes once more when it ends.
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, STDOUT)
         os.close(nowhere)

@@ -65,17 +65,6 @@ def read(
     return Request(path=path, arguments=tuple(arguments), options=options)
 
 
-def seconds(option: str, text: str) -> float:
-    """The number of seconds that an option gives; UsageError."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0.0 <= number < float("inf"):
-        raise UsageError(f"{option} wants a number of seconds, not '{text}'", hint=f"{option} 60")
-    return number
-
-
 def _is_option(word: str) -> bool:
     return word.startswith("-") and len(word) > 1
 

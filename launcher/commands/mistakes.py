@@ -1,0 +1,207 @@
+"""Mistakes: what else is wrong, besides what ended the evaluation of a launch file.
+
+Everything here is only looked for once something failed, so nothing that ROS 2 accepts is
+refused. What is found is certain to fail, too, in a run that comes so far.
+"""
+
+from __future__ import annotations
+
+import difflib
+import linecache
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
+from launcher.language.actions.include import IncludeLaunchDescription
+from launcher.language.configurations import ALL_NAMES
+from launcher.language.ros.node import Node
+from launcher.language.substitutions.configuration import LaunchConfiguration
+from launcher.language.substitutions.text import TextSubstitution
+from launcher.language.utilities import (
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
+from launcher.packages import find_executable
+
+if TYPE_CHECKING:
+    from launcher.language.actions.arguments import DeclareLaunchArgument
+    from launcher.language.context import LaunchContext
+    from launcher.language.description import LaunchDescription
+    from launcher.language.origin import Origin
+
+Arguments = Sequence[tuple[str, str]]
+MAX_MISTAKES = 20  # told at once; a file with more is broken in another way
+_KNOWN_BEFOREHAND = (TextSubstitution, LaunchConfiguration)
+
+
+def together(errors: Iterable[LauncherError]) -> LauncherError:
+    """One error that tells all of them, each once."""
+    different = list({error.render(): error for error in errors}.values())[:MAX_MISTAKES]
+    return different[0] if len(different) == 1 else SeveralErrors(different)
+
+
+def unknown_names(
+    arguments: Arguments, known: Iterable[str], declared: Iterable[str]
+) -> list[LauncherError]:
+    """An error for each argument that has no meaning, with the nearest name that has one."""
+    names = set(known)
+    if ALL_NAMES in names:
+        return []
+    return [_unknown(name, names, list(declared)) for name in dict(arguments) if name not in names]
+
+
+def _unknown(name: str, known: Iterable[str], declared: Sequence[str]) -> UsageError:
+    near = difflib.get_close_matches(name, sorted(known), n=1)
+    listed = f"arguments there are: {', '.join(declared) or 'none'}; --lenient accepts any name"
+    return UsageError(
+        f"unknown launch argument '{name}'",
+        hint=f"did you mean '{near[0]}'?" if near else listed,
+    )
+
+
+def of_launch_file(
+    fault: LaunchFileError,
+    description: LaunchDescription | None,
+    context: LaunchContext | None,
+    arguments: Arguments,
+    environment: Mapping[str, str],
+) -> list[LauncherError]:
+    """The fault that ended the evaluation, made clearer where possible, and the others."""
+    if description is None:
+        return [fault]
+    given = dict(arguments)
+    missing = [_missing(argument) for argument in _missing_arguments(description, given)]
+    refused = list(_bad_choices(description, given))
+    programs = [] if context is None else list(_programs(description, context, environment))
+    # These are what the evaluation stops at; each of the three lists says it better.
+    said_better = _REQUIRED in fault.message if missing else False
+    said_better |= _NOT_VALID in fault.message if refused else False
+    said_better |= any(error.message == fault.message for error in programs)
+    return [*([] if said_better else [fault]), *missing, *refused, *programs]
+
+
+_REQUIRED = "missing required argument"
+_NOT_VALID = "is not valid. Valid options are"
+
+
+# ---- arguments
+
+
+def _missing_arguments(
+    description: LaunchDescription, given: Mapping[str, str]
+) -> Iterator[DeclareLaunchArgument]:
+    """Required arguments that neither the command line nor an include on the way gives."""
+    pairs = description.get_launch_arguments_with_include_launch_description_actions()
+    for argument, includes in pairs:
+        if argument._conditionally_included or argument.default_value is not None:
+            continue
+        names = set(given)
+        for include in includes or ():
+            names.update(include._try_get_arguments_names_without_context())
+        if argument.name not in names:
+            yield argument
+
+
+def _missing(argument: DeclareLaunchArgument) -> LaunchFileError:
+    said = argument.description
+    about = "" if said == "no description given" else f" ({said})"
+    value = argument.choices[0] if argument.choices else "VALUE"
+    return _at(
+        argument._origin,
+        argument.name,
+        f"the required argument '{argument.name}' is not given{about}",
+        f"give {argument.name}:={value}",
+    )
+
+
+def _bad_choices(
+    description: LaunchDescription, given: Mapping[str, str]
+) -> Iterator[LaunchFileError]:
+    pairs = description.get_launch_arguments_with_include_launch_description_actions()
+    for argument, includes in pairs:
+        value = given.get(argument.name)
+        if value is None or argument.choices is None or value in argument.choices:
+            continue
+        if argument._conditionally_included or includes:
+            continue  # it may not be asked for, or be given another value on the way
+        near = difflib.get_close_matches(value, argument.choices, n=1)
+        listed = f"choices there are: {', '.join(argument.choices)}"
+        yield _at(
+            argument._origin,
+            argument.name,
+            f"argument '{argument.name}' cannot be '{value}'",
+            f"did you mean {argument.name}:={near[0]}?" if near else listed,
+        )
+
+
+# ---- programs
+
+
+def _programs(
+    description: LaunchDescription, context: LaunchContext, environment: Mapping[str, str]
+) -> Iterator[LaunchFileError]:
+    """Packages and executables of nodes that are not there."""
+    for node in _nodes(description, context):
+        names = _text(node.node_package, context), _text(node.node_executable, context)
+        if names[0] is None or names[1] is None:
+            continue
+        try:
+            find_executable(names[0], names[1], environment)
+        except LaunchFileError as error:
+            message = error.message.strip('"')
+            word = names[0] if message.startswith("package") else names[1]
+            yield _at(node._origin, word, message, error.hint)
+
+
+def _nodes(entity: Any, context: LaunchContext) -> Iterator[Node]:
+    """Nodes below an entity that are sure to be started, as far as that can be seen."""
+    if isinstance(entity, Node):
+        if entity.node_package is not None and _is_wanted(entity, context):
+            yield entity
+        return
+    if isinstance(entity, IncludeLaunchDescription) or not _is_wanted(entity, context):
+        return
+    for below in entity.describe_sub_entities():
+        yield from _nodes(below, context)
+
+
+def _is_wanted(entity: Any, context: LaunchContext) -> bool:
+    condition = getattr(entity, "condition", None)
+    if condition is None:
+        return True
+    expression = getattr(condition, "predicate_expression", ())
+    if not expression or not all(isinstance(part, _KNOWN_BEFOREHAND) for part in expression):
+        return False
+    try:
+        return bool(condition.evaluate(context))
+    except Exception:  # a guess: what is not known yet is not told
+        return False
+
+
+def _text(parts: Any, context: LaunchContext) -> str | None:
+    """The text if that can be known without running anything."""
+    subs = normalize_to_list_of_substitutions(parts)
+    if not all(isinstance(sub, _KNOWN_BEFOREHAND) for sub in subs):
+        return None
+    try:
+        return perform_substitutions(context, subs)
+    except Exception:  # a guess: what is not known yet is not told
+        return None
+
+
+# ---- places
+
+
+def _at(origin: Origin | None, word: str, message: str, hint: str | None) -> LaunchFileError:
+    """An error at a place, the caret below `word` if the line has it."""
+    if origin is None:
+        return LaunchFileError(message, hint=hint)
+    line = linecache.getline(origin.path, origin.line).rstrip("\n")
+    column = line.find(word) + 1 or len(line) - len(line.lstrip()) + 1
+    return LaunchFileError(
+        message,
+        hint=hint,
+        where=str(origin),
+        source_line=line or None,
+        column=column if line else None,
+    )

@@ -1,0 +1,91 @@
+"""Patience: how long the evaluation of a launch file may take."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+from types import FrameType
+from typing import Any
+
+from launcher.errors import LaunchFileError, UsageError
+from launcher.model.record import Record
+
+_AGAIN_S = 1.0  # a launch file that catches everything is interrupted again
+
+
+class Patience(Record):
+    """Seconds that an evaluation may take, 0 for any time.
+
+    `wall_s` is for launch files that wait for something that never comes; `cpu_s`, the time of
+    this process on a processor, for those that loop.
+    """
+
+    wall_s: float = 60.0
+    cpu_s: float = 20.0
+
+    @classmethod
+    def given(cls, text: str | None) -> Patience:
+        """What `--evaluation-timeout` says, the default without it; UsageError."""
+        if text is None:
+            return cls()
+        try:
+            limit_s = float(text)
+        except ValueError:
+            limit_s = -1.0
+        if not 0.0 <= limit_s <= 1e6:
+            hint = "for example --evaluation-timeout 300, or 0 for any time"
+            raise UsageError(f"--evaluation-timeout takes seconds, not '{text}'", hint=hint)
+        return cls(wall_s=limit_s, cpu_s=limit_s)
+
+
+class _Endless(BaseException):
+    """Raised in the middle of an evaluation; no `except Exception` may stop it."""
+
+    ros_type = "TimeoutError"
+
+
+@contextlib.contextmanager
+def limited(patience: Patience, path: str) -> Iterator[None]:
+    """Interrupt what is done inside when its time is over: LaunchFileError with the place.
+
+    Does nothing outside of the main thread, which alone can be interrupted.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    try:
+        with (
+            _timer(signal.ITIMER_REAL, signal.SIGALRM, patience.wall_s, "s have passed"),
+            _timer(signal.ITIMER_PROF, signal.SIGPROF, patience.cpu_s, "s were computed"),
+        ):
+            yield
+    except _Endless as error:
+        raise _explained(error, path) from error
+
+
+@contextlib.contextmanager
+def _timer(which: int, signum: signal.Signals, limit_s: float, what: str) -> Iterator[None]:
+    if not limit_s:
+        yield
+        return
+
+    def interrupt(signum: int, frame: FrameType | None) -> None:
+        raise _Endless(f"the launch file does not come to an end: {limit_s:g} {what}")
+
+    before: Any = signal.signal(signum, interrupt)
+    signal.setitimer(which, limit_s, _AGAIN_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(which, 0)
+        signal.signal(signum, before)
+
+
+def _explained(error: _Endless, path: str) -> LaunchFileError:
+    from launcher.language import faults
+
+    fault = faults.explain(error, path)
+    fault.hint = "--evaluation-timeout S gives it more time, 0 any time"
+    return fault
