@@ -1,0 +1,137 @@
+"""Much at once, for long, and with little room: nothing is lost, nothing leaks, nothing hangs."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import psutil
+
+from tests.process.conftest import Bench
+from tests.support.waiting import wait_until
+
+PATIENCE_S = 50.0
+
+
+def _cat(path: Path, times: int) -> str:
+    """The actions of a launch file that prints this file so many times, at once."""
+    one = f'ExecuteProcess(cmd=["cat", "{path}"], output="screen")'
+    return f"*[{one} for _ in range({times})]"
+
+
+def _numbered(folder: Path, count: int) -> tuple[Path, list[str]]:
+    """A file of lines that are all different, and the lines."""
+    lines = [f"line {number:06} of {count}, whole to its very end." for number in range(count)]
+    path = folder / "lines"
+    path.write_text("".join(f"{line}\n" for line in lines))
+    return path, lines
+
+
+def _printed(output: bytes) -> dict[str, list[str]]:
+    """What each process printed, by its name; our own lines are left out."""
+    found: dict[str, list[str]] = {}
+    for line in output.decode().splitlines():
+        prefix = re.match(r"\[([\w-]+-\d+)\] ", line)
+        if prefix is not None:
+            found.setdefault(prefix[1], []).append(line[prefix.end() :])
+    return found
+
+
+def _bash(bench: Bench, script: str) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(
+        ["bash", "-c", script],
+        env=bench.env,
+        capture_output=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+
+
+def _read_until(process: subprocess.Popen[bytes], text: bytes) -> bytes:
+    """Read lines up to the one that contains the text; that line."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        if text in line:
+            return line
+    raise AssertionError(f"the output ended before {text!r}")
+
+
+def _stop(process: subprocess.Popen[bytes]) -> int:
+    process.terminate()
+    process.communicate(timeout=PATIENCE_S)
+    return process.returncode
+
+
+# Counts its starts, and rests at the 10th and at the 510th until the test lets it go on.
+RESTARTED = """
+read n < count; n=$((n + 1)); echo $n > count
+case $n in 10 | 510) echo resting $n; while [ ! -e go-$n ]; do sleep 0.02; done;; esac
+exit 1
+"""
+
+
+def test_500_restarts_leave_no_descriptor_behind(bench: Bench):
+    (bench.folder / "node.sh").write_text(RESTARTED)
+    (bench.folder / "count").write_text("0\n")
+    process = bench.start(f'sh(". ./node.sh", cwd="{bench.folder}", respawn=True)')
+    launcher = psutil.Process(process.pid)
+    _read_until(process, b"resting 10")
+    before = launcher.num_fds()
+    (bench.folder / "go-10").touch()
+    _read_until(process, b"resting 510")
+    wait_until(lambda: launcher.num_fds() == before, "as many descriptors as before")
+    assert _stop(process) == 0
+
+
+def test_two_runs_of_one_launch_file_do_not_touch_each_other(bench: Bench):
+    actions = 'sh("echo I am $$; exec sleep 1000")'
+    runs = [bench.start(actions), bench.start(actions)]
+    said = [_read_until(run, b"I am ") for run in runs]
+    children = [psutil.Process(int(line.split()[-1])) for line in said]
+    assert _stop(runs[0]) == 0
+    wait_until(lambda: not children[0].is_running(), "the first run's child is gone")
+    assert children[1].is_running()
+    assert runs[1].poll() is None
+    assert _stop(runs[1]) == 0
+    logs = [path.read_bytes() for path in bench.folder.glob("log/*/sh-1.log")]
+    # `latest` is a second way to one of the two.
+    assert {b"".join(said).splitlines(keepends=True)[n] for n in (0, 1)} == set(logs)
+
+
+def test_too_few_descriptors_stop_some_processes_and_not_the_run(bench: Bench):
+    command = shlex.join(bench.command('*[sh("echo hello; sleep 0.5") for _ in range(30)]'))
+    done = _bash(bench, f"ulimit -n 40; exec {command}")
+    out = done.stdout.decode()
+    refused = re.findall(r"\[sh-\d+\]: process could not be started: Too many open files", out)
+    assert refused
+    assert done.stdout.count(b"] hello\n") == 30 - len(refused) > 0
+    assert done.returncode == 1
+    assert bench.survivors() == []
+
+
+def test_a_disk_that_becomes_full_is_said_once_and_costs_no_line_on_the_screen(bench: Bench):
+    path, lines = _numbered(bench.folder, 5000)
+    command = shlex.join(bench.command(_cat(path, 3)))
+    done = _bash(bench, f"ulimit -f 64; exec {command}")  # KiB: no file grows beyond it
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count(b"no log files from here on: File too large") == 1
+    assert list(_printed(done.stdout).values()) == [lines] * 3
+
+
+def test_a_screen_on_a_full_disk_does_not_stop_the_run(bench: Bench):
+    path, lines = _numbered(bench.folder, 5000)
+    command = shlex.join(bench.command(_cat(path, 1)))
+    done = _bash(bench, f"exec {command} > /dev/full")
+    assert done.returncode == 0, done.stderr
+    log = bench.folder / "log" / "latest" / "cat-1.log"
+    assert _printed(log.read_bytes()) == {"cat-1": lines}
+
+
+def test_head_gets_its_lines_and_ends_a_flood_quietly(bench: Bench):
+    command = shlex.join(bench.command('*[sh("exec yes") for _ in range(4)]'))
+    done = _bash(bench, f"{command} | head -n 5000; exit ${{PIPESTATUS[0]}}")
+    assert len(done.stdout.splitlines()) == 5000
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert bench.survivors() == []
