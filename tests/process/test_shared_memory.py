@@ -1,0 +1,177 @@
+"""What real rclpy nodes leave in /dev/shm, and that only that is freed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from group_gp1.domain_lease import leased_domain
+from launcher.engine.shared_memory import FOLDER, Ledger, free, held, stale
+from launcher.engine.sweep import RUN_ID_VARIABLE
+from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.timeout(60)
+
+RUN_ID = f"{os.getpid()}-shm"
+NODE = """
+import os, sys, rclpy
+rclpy.init()
+node = rclpy.create_node("n")
+node.create_publisher(__import__("std_msgs.msg").msg.String, "t", 1)
+if "fork" in sys.argv and os.fork() == 0:
+    __import__("signal").pause()
+print(f"ready {os.getpid()}", flush=True)
+try:
+    rclpy.spin(node)
+except KeyboardInterrupt:
+    node.destroy_node()
+    rclpy.try_shutdown()
+"""
+
+
+class Nodes:
+    """Real nodes in one domain of their own."""
+
+    def __init__(self, env: dict[str, str]) -> None:
+        self.env = env
+        self.names: set[str] = set()
+        self._started: list[subprocess.Popen[str]] = []
+
+    def start(self, *words: str, shell: bool = False) -> subprocess.Popen[str]:
+        """A node that has all its files; behind a shell that waits for it, if asked."""
+        command = [sys.executable, "-c", NODE, *words]
+        if shell:
+            command = ["sh", "-c", '"$@"; :', "sh", *command]
+        node = subprocess.Popen(
+            command, env=self.env, stdout=subprocess.PIPE, text=True, start_new_session=True
+        )
+        self._started.append(node)
+        return node
+
+    def of(self, pid: int) -> set[str]:
+        """What the process holds in shared memory."""
+        names = {name for name, owner in held().items() if owner == pid}
+        self.names |= names
+        return names
+
+    def close(self) -> None:
+        for node in self._started:
+            if node.poll() is None:
+                os.killpg(node.pid, signal.SIGKILL)
+            node.wait()
+            node.stdout.close()
+        free(self.names)
+
+
+@pytest.fixture
+def nodes(tmp_path: Path) -> Iterator[Nodes]:
+    with leased_domain() as domain_id:
+        env = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_LOG_DIR": str(tmp_path),
+            RUN_ID_VARIABLE: RUN_ID,
+        }
+        some = Nodes(env)
+        yield some
+        some.close()
+
+
+def pid_from(node: subprocess.Popen[str]) -> int:
+    """The pid that the node says when it is ready."""
+    for line in node.stdout:
+        if line.startswith("ready"):
+            return int(line.split()[1])
+    raise AssertionError("the node ended before it was ready")
+
+
+def kill(pid: int, node: subprocess.Popen[str]) -> None:
+    os.kill(pid, signal.SIGKILL)
+    node.wait(10)
+
+
+def stale_names() -> set[str]:
+    """What is stale, once its files are no longer new."""
+    return {item.name for item in stale(now_s=time.time() + 60)}
+
+
+def exists(name: str) -> bool:
+    return (FOLDER / name).exists() or (FOLDER / f"{name}_el").exists()
+
+
+def test_what_a_live_node_holds_is_not_stale_and_not_freed(nodes: Nodes):
+    pid = pid_from(nodes.start())
+    names = nodes.of(pid)
+    assert {"_port" in name for name in names} == {True, False}
+    assert names.isdisjoint(stale_names())
+    assert free(names) == 0
+    assert all(map(exists, names))
+
+
+def test_a_node_that_ends_in_order_leaves_nothing(nodes: Nodes):
+    node = nodes.start()
+    names = nodes.of(pid_from(node))
+    node.send_signal(signal.SIGINT)
+    assert node.wait(10) == 0
+    assert not any(map(exists, names))
+
+
+def test_what_a_killed_node_leaves_is_found_and_freed(nodes: Nodes):
+    node = nodes.start()
+    names = nodes.of(pid_from(node))
+    kill(node.pid, node)
+    # Ports are left alone as long as anybody's participant on this machine is just starting.
+    wait_until(lambda: names <= stale_names(), "all that it held is stale")
+    freed = []
+    wait_until(lambda: freed.append(free(names)) or not any(map(exists, names)), "all is freed")
+    assert sum(freed) > 500_000
+
+
+def test_a_ledger_frees_the_dead_and_spares_the_living(nodes: Nodes):
+    ledger = Ledger(RUN_ID)
+    dead, alive = nodes.start(), nodes.start()
+    names_of_dead, names_of_alive = nodes.of(pid_from(dead)), nodes.of(pid_from(alive))
+    ledger.note()
+    kill(dead.pid, dead)
+    assert ledger.free() > 500_000
+    assert not any(exists(name) for name in names_of_dead if "_port" not in name)
+    assert nodes.of(alive.pid) == names_of_alive
+    alive.send_signal(signal.SIGINT)
+    assert alive.wait(10) == 0
+    wait_until(lambda: ledger.free() or not ledger.names, "the ledger is empty")
+    assert not any(map(exists, names_of_dead | names_of_alive))
+
+
+def test_a_grandchild_is_in_the_ledger_and_a_stranger_is_not(nodes: Nodes):
+    ledger = Ledger(RUN_ID)
+    pid = pid_from(nodes.start(shell=True))
+    nodes.env[RUN_ID_VARIABLE] = "1-other"
+    stranger = pid_from(nodes.start())
+    ledger.note()
+    assert nodes.of(pid) <= ledger.names
+    assert nodes.of(stranger).isdisjoint(ledger.names)
+
+
+def test_a_lock_that_a_forked_child_keeps_is_respected(nodes: Nodes):
+    node = nodes.start("fork")
+    names = nodes.of(pid_from(node))
+    kill(node.pid, node)  # its child lives on, with the memory and the locks
+    assert names.isdisjoint(stale_names())
+    assert free(names) == 0
+
+
+def test_no_port_is_freed_beside_a_node_that_proc_does_not_show(nodes: Nodes, tmp_path: Path):
+    dead, alive = nodes.start(), nodes.start()
+    names = nodes.of(pid_from(dead))
+    pid_from(alive)
+    kill(dead.pid, dead)
+    assert free(names, proc=tmp_path / "nothing to see") > 500_000
+    assert {name for name in names if exists(name)} == {n for n in names if "_port" in n}
