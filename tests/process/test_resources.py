@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -43,8 +44,8 @@ def start() -> Iterator[Starter]:
 
     yield starter
     for child in children:
-        if child.poll() is None:
-            os.killpg(child.pid, signal.SIGKILL)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(child.pid, signal.SIGKILL)  # a child of it may have outlived it
         child.wait()
 
 

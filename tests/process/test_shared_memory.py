@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -63,8 +64,8 @@ class Nodes:
 
     def close(self) -> None:
         for node in self._started:
-            if node.poll() is None:
-                os.killpg(node.pid, signal.SIGKILL)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(node.pid, signal.SIGKILL)  # a child may have outlived it
             node.wait()
             node.stdout.close()
         free(self.names)
