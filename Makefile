@@ -18,10 +18,8 @@ LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-
 .PHONY: run test lint types unit env dev picture overflow lock clean
 
 ## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
-# With a terminal, job control (-m) gives the launcher a process group of its own, so that Ctrl-C
-# reaches the launcher and not make, and the exit code that you see is the launcher's.
 run: $(VENV)/.run
-	@if [ -t 0 ]; then set -m; fi; $(PY) -m launcher system $(ARGS); exit $$?
+	@exec tools/foreground $(PY) -m launcher system $(ARGS)
 
 ## test: lint, types and every test
 test: lint types unit

@@ -1,8 +1,48 @@
-"""`python -m launcher`."""
+"""`python -m launcher`: what has to be right before anything else is imported."""
 
+import os
 import sys
 
-from launcher.cli import main
+INTERRUPTED = 130
+
+
+def open_standard_files() -> None:
+    """Put /dev/null where 0, 1 or 2 is closed: the next file opened would take its place."""
+    for fd in range(3):
+        try:
+            os.fstat(fd)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  (for good)
+
+
+def run() -> int:
+    """The whole command; Ctrl-C before there is anything to stop ends it without a word."""
+    try:
+        from launcher.cli import main
+
+        return main(sys.argv[1:])
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        return 0  # whoever read our output has seen enough
+
+
+def flushed(code: int) -> int:
+    """The exit code after the last words have got out; a reader that has gone is no failure."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+            code = code or 1
+    return code
+
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    open_standard_files()
+    sys.exit(flushed(run()))

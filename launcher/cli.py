@@ -33,8 +33,11 @@ VERBS = (
     Verb("plan", "TARGET [name:=value ...]", "show what a launch file would start, and why"),
     Verb("args", "TARGET", "list the arguments of a launch file"),
     Verb("run", "PACKAGE EXECUTABLE [ARG ...]", "run one program of a package in this terminal"),
-    Verb("topic", "VERB ...", "look at topics: list, info"),
-    Verb("node", "VERB ...", "look at nodes: list, info"),
+    Verb("topic", "VERB ...", "look at topics, listen to them, measure and publish them"),
+    Verb("node", "VERB ...", "look at nodes"),
+    Verb("param", "VERB ...", "look at and set parameters of nodes"),
+    Verb("service", "VERB ...", "look at and call services"),
+    Verb("interface", "VERB ...", "look at the types of messages and services"),
 )
 
 
@@ -52,6 +55,12 @@ def main(words: Sequence[str]) -> int:
             raise
         print(error.render(), file=sys.stderr)
         return error.exit_code
+    except OSError as error:
+        # What we print cannot be written (a full disk); a reader that has gone is told above us.
+        if debug or isinstance(error, BrokenPipeError):
+            raise
+        print(f"error: {error.strerror}: {error.filename or 'output'}", file=sys.stderr)
+        return ExitCode.PROCESS_FAILED
 
 
 def _dispatch(words: list[str]) -> int:
@@ -80,7 +89,7 @@ def overview() -> str:
         "PACKAGE FILE as with `ros2 launch`.",
         "",
         "verbs:",
-        *(f"  {verb.name:8} {verb.help}" for verb in VERBS),
+        *(f"  {verb.name:9} {verb.help}" for verb in VERBS),
         "",
         "exit codes:",
         *(f"  {code.value:<8} {code.meaning}" for code in ExitCode),

@@ -38,7 +38,7 @@ _MEANINGS = {
     ExitCode.PROCESS_FAILED: "a process died, could not be started, or the launcher itself failed",
     ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
     ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process was killed or had died",
-    ExitCode.TERMINATED: "stopped by SIGTERM, SIGHUP or SIGQUIT, and a process was killed or had died",
+    ExitCode.TERMINATED: "stopped by SIGTERM, SIGHUP or SIGQUIT; a process was killed or had died",
 }
 
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launcher.errors import ExecutableNotFoundError, LaunchFileError, PackageNotFoundError
+from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -74,8 +74,6 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
 
     Raises PackageNotFoundError, or ExecutableNotFoundError that names the nearest one there is.
     """
-    _expect_name(package, "package")
-    _expect_name(executable, "executable")
     libexec = package_prefix(package, env) / "lib" / package
     program = libexec / executable
     if program.is_file() and os.access(program, os.X_OK):
@@ -94,14 +92,8 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
 
 def executables(package: str, env: Mapping[str, str]) -> list[str]:
     """Names of all executables of `package`, sorted; PackageNotFoundError."""
-    _expect_name(package, "package")
     libexec = package_prefix(package, env) / "lib" / package
     return sorted({*_programs(libexec), *(name for name, _ in _console_scripts(package))})
-
-
-def _expect_name(word: str, what: str) -> None:
-    if not word or word.startswith(os.sep) or ".." in word.split(os.sep):
-        raise LaunchFileError(f"'{word}' is no name of {what}")
 
 
 def _split(value: str | None) -> list[str]:

@@ -24,6 +24,9 @@ def main(words: Sequence[str]) -> int:
         return ExitCode.OK
     if not words:
         raise UsageError("the package and the executable are missing", hint=USAGE)
+    for word, what in zip(words, ("a package", "an executable"), strict=False):
+        if not word or word.startswith(os.sep) or ".." in word.split(os.sep):
+            raise UsageError(f"'{word}' is not the name of {what}", hint=USAGE)
     if len(words) == 1:
         names = ", ".join(executables(words[0], os.environ)) or "none"
         raise UsageError("the executable is missing", hint=f"executables of {words[0]}: {names}")

@@ -9,9 +9,14 @@ from pathlib import Path
 
 from launcher.engine.watchdog import GOODBYE
 
+GOODBYE_S = 1.0  # a watchdog that does not go within this time is killed
+
 
 class Guard:
-    """Starts the watchdog for a run; `close()` says goodbye to it and waits for its end."""
+    """Starts the watchdog for a run; `close()` says goodbye to it and waits for its end.
+
+    `pidfd` becomes readable when somebody ends it; the run is not guarded any more then.
+    """
 
     def __init__(self, run_id: str) -> None:
         script = Path(__file__).with_name("watchdog.py")
@@ -26,6 +31,7 @@ class Guard:
             start_new_session=True,
             bufsize=0,
         )
+        self.pidfd = os.pidfd_open(self._process.pid)
 
     @property
     def pid(self) -> int:
@@ -41,4 +47,9 @@ class Guard:
             pass  # somebody killed the watchdog; there is nothing to say goodbye to
         finally:
             self._process.stdin.close()
-        self._process.wait()
+        try:
+            self._process.wait(GOODBYE_S)
+        except subprocess.TimeoutExpired:  # somebody has stopped it
+            self._process.kill()
+            self._process.wait()
+        os.close(self.pidfd)

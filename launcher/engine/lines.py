@@ -7,15 +7,22 @@ import re
 LINE_LIMIT = 64 * 1024  # bytes; a longer line is cut here
 CUT_MARK = b" [... cut by the launcher]"
 
-# Control sequences other than colour (`ESC [ ... m`): cursor movement, titles, and single escapes.
-_CONTROL = re.compile(
-    rb"\x1b(?:"
-    rb"\[[0-?]*[ -/]*[@-ln-~]"  # CSI, but not SGR
-    rb"|[\]PX^_][^\x07\x1b]*(?:\x07|\x1b\\)"  # OSC, DCS, SOS, PM, APC with their text
-    rb"|[ -/]+[0-~]"  # nF: character sets
-    rb"|[0-OQ-WYZ\\`-~]"  # Fp, Fe, Fs: two-byte sequences
-    rb")"
+_RESET = b"\x1b[0m"
+
+# What moves the cursor, sets titles or switches character sets, complete or not; not colour.
+_ESCAPES = re.compile(
+    rb"\x1b(?!\[[0-9;:]*m)(?:"
+    rb"\[[0-?]*[ -/]*[@-~]?"  # CSI, but not SGR
+    rb"|[\]PX^_][^\x07\x1b\n]*(?:\x07|\x1b\\)?"  # OSC, DCS, SOS, PM, APC with their text
+    rb"|[ -/]+[0-~]?"  # nF: character sets
+    rb"|[0-Z\\`-~]"  # Fp, Fe, Fs: two-byte sequences
+    rb"|)"
+    rb"|\xc2[\x80-\x9f]"  # the same controls as one character of UTF-8
 )
+_SHIFTS = b"\x08\x0b\x0c\x0e\x0f"  # backspace, vertical tab, form feed, character sets
+
+# Only lines with one of these need a closer look; a search for a single byte costs next to nothing.
+_HARMFUL = tuple(bytes([byte]) for byte in b"\x1b\r\xc2" + _SHIFTS)
 
 
 class LineBuffer:
@@ -73,16 +80,23 @@ def _cut(line: bytes) -> bytes:
 
 
 def for_screen(lines: bytes) -> bytes:
-    """Whole lines without what would move the reader's cursor; colour stays.
+    """Whole lines without what would move the reader's cursor; colour stays, inside its line.
 
     A carriage return before the newline goes; one inside a line (a progress bar) leaves what a
     terminal would show last.
     """
-    if b"\x1b" in lines:
-        lines = _CONTROL.sub(b"", lines)
-    if b"\r" in lines:
-        lines = b"\n".join(_after_return(line) for line in lines.split(b"\n"))
-    return lines
+    if not any(byte in lines for byte in _HARMFUL):
+        return lines
+    lines = _ESCAPES.sub(b"", lines).translate(None, _SHIFTS)
+    return b"\n".join(_closed(_after_return(line)) for line in lines.split(b"\n"))
+
+
+def _closed(line: bytes) -> bytes:
+    """The line with its colour switched off at the end."""
+    colour = line.rfind(b"\x1b[")
+    if colour < 0 or line.startswith((_RESET, b"\x1b[m"), colour):
+        return line
+    return line + _RESET
 
 
 def _after_return(line: bytes) -> bytes:

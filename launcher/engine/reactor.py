@@ -40,7 +40,7 @@ class Reactor:
         self._selector = selectors.DefaultSelector()
         self._timers: list[tuple[float, int, Timer]] = []
         self._order = itertools.count()
-        self._running = False
+        self._stopped = False
         self._handlers: dict[int, Callable[[int], None]] = {}
         self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
         self._wakeup: tuple[int, int] | None = None
@@ -102,9 +102,8 @@ class Reactor:
     # ---- running
 
     def run(self) -> None:
-        """Serve until `stop()` is called."""
-        self._running = True
-        while self._running:
+        """Serve until `stop()` is called; not at all if it was called before."""
+        while not self._stopped:
             for key, _ in self._selector.select(self._patience_s()):
                 # An earlier callback of this round may have removed this one, or closed the file
                 # and opened another that got the same number.
@@ -114,7 +113,7 @@ class Reactor:
 
     def stop(self) -> None:
         """Let `run()` return after the current round."""
-        self._running = False
+        self._stopped = True
 
     def _patience_s(self) -> float | None:
         while self._timers and self._timers[0][2].callback is None:

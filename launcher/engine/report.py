@@ -34,7 +34,7 @@ def escalated(name: str, step: Escalate) -> Line:
     """It did not go."""
     return Line(
         "ERROR",
-        f"process[{name}] failed to terminate '{step.waited_s:g}' seconds after receiving "
+        f"process[{name}] failed to terminate '{step.waited_s:.3g}' seconds after receiving "
         f"'{step.after.name}', escalating to '{step.to.name}'",
     )
 

@@ -39,7 +39,7 @@ def log_root(env: Mapping[str, str]) -> Path:
         return Path(env["ROS_LOG_DIR"]).expanduser()
     if env.get("ROS_HOME"):
         return Path(env["ROS_HOME"]).expanduser() / "log"
-    return Path(env.get("HOME", "~")).expanduser() / ".ros" / "log"
+    return Path(env.get("HOME") or "~").expanduser() / ".ros" / "log"
 
 
 class RunFolder:

@@ -40,7 +40,8 @@ from launcher.model.events import (
 )
 from launcher.model.options import RunOptions
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+GUARDS = 3  # how many watchdogs a run starts before it goes on without one
 WAITING_NOTE_S = 1.0  # a stop that takes longer says for whom it waits
 LAST_LINES = 10  # of the process that died first, in the summary
 LAST_WORDS_S = 2.0  # how long a slow reader of our output is waited for at the end
@@ -81,6 +82,7 @@ class Supervisor:
         self._options = options
         self._make_guard = make_guard
         self._guard: Guard | None = None
+        self._guards_started = 0
         self._processes: dict[int, Process] = {}
         self._timers: dict[int, Timer] = {}
         self._inbox: deque[Event] = deque()
@@ -157,6 +159,7 @@ class Supervisor:
                 process.child.signal_group(signal.SIGKILL)
             self._keeper.let_go(process)
         if self._guard is not None:
+            self._reactor.remove(self._guard.pidfd)
             self._guard.close()
         self._write_plan()
         self._chronicle.note("finished", exit_code=int(self._exit_code()))
@@ -240,11 +243,26 @@ class Supervisor:
         watched = self._core.watches_output(process.process_id)
         merge = process.streams_can_merge and not watched
         size = _terminal_size(len(process.name) + 3)
-        child = spawn(process.spec, env=env, merge=merge, terminal_size=size)
-        if self._guard is None:
-            # After the first spawn, since its start-up is nothing that a user should wait for.
-            self._guard = self._make_guard(self._run_id)
-        return child
+        if not self._guards_started:
+            self._start_guard()
+        return spawn(process.spec, env=env, merge=merge, terminal_size=size)
+
+    def _start_guard(self) -> None:
+        """Before the first process: if we die now, the watchdog finds that out when it is up."""
+        self._guards_started += 1
+        self._guard = self._make_guard(self._run_id)
+        self._reactor.add_reader(self._guard.pidfd, self._guard_died)
+
+    def _guard_died(self) -> None:
+        assert self._guard is not None
+        self._reactor.remove(self._guard.pidfd)
+        self._guard.close()
+        self._guard = None
+        starts_anew = self._guards_started < GUARDS
+        what = "another one is started" if starts_anew else "this run goes on without one"
+        self._say("WARNING", "launch", f"somebody ended the watchdog; {what}")
+        if starts_anew:
+            self._start_guard()
 
     def _process_ended(self, process: Process, end: Ended) -> None:
         is_final = end.retry_in_s is None and not end.asked

@@ -25,23 +25,41 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         return _in_package(words[0], words[1], env)
     (target,) = words
     path = Path(target)
-    if path.is_file():
+    if _is_file(path):
         return path.absolute()
+    if os.path.lexists(path):
+        what = "is a directory" if path.is_dir() else "is not a file that can be read"
+        raise UsageError(f"'{_shown(target)}' {what}")
     if path.suffix or os.sep in target:
         folder = path.parent
         names = sorted(p.name for p in folder.glob("*.launch.*")) if folder.is_dir() else []
-        raise UsageError(f"there is no launch file '{target}'", hint=_near(path.name, names))
+        raise UsageError(
+            f"there is no launch file '{_shown(target)}'", hint=_near(path.name, names)
+        )
     found = _by_name(target, env)
     if not found:
         known = sorted({_stem(file) for file in _all_launch_files(env)})
-        raise UsageError(f"there is no launch file '{target}'", hint=_near(target, known))
+        raise UsageError(f"there is no launch file '{_shown(target)}'", hint=_near(target, known))
     return _only(target, found)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name too long for any file
+        return False
+
+
+def _shown(target: str) -> str:
+    """The word as it can be printed: not endless, and without half characters."""
+    text = target.encode(errors="surrogateescape").decode(errors="replace")
+    return text if len(text) <= 80 else f"{text[:60]}...{text[-15:]}"
 
 
 def _by_name(name: str, env: Mapping[str, str]) -> list[Path]:
     for folder in _source_folders():
         found = [folder / f"{name}{suffix}" for suffix in SUFFIXES]
-        found = [file for file in found if file.is_file()]
+        found = [file for file in found if _is_file(file)]
         if found:
             return found
     return [file for file in _installed_launch_files(env) if _stem(file) == name]
@@ -72,6 +90,12 @@ def _all_launch_files(env: Mapping[str, str]) -> Iterator[Path]:
 
 
 def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
+    name, _, value = file.partition("=" if "=" in file else ":")
+    if value:
+        raise UsageError(
+            f"malformed launch argument '{_shown(file)}', expected format '<name>:=<value>'",
+            hint=f"did you mean {name}:={value}?",
+        )
     share = share_directory(package, env)
     found = sorted(share.rglob(file)) if os.sep not in file else []
     if not found:
@@ -101,4 +125,5 @@ def _near(name: str, known: Sequence[str]) -> str | None:
     near = difflib.get_close_matches(name, known, n=1)
     if near:
         return f"did you mean '{near[0]}'?"
+    known = known[:20]
     return f"there is: {', '.join(known)}" if known else None

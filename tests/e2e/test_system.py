@@ -122,3 +122,35 @@ def test_make_run_ends_with_exit_code_0_on_ctrl_c(world: World):
     terminal.ctrl_c()
     assert terminal.exit_code() == 0, terminal.text
     assert world.survivors() == []
+
+
+def test_sigterm_to_make_run_without_a_terminal_ends_the_fleet(world: World):
+    # As a container's or a CI's stop does it.
+    make = subprocess.Popen(
+        ["make", "run"],
+        env=world.env,
+        cwd=REPOSITORY,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+    )
+    assert make.stdout is not None
+    assert any(b"[robot_1]: Received task" in line for line in make.stdout)
+    make.terminate()
+    wait_until(lambda: world.survivors() == [], "nothing is left")
+    make.communicate(timeout=20)
+
+
+def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
+    shell = world.terminal("bash", "--norc", "-i")
+    shell.type("PS1='$ '; make run\n")
+    shell.wait_for("[robot_1]: Received task")
+    shell.type("\x1a")
+    shell.wait_for("Stopped")
+    shell.type("fg\n")
+    shell.wait_for("[dispatcher]: Assigned task")
+    shell.ctrl_c()
+    shell.wait_for("process has finished cleanly")
+    shell.wait_for("$ ")
+    shell.type("echo exit code $?\n")
+    shell.wait_for("exit code 0")
+    assert world.survivors() == [line for line in world.survivors() if "bash" in line]

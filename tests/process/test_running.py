@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
+import subprocess
+
+import pytest
 
 from tests.process.conftest import Bench
 
@@ -158,3 +162,24 @@ def test_the_events_of_a_run_are_in_its_folder_one_json_object_a_line(bench: Ben
     assert times == sorted(times)
     plan = json.loads((run / "plan.json").read_text())
     assert [p["cmd"] for p in plan["processes"]] == [["sh", "-c", "exit 3"]]
+
+
+@pytest.mark.parametrize("actions", ["", "Shutdown()", 'ExecuteProcess(cmd=["/no/such/program"])'])
+def test_a_run_in_which_nothing_ever_lives_ends_by_itself(bench: Bench, actions: str):
+    done = bench.run(actions)
+    assert done.returncode == (1 if "Execute" in actions else 0)
+
+
+@pytest.mark.parametrize("closed", ["<&-", "<&- >&-", "<&- >&- 2>&-", "2>&-"])
+def test_closed_standard_files_do_no_harm(bench: Bench, closed: str):
+    words = shlex.join(bench.command('sh("echo hello")'))
+    done = subprocess.run(
+        ["bash", "-c", f"{words} {closed}"],
+        env=bench.env,
+        capture_output=True,
+        timeout=20,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert done.stderr == b""
+    assert "[sh-1] hello\n" in (bench.folder / "log/latest/launch.log").read_text()

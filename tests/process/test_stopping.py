@@ -8,6 +8,8 @@ import shlex
 import signal
 import time
 
+import psutil
+
 from tests.process.conftest import Bench
 from tests.support.terminal import Terminal
 from tests.support.waiting import wait_until
@@ -137,3 +139,35 @@ def test_on_exit_shutdown_takes_the_system_down_with_the_required_process(bench:
     assert done.returncode == 1
     assert b"process has died [pid" in done.stdout
     assert bench.survivors() == []
+
+
+def test_sigquit_is_an_orderly_stop_too(bench: Bench):
+    terminal = bench.terminal('sh("echo ready; exec sleep 1000")')
+    terminal.wait_for("ready")
+    terminal.signal(signal.SIGQUIT)
+    assert terminal.exit_code() == 0
+    assert bench.survivors() == []
+
+
+def watchdog_of(terminal: Terminal) -> psutil.Process:
+    children = psutil.Process(terminal.pid).children()
+    return next(p for p in children if "watchdog.py" in " ".join(p.cmdline()))
+
+
+def test_a_watchdog_that_somebody_ends_is_replaced(bench: Bench):
+    terminal = bench.terminal('sh("echo ready; exec sleep 1000")')
+    terminal.wait_for("ready")
+    watchdog_of(terminal).kill()
+    terminal.wait_for("somebody ended the watchdog; another one is started")
+    terminal.kill()
+    wait_until(lambda: bench.survivors() == [], "nothing is left")
+
+
+def test_a_watchdog_that_somebody_stops_does_not_hold_up_the_end(bench: Bench):
+    terminal = bench.terminal('sh("echo ready; exec sleep 1000")')
+    terminal.wait_for("ready")
+    watchdog = watchdog_of(terminal)
+    watchdog.suspend()
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    assert not watchdog.is_running()

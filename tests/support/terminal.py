@@ -79,6 +79,10 @@ class Terminal:
             self._keep()
             missing = [text for text in missing if text not in self.text]
 
+    def type(self, text: str) -> None:
+        """Type this."""
+        self._child.send(text)
+
     def ctrl_c(self) -> None:
         """Type Ctrl-C: the terminal signals whatever is in the foreground."""
         self._child.sendintr()
