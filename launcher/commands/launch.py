@@ -120,7 +120,9 @@ def launch(request: Request, options: RunOptions, patience: Patience) -> int:
             noninteractive=NONINTERACTIVE[0] in request.options or not _has_terminal(),
         )
         try:
-            code = _supervise(_SoundCore(interpreter, description, request, patience), options)
+            core = _SoundCore(interpreter, description, request, patience)
+            core.evaluate()
+            code = _supervise(core, options)
         finally:
             interpreter.close()
     if interpreter.failure is not None:
@@ -180,14 +182,19 @@ class _SoundCore:
         self._description = description
         self._request = request
         self._patience = patience
+        self._effects: Sequence[Effect] = ()
+
+    def evaluate(self) -> None:
+        """Visit the static part, before there is a run with files and processes; LauncherError."""
+        try:
+            with limited(self._patience, self._request.path):
+                self._effects = self._interpreter.start()
+        except LaunchFileError as fault:
+            raise self._explained(fault) from fault
 
     def start(self) -> Sequence[Effect]:
         """The effects of the launch file's static part."""
-        try:
-            with limited(self._patience, self._request.path):
-                return self._interpreter.start()
-        except LaunchFileError as fault:
-            raise self._explained(fault) from fault
+        return self._effects
 
     def _explained(self, fault: LaunchFileError) -> LauncherError:
         from launcher.commands import mistakes
