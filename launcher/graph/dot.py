@@ -1,33 +1,65 @@
-"""DOT: a snapshot as the source of a Graphviz drawing; nodes are ellipses, topics boxes."""
+"""DOT: a snapshot as the source of a Graphviz drawing.
+
+Nodes are ellipses, topics boxes, namespaces clusters; ghosts and what receives nothing are red.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from launcher.graph.matching import silent_subscriptions
+from launcher.graph.picture import Mode, links, namespace_of
 from launcher.graph.snapshot import Endpoint, Snapshot
 
 _HEAD = """digraph ros {
   rankdir=LR; bgcolor="white"; nodesep=0.25; ranksep=0.7;
   node [fontname="Helvetica" fontsize=12 color="#4a5568" fontcolor="#1a202c"];
   edge [fontname="Helvetica" fontsize=10 color="#4a5568" fontcolor="#4a5568" arrowsize=0.8];"""
+_RED = 'color="#c53030" fontcolor="#c53030" style=dashed'
 
 
-def to_dot(snapshot: Snapshot) -> str:
+def to_dot(snapshot: Snapshot, mode: Mode = Mode.ALL) -> str:
     """The drawing; subscriptions that get nothing because of their QoS are red and dashed."""
-    return "\n".join([_HEAD, *_nodes(snapshot), *_topics(snapshot), *_edges(snapshot), "}", ""])
+    if mode is Mode.NODES:
+        body = [*_clustered(snapshot, ()), *_links(snapshot)]
+    else:
+        body = [*_clustered(snapshot, snapshot.topics()), *_edges(snapshot)]
+    return "\n".join([_HEAD, *body, "}", ""])
 
 
-def _nodes(snapshot: Snapshot) -> Iterator[str]:
-    for node in snapshot.nodes:
-        yield f"  {_id('node', node)} [label={_quoted(node)} shape=ellipse {_filled('#ebf4ff')}];"
+def _clustered(snapshot: Snapshot, topics: Iterable[str]) -> Iterator[str]:
+    """Nodes and topics, those of a namespace together in a box."""
+    groups: dict[str, list[str]] = {}
+    for node in dict.fromkeys(snapshot.nodes):
+        groups.setdefault(namespace_of(node), []).append(_node(node, snapshot))
+    for topic in topics:
+        # a topic like /fleet/status goes to a box only where nodes live in that namespace, too
+        space = namespace_of(topic)
+        lines = groups[space] if space in groups else groups.setdefault("", [])
+        lines.append(_topic(topic, snapshot))
+    for space, lines in sorted(groups.items()):
+        if not space:
+            yield from lines
+            continue
+        yield f"  subgraph {_quoted(f'cluster {space}')} {{"
+        yield f'    label={_quoted(space)} color="#a0aec0" fontcolor="#4a5568" style=rounded;'
+        yield from (f"  {line}" for line in lines)
+        yield "  }"
 
 
-def _topics(snapshot: Snapshot) -> Iterator[str]:
-    for topic in snapshot.topics():
-        types = sorted({e.type for e in snapshot.endpoints if e.topic == topic})
-        label = _quoted("\n".join([topic, *types]))
-        yield f"  {_id('topic', topic)} [label={label} shape=box {_filled('#f7fafc')}];"
+def _node(node: str, snapshot: Snapshot) -> str:
+    count = snapshot.nodes.count(node)
+    label = node if count == 1 else f"{node}\n{count} nodes of this name"
+    if node in snapshot.ghosts:
+        ghost = _quoted(f"{label}\nghost: its process is gone")
+        return f"  {_id('node', node)} [label={ghost} shape=ellipse {_RED}];"
+    return f"  {_id('node', node)} [label={_quoted(label)} shape=ellipse {_filled('#ebf4ff')}];"
+
+
+def _topic(topic: str, snapshot: Snapshot) -> str:
+    types = sorted({e.type for e in snapshot.on(topic)})
+    label = _quoted("\n".join([topic, *types]))
+    return f"  {_id('topic', topic)} [label={label} shape=box {_filled('#f7fafc')}];"
 
 
 def _filled(colour: str) -> str:
@@ -36,17 +68,24 @@ def _filled(colour: str) -> str:
 
 def _edges(snapshot: Snapshot) -> Iterator[str]:
     silent = silent_subscriptions(snapshot)
+    drawn: dict[str, None] = {}
     for endpoint in sorted(set(snapshot.endpoints)):
         node, topic = _id("node", endpoint.node), _id("topic", endpoint.topic)
         ends = (node, topic) if endpoint.is_publisher else (topic, node)
-        yield f"  {ends[0]} -> {ends[1]}{_style(endpoint, silent.get(endpoint))};"
+        drawn[f"  {ends[0]} -> {ends[1]}{_style(endpoint, silent.get(endpoint))};"] = None
+    yield from drawn
 
 
 def _style(endpoint: Endpoint, fault: str | None) -> str:
-    if fault is None:
-        return ""
-    label = _quoted(f"nothing arrives: {fault}")
-    return f' [color="#c53030" fontcolor="#c53030" style=dashed label={label}]'
+    return "" if fault is None else f" [{_RED} label={_quoted(f'nothing arrives: {fault}')}]"
+
+
+def _links(snapshot: Snapshot) -> Iterator[str]:
+    for link in links(snapshot.endpoints):
+        label = link.topic if link.fault is None else f"{link.topic}\nnothing arrives: {link.fault}"
+        style = f"{_RED} " if link.fault else ""
+        ends = f"{_id('node', link.source)} -> {_id('node', link.target)}"
+        yield f"  {ends} [{style}label={_quoted(label)}];"
 
 
 def _id(kind: str, name: str) -> str:

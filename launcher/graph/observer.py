@@ -14,7 +14,7 @@ from rclpy.node import Node
 
 from launcher.errors import UsageError
 from launcher.graph.ports import MAX_DOMAIN
-from launcher.graph.processes import PARTICIPANT_BYTES
+from launcher.graph.processes import PARTICIPANT_BYTES, ghosts
 from launcher.graph.snapshot import Direction, Endpoint, Snapshot
 
 LOOK_S = 0.1
@@ -96,7 +96,19 @@ class Observer:
     def snapshot(self) -> Snapshot:
         """What is known now; discovery may still be on its way."""
         endpoints = [e for topic in self.topic_types() for e in self.endpoints(topic)]
-        return Snapshot(nodes=tuple(self.node_names()), endpoints=tuple(sorted(endpoints)))
+        return Snapshot(
+            nodes=tuple(self.node_names()),
+            endpoints=tuple(sorted(endpoints)),
+            ghosts=tuple(sorted(self._ghosts(endpoints))),
+        )
+
+    def _ghosts(self, endpoints: list[Endpoint]) -> set[str]:
+        """Nodes all of whose endpoints belong to processes that are gone."""
+        owners = {e.gid: e.node for e in endpoints}
+        gids = {bytes.fromhex(gid.replace(".", "")) for gid in owners}
+        gone = {gid.hex(".") for gid in ghosts(gids, self.own_gid(), os.getpid())}
+        alive = {node for gid, node in owners.items() if gid not in gone}
+        return {node for gid, node in owners.items() if gid in gone} - alive
 
     def wait_for(self, fact: Callable[[Snapshot], bool], deadline_s: float) -> Snapshot:
         """The first snapshot for which `fact` holds; the last one at the deadline."""

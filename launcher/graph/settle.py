@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from launcher.graph.observer import UNKNOWN_NODE, Observer
@@ -33,8 +34,13 @@ class Settled:
     waited_s: float
 
 
-def settle(observer: Observer, spin_time_s: float = SPIN_TIME_S) -> Settled:
-    """Return when the graph is complete and quiet, or after `spin_time_s`."""
+def settle(
+    observer: Observer,
+    spin_time_s: float = SPIN_TIME_S,
+    *,
+    enough: Callable[[], object] = lambda: False,
+) -> Settled:
+    """Return when the graph is complete and quiet, or `enough`, or after `spin_time_s`."""
     start = changed = time.monotonic()
     shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
     last: object = None
@@ -44,6 +50,8 @@ def settle(observer: Observer, spin_time_s: float = SPIN_TIME_S) -> Settled:
         if state != last:
             last, changed = state, now
         waited_s = now - start
+        if enough():
+            return Settled(missing=0, waited_s=waited_s)
         quiet = now - changed >= QUIET_S and waited_s >= shortest_s
         if quiet or waited_s >= spin_time_s:
             missing = _missing(observer)

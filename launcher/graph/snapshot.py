@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 # Topics that every node has; they hide the picture of what the system does.
 DEBUG_TOPICS = frozenset({"/rosout", "/parameter_events"})
@@ -45,16 +45,20 @@ class Endpoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
-    """Nodes (full names, twice if two share one) and endpoints, sorted."""
+    """Nodes (full names, twice if two share one) and endpoints, sorted.
+
+    `ghosts` are the nodes whose process is gone and that the graph has not forgotten yet.
+    """
 
     nodes: tuple[str, ...]
     endpoints: tuple[Endpoint, ...]
+    ghosts: tuple[str, ...] = ()
 
     def without(self, topics: Iterable[str]) -> Snapshot:
         """The same graph without these topics."""
         hidden = frozenset(topics)
         kept = tuple(e for e in self.endpoints if e.topic not in hidden)
-        return Snapshot(nodes=self.nodes, endpoints=kept)
+        return replace(self, endpoints=kept)
 
     def topics(self) -> tuple[str, ...]:
         """Every topic that has an endpoint, sorted."""

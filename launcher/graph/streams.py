@@ -16,8 +16,8 @@ from launcher.graph.echo import Writer, compiled_filter
 from launcher.graph.errors import VerbError
 from launcher.graph.listener import Listener, Target, find_target, fitted_profile, near_topic
 from launcher.graph.observer import Observer
-from launcher.graph.settle import SPIN_TIME_S, why_empty
-from launcher.graph.verb import looking, warn
+from launcher.graph.settle import why_empty
+from launcher.graph.verb import looking, spin_time_s, warn
 
 _WAIT_S = 0.5
 SILENCE_S = 3.0
@@ -78,7 +78,7 @@ class _Silence:
 
 def _subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
     """Subscribe; VerbError as ros2cli words it if the type cannot be told."""
-    target = find_target(observer, name, options.message_type, _spin_time_s(options))
+    target = find_target(observer, name, options.message_type, spin_time_s(options))
     if target is None:
         print(_unpublished(name), flush=True)
         hint = near_topic(observer, name)
@@ -90,10 +90,6 @@ def _subscribe_now(observer: Observer, listener: Listener, name: str, options: N
 
 def _unpublished(name: str) -> str:
     return f"WARNING: topic [{name}] does not appear to be published yet"
-
-
-def _spin_time_s(options: Namespace) -> float:
-    return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
 
 
 def _subscribe(listener: Listener, target: Target, options: Namespace) -> None:
@@ -108,7 +104,7 @@ def _subscribe_when_published(
     observer: Observer, listener: Listener, name: str, options: Namespace
 ) -> Target:
     """Wait for the topic as long as it takes."""
-    target = find_target(observer, name, None, _spin_time_s(options))
+    target = find_target(observer, name, None, spin_time_s(options))
     if target is None:
         print(_unpublished(name), flush=True)
         if hint := near_topic(observer, name):

@@ -93,14 +93,20 @@ def looking(options: argparse.Namespace) -> Iterator[Observer]:
         yield observer
 
 
+def spin_time_s(options: argparse.Namespace) -> float:
+    """How long discovery may take."""
+    from launcher.graph.settle import SPIN_TIME_S
+
+    return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
+
+
 @contextlib.contextmanager
 def settled(options: argparse.Namespace) -> Iterator[Observer]:
     """An observer that has seen the whole graph; what it could not see is said on stderr."""
-    from launcher.graph.settle import SPIN_TIME_S, settle, why_empty
+    from launcher.graph.settle import settle, why_empty
 
     with looking(options) as observer:
-        limit_s = SPIN_TIME_S if options.spin_time is None else options.spin_time
-        result = settle(observer, limit_s)
+        result = settle(observer, spin_time_s(options))
         if not observer.node_names():
             warn(why_empty(observer.domain_id))
         elif result.missing:

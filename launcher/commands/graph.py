@@ -1,0 +1,154 @@
+"""`graph`: who talks to whom, as a tree, a drawing or data; what has changed since a saved one."""
+
+from __future__ import annotations
+
+import time
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from launcher.errors import ExitCode, LauncherError
+from launcher.graph.verb import Parser, add_common, dispatch, print_json, seconds, settled, warn
+
+if TYPE_CHECKING:
+    from launcher.graph.observer import Observer
+    from launcher.graph.picture import Filter
+    from launcher.graph.snapshot import Snapshot
+
+
+def main(words: Sequence[str]) -> int:
+    """Show the graph; the exit code (1 with --diff if something differs)."""
+    return dispatch(build_parser(), {"graph": _graph}, words)
+
+
+def build_parser() -> Parser:
+    """The options."""
+    parser = Parser(prog="python -m launcher graph", description="Show who talks to whom.")
+    parser.set_defaults(sub="graph")
+    add_common(parser)
+    _add_filters(parser)
+    shape = parser.add_mutually_exclusive_group()
+    shape.add_argument("--dot", action="store_true", help="print the source for Graphviz")
+    shape.add_argument("--mermaid", action="store_true", help="print a flowchart for Markdown")
+    shape.add_argument("--svg", metavar="FILE", help="draw it")
+    shape.add_argument("--html", metavar="FILE", help="draw it on a page with pan and zoom")
+    shape.add_argument("--watch", action="store_true", help="print every change until Ctrl-C")
+    shape.add_argument("--diff", metavar="FILE", help="compare with a saved --json; 1 if different")
+    parser.add_argument("--period", type=seconds, default=0.5, metavar="S", help="of --watch (0.5)")
+    return parser
+
+
+def _add_filters(parser: Parser) -> None:
+    parser.add_argument(
+        "--mode",
+        choices=("nodes", "active", "all"),
+        default="all",
+        help="nodes alone, topics that connect two sides, or all topics (default)",
+    )
+    parser.add_argument("--include", metavar="RE", help="only names like this, with neighbours")
+    parser.add_argument("--exclude", metavar="RE", help="no names like this")
+    parser.add_argument(
+        "--debug-topics", action="store_true", help="/rosout and /parameter_events as well"
+    )
+    parser.add_argument("--hidden", action="store_true", help="names with a part _like_this")
+
+
+def _graph(options: Namespace) -> int:
+    from launcher.graph.picture import Filter, Mode
+
+    chosen = Filter(
+        mode=Mode(options.mode),
+        include=options.include,
+        exclude=options.exclude,
+        debug=options.debug_topics,
+        hidden=options.hidden,
+    )
+    chosen.check()  # before any waiting
+    before = _saved(options)
+    with settled(options) as observer:
+        snapshot = chosen.apply(observer.snapshot())
+        if options.watch:
+            return _watch(observer, chosen, snapshot, options)
+    if before is not None:
+        return _diff(chosen.apply(before), snapshot, options)
+    _show(snapshot, chosen, options, observer.domain_id)
+    return ExitCode.OK
+
+
+def _saved(options: Namespace) -> Snapshot | None:
+    from launcher.graph import saved
+
+    return None if options.diff is None else saved.load(options.diff)
+
+
+def _show(snapshot: Snapshot, chosen: Filter, options: Namespace, domain_id: int) -> None:
+    if options.json:
+        from launcher.graph.saved import to_document
+
+        print_json(to_document(snapshot))
+    elif options.mermaid:
+        from launcher.graph.mermaid import to_mermaid
+
+        print(to_mermaid(snapshot, chosen.mode), end="")
+    elif options.dot or options.svg or options.html:
+        _draw(snapshot, chosen, options, domain_id)
+    else:
+        from launcher.graph.tree import to_tree
+
+        print(to_tree(snapshot, chosen.mode), end="")
+
+
+def _draw(snapshot: Snapshot, chosen: Filter, options: Namespace, domain_id: int) -> None:
+    from launcher.graph.dot import to_dot
+    from launcher.graph.page import to_page
+    from launcher.graph.svg import to_svg
+
+    dot = to_dot(snapshot, chosen.mode)
+    if options.dot:
+        print(dot, end="")
+        return
+    drawing = to_svg(dot)
+    if options.svg:
+        _write(options.svg, drawing)
+        return
+    caption = f"{len(snapshot.nodes)} nodes, {len(snapshot.topics())} topics"
+    _write(options.html, to_page(drawing, title=f"ROS domain {domain_id}", caption=caption))
+
+
+def _write(path: str, text: str) -> None:
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise LauncherError(f"{path}: {error.strerror}") from None
+    warn(f"wrote {path}")
+
+
+def _diff(before: Snapshot, after: Snapshot, options: Namespace) -> int:
+    from launcher.graph.saved import difference
+
+    lines = difference(before, after)
+    if options.json:
+        print_json(lines)
+    else:
+        for line in lines:
+            print(line)
+    return ExitCode.PROCESS_FAILED if lines else ExitCode.OK
+
+
+def _watch(observer: Observer, chosen: Filter, first: Snapshot, options: Namespace) -> int:
+    from launcher.graph.saved import difference
+    from launcher.graph.streams import until_interrupted
+    from launcher.graph.tree import to_tree
+
+    say: Callable[[str], None] = lambda text: print(text, flush=True)  # noqa: E731
+    with until_interrupted():
+        say(to_tree(first, chosen.mode))
+        before = first
+        while True:
+            time.sleep(options.period)
+            after = chosen.apply(observer.snapshot())
+            for line in difference(before, after):
+                say(f"{time.strftime('%H:%M:%S')} {line}")
+            before = after
+    return ExitCode.OK

@@ -1,0 +1,170 @@
+"""`service VERB ...`: which services there are, and calling them."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from launcher.errors import ExitCode, UsageError
+from launcher.graph.verb import (
+    Parser,
+    add_verb,
+    dispatch,
+    looking,
+    parser_of,
+    print_json,
+    seconds,
+    settled,
+    spin_time_s,
+)
+
+if TYPE_CHECKING:
+    from launcher.graph.calls import Caller
+    from launcher.graph.observer import Observer
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one `service` command; the exit code."""
+    return dispatch(build_parser(), _RUN, words)
+
+
+def build_parser() -> Parser:
+    """The options of every sub-verb."""
+    parser, table = parser_of("service", "Look at and call services.")
+    sub = add_verb(table, "list", "names of all services")
+    sub.add_argument("-t", "--show-types", action="store_true", help="their types as well")
+    sub.add_argument("-c", "--count-services", action="store_true", help="only how many")
+    sub.add_argument("--include-hidden-services", action="store_true", help="hidden ones, too")
+    sub = add_verb(table, "type", "type of a service")
+    sub.add_argument("service_name", metavar="NAME")
+    sub = add_verb(table, "find", "services of a type")
+    sub.add_argument("service_type", metavar="TYPE")
+    sub.add_argument("-c", "--count-services", action="store_true", help="only how many")
+    sub.add_argument("--include-hidden-services", action="store_true", help="hidden ones, too")
+    _add_call(table)
+    return parser
+
+
+def _add_call(table: Any) -> None:
+    sub = add_verb(table, "call", "call a service")
+    sub.add_argument("service_name", metavar="NAME")
+    sub.add_argument("service_type", metavar="TYPE")
+    sub.add_argument("values", nargs="?", default="", metavar="YAML", help="of the request")
+    sub.add_argument("--stdin", action="store_true", help="read the YAML from stdin")
+    sub.add_argument("-r", "--rate", type=float, metavar="HZ", help="again and again")
+    sub.add_argument(
+        "--timeout", type=seconds, default=30.0, metavar="S", help="longest wait for an answer (30)"
+    )
+
+
+def _services(observer: Observer, *, hidden: bool) -> dict[str, list[str]]:
+    from launcher.graph.snapshot import is_hidden
+
+    own = f"/{observer.name}/"
+    return {
+        name: types
+        for name, types in sorted(observer.node.get_service_names_and_types())
+        if (hidden or not is_hidden(name)) and not name.startswith(own)
+    }
+
+
+def _list(options: Namespace) -> int:
+    with settled(options) as observer:
+        found = _services(observer, hidden=options.include_hidden_services)
+    if options.json:
+        print_json([{"name": name, "types": types} for name, types in found.items()])
+    elif options.count_services:
+        print(len(found))
+    else:
+        for name, types in found.items():
+            print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+    return ExitCode.OK
+
+
+def _type(options: Namespace) -> int:
+    with settled(options) as observer:
+        types = _services(observer, hidden=True).get(options.service_name, [])
+    if options.json:
+        print_json({"name": options.service_name, "types": types})
+    else:
+        for type_name in types:
+            print(type_name)
+    return ExitCode.OK if types else ExitCode.PROCESS_FAILED
+
+
+def _find(options: Namespace) -> int:
+    with settled(options) as observer:
+        known = _services(observer, hidden=options.include_hidden_services)
+    found = [name for name, types in known.items() if options.service_type in types]
+    if options.json:
+        print_json(found)
+    else:
+        for line in [len(found)] if options.count_services else found:
+            print(line)
+    return ExitCode.OK
+
+
+def _call(options: Namespace) -> int:
+    from launcher.graph.calls import Caller
+    from launcher.graph.from_yaml import fill, parse
+    from launcher.graph.interfaces import load
+
+    if options.rate is not None and options.rate <= 0:
+        raise UsageError("rate must be greater than zero")
+    kind = load(options.service_type, "srv", "The passed service type is invalid")
+    request = kind.Request()
+    fill(request, parse(sys.stdin.read() if options.stdin else options.values))
+    with looking(options) as observer, Caller(observer) as caller:
+        _await_service(caller, kind, options)
+        while True:
+            started = time.monotonic()
+            _call_once(caller, kind, request, options)
+            if options.rate is None:
+                return ExitCode.OK
+            time.sleep(max(0.0, started + 1.0 / options.rate - time.monotonic()))
+
+
+def _await_service(caller: Caller, kind: Any, options: Namespace) -> None:
+    """Wait for the service; VerbError if it is there with another type."""
+    from launcher.graph.errors import VerbError
+    from launcher.graph.settle import settle
+
+    name = "/" + options.service_name.lstrip("/")
+    observer = caller.observer
+    # asked before our own client is in the graph with the type that it would like
+    settle(observer, spin_time_s(options), enough=lambda: name in _services(observer, hidden=True))
+    offered = _services(observer, hidden=True).get(name, [])
+    if offered and f"{kind.__module__.split('.')[0]}/srv/{kind.__name__}" not in offered:
+        raise VerbError(
+            f"service '{name}' has the type {', '.join(offered)}, not {options.service_type}"
+        )
+    client = caller.client(kind, options.service_name)
+    if offered and caller.wait_for(client, 1.0):
+        return
+    print("waiting for service to become available...", flush=True)
+    while not caller.wait_for(client, 1.0):
+        pass
+
+
+def _call_once(caller: Caller, kind: Any, request: Any, options: Namespace) -> None:
+    from launcher.graph.to_yaml import to_json_plain, to_plain
+
+    if not options.json:
+        print(f"requester: making request: {request!r}\n", flush=True)
+    answer = caller.call(kind, options.service_name, request, options.timeout)
+    if options.json:
+        print(json.dumps(to_json_plain(to_plain(answer)), ensure_ascii=False), flush=True)
+    else:
+        print(f"response:\n{answer!r}\n", flush=True)
+
+
+_RUN: dict[str, Callable[[Namespace], int]] = {
+    "list": _list,
+    "type": _type,
+    "find": _find,
+    "call": _call,
+}

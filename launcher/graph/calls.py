@@ -1,0 +1,88 @@
+"""Calls: asks services of nodes, with a limit on how long an answer may take."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from launcher.graph.errors import VerbError, did_you_mean
+from launcher.graph.observer import Observer
+from launcher.graph.settle import settle
+
+ANSWER_S = 5.0
+_CONNECT_S = 1.0  # between the discovery of a service and its being ready
+_LOOK_S = 0.005
+
+
+class NoAnswerError(VerbError):
+    """The node exists and is silent."""
+
+
+class Caller:
+    """Calls services from the observer's node; close it before the observer."""
+
+    def __init__(self, observer: Observer) -> None:
+        from rclpy.executors import SingleThreadedExecutor
+
+        self.observer = observer
+        self._executor = SingleThreadedExecutor(context=observer.context)
+        self._executor.add_node(observer.node)
+        self._clients: dict[str, Any] = {}
+
+    def __enter__(self) -> Caller:
+        return self
+
+    def __exit__(self, *exit_info: object) -> None:
+        self._executor.shutdown()
+
+    def client(self, kind: Any, name: str) -> Any:
+        """The client for a service, made at its first use."""
+        if name not in self._clients:
+            self._clients[name] = self.observer.node.create_client(kind, name)
+        return self._clients[name]
+
+    def wait_for(self, client: Any, limit_s: float) -> bool:
+        """Whether the service is ready within the limit."""
+        deadline = time.monotonic() + limit_s
+        while not client.service_is_ready():
+            if time.monotonic() >= deadline:
+                return False
+            time.sleep(_LOOK_S)
+        return True
+
+    def start(self, kind: Any, name: str, request: Any) -> Any:
+        """The future of an answer; NoAnswerError if the service does not become ready."""
+        client = self.client(kind, name)
+        if not self.wait_for(client, _CONNECT_S):
+            raise NoAnswerError(f"service '{name}' is not available")
+        return client.call_async(request)
+
+    def call(self, kind: Any, name: str, request: Any, limit_s: float = ANSWER_S) -> Any:
+        """The answer; NoAnswerError if there is none in time."""
+        future = self.start(kind, name, request)
+        self.wait_until_done([future], limit_s)
+        if not future.done():
+            raise NoAnswerError(
+                f"service '{name}' did not answer within {limit_s:g} s",
+                hint="its node may be busy or stopped: node ps",
+            )
+        return future.result()
+
+    def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
+        """Return when all are done, or at the limit."""
+        deadline = time.monotonic() + limit_s
+        while not all(future.done() for future in futures):
+            left_s = deadline - time.monotonic()
+            if left_s <= 0:
+                return
+            self._executor.spin_once(timeout_sec=min(left_s, 0.1))
+
+
+def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
+    """The full name of a node that exists; VerbError in the words of ros2cli otherwise."""
+    full = name if name.startswith("/") else f"/{name}"
+    settle(observer, spin_time_s, enough=lambda: full in observer.node_names())
+    known = observer.node_names()
+    if full not in known:
+        raise VerbError("Node not found", hint=did_you_mean(full, known))
+    return full
