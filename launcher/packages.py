@@ -8,7 +8,6 @@ working directory is in.
 
 from __future__ import annotations
 
-import difflib
 import os
 import sys
 from collections.abc import Iterator, Mapping
@@ -81,6 +80,8 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
     scripts = dict(_console_scripts(package))
     if executable in scripts:
         return scripts[executable]
+    import difflib
+
     names = [*_programs(libexec), *scripts]
     near = difflib.get_close_matches(executable, names, n=1)
     listed = ", ".join(sorted(names)) or "none"
@@ -152,6 +153,8 @@ def _source_tree(name: str) -> Path | None:
 
 
 def _package_not_found(name: str, env: Mapping[str, str]) -> PackageNotFoundError:
+    import difflib
+
     prefixes = search_prefixes(env)
     known: set[str] = set()
     for prefix in prefixes:

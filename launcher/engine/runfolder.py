@@ -17,8 +17,6 @@ import contextlib
 import fcntl
 import os
 import re
-import shutil
-import socket
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -63,7 +61,7 @@ class RunFolder:
     def _make(self, env: Mapping[str, str]) -> None:
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
         micros = time.time_ns() // 1000 % 1_000_000
-        path = log_root(env) / f"{stamp}-{micros:06d}-{socket.gethostname()}-{os.getpid()}"
+        path = log_root(env) / f"{stamp}-{micros:06d}-{os.uname().nodename}-{os.getpid()}"
         try:
             path.mkdir(parents=True)
             self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
@@ -118,6 +116,8 @@ class RunFolder:
         """Delete the oldest runs of ours beyond `keep`; never one that still goes on."""
         if self.path is None:
             return
+        import shutil  # with its compressors, it is not for the way to the first process
+
         runs = [p for p in self.path.parent.iterdir() if _is_run_of_ours(p)]
         for old in sorted(runs, key=lambda p: p.name)[:-keep]:
             if old != self.path and not _is_alive(old):

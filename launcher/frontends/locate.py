@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -122,6 +121,8 @@ def _stem(file: Path) -> str:
 
 
 def _near(name: str, known: Sequence[str]) -> str | None:
+    import difflib
+
     near = difflib.get_close_matches(name, known, n=1)
     if near:
         return f"did you mean '{near[0]}'?"

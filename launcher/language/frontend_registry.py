@@ -7,8 +7,8 @@ parse functions of `launcher.frontends` through `parse_with`, which loads them w
 from __future__ import annotations
 
 import importlib
-import inspect
 from collections.abc import Callable
+from types import FunctionType, MethodType
 from typing import Any, TypeVar
 
 _PARSERS_MODULE = "launcher.frontends.parsers"
@@ -50,12 +50,12 @@ def _parse_method(exposed: Any, name: str, kind: str) -> Callable[..., Any]:
     """The class method `parse` of a class, or the function itself."""
     if isinstance(exposed, type):
         parse = getattr(exposed, "parse", None)
-        if parse is None or not inspect.ismethod(parse):
+        if parse is None or not isinstance(parse, MethodType):
             raise RuntimeError(
                 "Did not find a class method called 'parse' in the class being decorated."
             )
         return parse
-    if inspect.isfunction(exposed):
+    if isinstance(exposed, FunctionType):
         return exposed
     raise RuntimeError(
         f"Exposed {kind} parser for {name} is not a callable or a class containing a parse method"
