@@ -6,7 +6,16 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 
 from launcher.errors import ExitCode
-from launcher.graph.verb import Parser, add_verb, dispatch, parser_of, print_json, settled, warn
+from launcher.graph.verb import (
+    Parser,
+    add_verb,
+    dispatch,
+    parser_of,
+    print_json,
+    seconds,
+    settled,
+    warn,
+)
 
 
 def main(words: Sequence[str]) -> int:
@@ -23,6 +32,11 @@ def build_parser() -> Parser:
     sub = add_verb(table, "info", "what a node publishes, subscribes to and serves")
     sub.add_argument("node_name", metavar="NAME", help="full name of the node")
     sub.add_argument("--include-hidden", action="store_true", help="hidden names as well")
+    sub = add_verb(table, "ps", "which process each node is, and whether it answers")
+    sub.add_argument("-a", "--all", action="store_true", help="hidden nodes as well")
+    sub.add_argument(
+        "--patience", type=seconds, default=1.0, metavar="S", help="for the answer of a node (1)"
+    )
     return parser
 
 
@@ -60,4 +74,19 @@ def _info(options: Namespace) -> int:
     return ExitCode.OK
 
 
-_RUN: dict[str, Callable[[Namespace], int]] = {"list": _list, "info": _info}
+def _ps(options: Namespace) -> int:
+    from dataclasses import asdict
+
+    from launcher.graph.calls import Caller
+    from launcher.graph.ps import rows, to_table
+
+    with settled(options) as observer, Caller(observer) as caller:
+        found = rows(caller, hidden=options.all, patience_s=options.patience)
+    if options.json:
+        print_json([asdict(row) for row in found])
+    else:
+        print(to_table(found))
+    return ExitCode.OK
+
+
+_RUN: dict[str, Callable[[Namespace], int]] = {"list": _list, "info": _info, "ps": _ps}

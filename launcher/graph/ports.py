@@ -8,6 +8,7 @@ tell, before anything has been discovered, how many participants there are to be
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 TABLES = (Path("/proc/net/udp"), Path("/proc/net/udp6"))
@@ -21,14 +22,25 @@ MAX_DOMAIN = 232  # above it the ports would pass 65535
 
 def participants_by_domain(tables: tuple[Path, ...] = TABLES) -> Counter[int]:
     """Domain -> number of participants on this machine; empty where there is no /proc."""
-    bound: set[int] = set()
+    return participants_of({port for port, _ in _bound(tables)})
+
+
+def socket_inodes(domain_id: int, tables: tuple[Path, ...] = TABLES) -> set[str]:
+    """Inodes of the sockets that hold ports of a domain."""
+    low = _BASE + _PER_DOMAIN * domain_id
+    return {inode for port, inode in _bound(tables) if low <= port < low + _PER_DOMAIN}
+
+
+def _bound(tables: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
+    """Port and inode of every UDP socket."""
     for table in tables:
         try:
             lines = table.read_text(encoding="ascii").splitlines()[1:]
         except OSError:
-            continue
-        bound |= {int(line.split()[1].rpartition(":")[2], 16) for line in lines}
-    return participants_of(bound)
+            continue  # no IPv6, or no /proc at all
+        for line in lines:
+            fields = line.split()
+            yield int(fields[1].rpartition(":")[2], 16), fields[9]
 
 
 def participants_of(bound: set[int]) -> Counter[int]:

@@ -7,6 +7,10 @@ process id (little endian), so a local endpoint leads to its process. Other vend
 from __future__ import annotations
 
 import os
+import time
+from dataclasses import dataclass
+
+from launcher.graph.ports import socket_inodes
 
 FAST_DDS = b"\x01\x0f"
 PARTICIPANT_BYTES = 12  # of a GID: the part that all endpoints of a participant share
@@ -48,3 +52,86 @@ def ghosts(gids: set[bytes], own_gid: bytes, own_pid: int) -> set[bytes]:
         return set()
     living = {pid & 0xFFFF for pid in living_pids()}
     return {gid for gid in gids if same_host(gid, own_gid) and pid_low16(gid) not in living}
+
+
+class Vanished(Exception):
+    """The process ended while it was looked at, or is not ours to look at."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vitals:
+    """What /proc tells about a process at one moment; `state` is its letter there."""
+
+    pid: int
+    state: str
+    cpu_s: float
+    rss_bytes: int
+    uptime_s: float
+
+
+def vitals(pid: int) -> Vitals:
+    """Raises Vanished."""
+    fields = _read(pid, "stat").rpartition(b") ")[2].split()
+    resident_pages = int(_read(pid, "statm").split()[1])
+    ticks = os.sysconf("SC_CLK_TCK")
+    return Vitals(
+        pid=pid,
+        state=fields[0].decode(),
+        cpu_s=(int(fields[11]) + int(fields[12])) / ticks,
+        rss_bytes=resident_pages * os.sysconf("SC_PAGE_SIZE"),
+        uptime_s=time.clock_gettime(time.CLOCK_BOOTTIME) - int(fields[19]) / ticks,
+    )
+
+
+def program_name(pid: int) -> str:
+    """What a person calls the process: the module or script of a Python, else the program."""
+    words = _read(pid, "cmdline").decode(errors="replace").rstrip("\0").split("\0")
+    program = os.path.basename(words[0])
+    if not program.startswith("python"):
+        return program
+    for index, word in enumerate(words[1:], start=1):
+        if word == "-m":
+            return " ".join(words[index + 1 : index + 2]) or program
+        if word == "-c":
+            return f"{program} -c"
+        if not word.startswith("-"):
+            return os.path.basename(word)
+    return program
+
+
+def variable(pid: int, name: str) -> str | None:
+    """An entry of the environment with which the process was started; Vanished."""
+    prefix = f"{name}=".encode()
+    for entry in _read(pid, "environ").split(b"\0"):
+        if entry.startswith(prefix):
+            return entry[len(prefix) :].decode(errors="replace")
+    return None
+
+
+def find_pid(low16: int, domain_id: int) -> int | None:
+    """The living process with these low bits that holds ports of the domain; None if not sure."""
+    candidates = [pid for pid in living_pids() if pid & 0xFFFF == low16]
+    if len(candidates) > 1:
+        inodes = socket_inodes(domain_id)
+        candidates = [pid for pid in candidates if inodes & _sockets_of(pid)]
+    return candidates[0] if len(candidates) == 1 else None
+
+
+def _sockets_of(pid: int) -> set[str]:
+    found: set[str] = set()
+    try:
+        for entry in os.scandir(f"/proc/{pid}/fd"):
+            link = os.readlink(entry.path)
+            if link.startswith("socket:["):
+                found.add(link[8:-1])
+    except OSError:
+        return found  # it has ended, or belongs to somebody else
+    return found
+
+
+def _read(pid: int, name: str) -> bytes:
+    try:
+        with open(f"/proc/{pid}/{name}", "rb") as file:
+            return file.read()
+    except OSError as error:
+        raise Vanished(f"process {pid}: {error.strerror}") from None

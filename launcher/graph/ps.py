@@ -1,0 +1,185 @@
+"""Ps: nodes as processes: which one each is, what it costs, and whether it answers."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from launcher.graph.calls import Caller, NoAnswerError
+from launcher.graph.nodes import visible_names
+from launcher.graph.processes import (
+    Vanished,
+    Vitals,
+    find_pid,
+    pid_low16,
+    program_name,
+    same_host,
+    scheme_holds,
+    variable,
+    vitals,
+)
+
+OK, BUSY, STOPPED, GHOST, UNKNOWN = "ok", "busy", "stopped", "ghost", "unknown"
+RUN_ID = "LAUNCHER_RUN_ID"
+_SAMPLE_S = 0.3  # shorter than this, the ticks of the kernel are too coarse for CPU shares
+_MIB = 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """A node and its process; what cannot be told is None. CPU in percent of one core."""
+
+    node: str
+    liveness: str
+    process: str | None = None
+    pid: int | None = None
+    run: str | None = None
+    cpu_percent: float | None = None
+    memory_bytes: int | None = None
+    uptime_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Owner:
+    """A node and where its endpoints live; `pid` None with `gone` False: cannot be told."""
+
+    node: str
+    pid: int | None = None
+    gone: bool = False
+
+
+def rows(caller: Caller, *, hidden: bool, patience_s: float) -> list[Row]:
+    """One row per node and process, sorted by name. Takes as long as the slowest node, bounded."""
+    owners = list(_owners(caller, hidden=hidden))
+    start, first = time.monotonic(), _sample(owners)
+    answers = _probe(caller, {o.node for o in owners if not o.gone}, patience_s)
+    time.sleep(max(0.0, start + _SAMPLE_S - time.monotonic()))
+    elapsed_s, second = time.monotonic() - start, _sample(owners)
+    return [
+        _row(
+            owner,
+            first.get(owner.pid or 0),
+            second.get(owner.pid or 0),
+            elapsed_s,
+            answers.get(owner.node, UNKNOWN),
+        )
+        for owner in owners
+    ]
+
+
+def _owners(caller: Caller, *, hidden: bool) -> Iterator[Owner]:
+    observer = caller.observer
+    own_gid = observer.own_gid()
+    trusted = scheme_holds(own_gid, os.getpid())
+    gids: dict[str, set[bytes]] = {}
+    for topic in observer.topic_types():
+        for endpoint in observer.endpoints(topic):
+            gids.setdefault(endpoint.node, set()).add(bytes.fromhex(endpoint.gid.replace(".", "")))
+    for node in sorted(set(visible_names(observer.node_names(), hidden=hidden))):
+        local = {gid for gid in gids.get(node, ()) if trusted and same_host(gid, own_gid)}
+        lows = {pid_low16(gid) for gid in local}
+        if not lows:
+            yield Owner(node=node)
+        for low in sorted(low for low in lows if low is not None):
+            yield _owner(node, low, observer.domain_id)
+
+
+def _owner(node: str, low: int, domain_id: int) -> Owner:
+    from launcher.graph.processes import living_pids
+
+    pid = find_pid(low, domain_id)
+    gone = pid is None and all(living & 0xFFFF != low for living in living_pids())
+    return Owner(node=node, pid=pid, gone=gone)
+
+
+def _sample(owners: list[Owner]) -> dict[int, Vitals]:
+    found: dict[int, Vitals] = {}
+    for pid in {owner.pid for owner in owners if owner.pid is not None}:
+        try:
+            found[pid] = vitals(pid)
+        except Vanished:
+            continue  # its row says so
+    return found
+
+
+def _probe(caller: Caller, nodes: set[str], patience_s: float) -> dict[str, str]:
+    """Node -> whether it answers a request that its own executor has to carry out."""
+    from rcl_interfaces.srv import GetParameterTypes
+
+    services = dict(caller.observer.node.get_service_names_and_types())
+    asked: dict[str, Any] = {}
+    found: dict[str, str] = {}
+    for node in sorted(nodes):
+        name = f"{node}/get_parameter_types"
+        if name not in services:
+            continue  # a node without parameter services cannot be asked
+        try:
+            asked[node] = caller.start(GetParameterTypes, name, GetParameterTypes.Request())
+        except NoAnswerError:
+            found[node] = UNKNOWN
+    caller.wait_until_done(list(asked.values()), patience_s)
+    return {**found, **{node: OK if f.done() else BUSY for node, f in asked.items()}}
+
+
+def _row(
+    owner: Owner, before: Vitals | None, after: Vitals | None, elapsed_s: float, answer: str
+) -> Row:
+    if owner.gone or (owner.pid is not None and after is None):
+        return Row(node=owner.node, liveness=GHOST)
+    if after is None or before is None or owner.pid is None:
+        return Row(node=owner.node, liveness=answer)
+    process: str | None = None
+    run: str | None = None
+    with contextlib.suppress(Vanished):  # or it belongs to somebody else
+        process = program_name(owner.pid)
+        run = variable(owner.pid, RUN_ID)
+    return Row(
+        node=owner.node,
+        liveness=STOPPED if after.state in "Tt" else answer,
+        process=process,
+        pid=owner.pid,
+        run=run,
+        cpu_percent=round(100 * (after.cpu_s - before.cpu_s) / elapsed_s, 1),
+        memory_bytes=after.rss_bytes,
+        uptime_s=round(after.uptime_s, 1),
+    )
+
+
+def to_table(found: list[Row]) -> str:
+    """The table that `node ps` prints."""
+    head = ("NODE", "PROCESS", "PID", "RUN", "CPU", "MEMORY", "UPTIME", "LIVENESS")
+    cells = [head, *(_cells(row) for row in found)]
+    widths = [max(len(line[column]) for line in cells) for column in range(len(head))]
+    right = {2, 4, 5, 6}
+    return "\n".join(
+        "  ".join(
+            text.rjust(width) if column in right else text.ljust(width)
+            for column, (text, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in cells
+    )
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    return (
+        row.node,
+        row.process or "",
+        "" if row.pid is None else str(row.pid),
+        row.run or "",
+        "" if row.cpu_percent is None else f"{row.cpu_percent:.1f}%",
+        "" if row.memory_bytes is None else f"{row.memory_bytes / _MIB:.1f} MiB",
+        "" if row.uptime_s is None else _duration(row.uptime_s),
+        row.liveness,
+    )
+
+
+def _duration(seconds: float) -> str:
+    whole = int(seconds)
+    if whole < 60:
+        return f"{seconds:.1f} s"
+    hours, rest = divmod(whole, 3600)
+    return f"{hours}:{rest // 60:02}:{rest % 60:02}"
