@@ -6,6 +6,7 @@ refused. What is found is certain to fail, too, in a run that comes so far.
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import linecache
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -70,14 +71,25 @@ def of_launch_file(
     if description is None:
         return [fault]
     given = dict(arguments)
-    missing = [_missing(argument) for argument in _missing_arguments(description, given)]
-    refused = list(_bad_choices(description, given))
-    programs = [] if context is None else list(_programs(description, context, environment))
+    missing = _as_far_as_possible(map(_missing, _missing_arguments(description, given)))
+    refused = _as_far_as_possible(_bad_choices(description, given))
+    programs: list[LaunchFileError] = []
+    if context is not None:
+        programs = _as_far_as_possible(_programs(description, context, environment))
     # These are what the evaluation stops at; each of the three lists says it better.
     said_better = _REQUIRED in fault.message if missing else False
     said_better |= _NOT_VALID in fault.message if refused else False
     said_better |= any(error.message == fault.message for error in programs)
     return [*([] if said_better else [fault]), *missing, *refused, *programs]
+
+
+def _as_far_as_possible(found: Iterable[LaunchFileError]) -> list[LaunchFileError]:
+    """What is found before the launch file itself gets in the way; that fault is told anyway."""
+    errors: list[LaunchFileError] = []
+    with contextlib.suppress(Exception):
+        for error in found:
+            errors.append(error)  # noqa: PERF402 - those found before an exception are kept
+    return errors
 
 
 _REQUIRED = "missing required argument"

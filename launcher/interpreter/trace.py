@@ -30,7 +30,7 @@ class Setting:
 class Visit:
     """One visit of an entity and, below it, the visits of what it yielded.
 
-    `stamp` tells when; `event` is what led to a visit without parent. `skipped`: the condition
+    `depth` counts from 1; `stamp` tells when; `event` is what led to a visit without parent. `skipped`: the condition
     said no; `read` holds the launch configurations that the condition asks for, as they were.
     `settings` were made by this visit itself, `logs` are texts that it printed for the user,
     `processes` are the numbers of the processes that it started.
@@ -38,6 +38,7 @@ class Visit:
 
     __slots__ = (
         "children",
+        "depth",
         "entity",
         "event",
         "logs",
@@ -52,6 +53,7 @@ class Visit:
     def __init__(self, entity: Any, parent: Visit | None, stamp: Any, event: Any) -> None:
         self.entity = entity
         self.parent = parent
+        self.depth: int = 1 if parent is None else parent.depth + 1
         self.stamp = stamp
         self.event = event
         self.children: list[Visit] = []
@@ -63,9 +65,11 @@ class Visit:
 
     def walk(self) -> Iterator[Visit]:
         """This visit and all below it, in order."""
-        yield self
-        for child in self.children:
-            yield from child.walk()
+        waiting = [self]
+        while waiting:
+            visit = waiting.pop()
+            yield visit
+            waiting += reversed(visit.children)
 
 
 class Trace:

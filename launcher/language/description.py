@@ -13,6 +13,10 @@ from launcher.language.naming import public
 if TYPE_CHECKING:
     from launcher.language.action import Action
     from launcher.language.context import LaunchContext
+    from launcher.language.origin import Origin
+
+
+_MAX_INSIDE_ITSELF = 6  # levels of a file in itself that are searched for arguments
 
 
 @public("launch.launch_description")
@@ -88,6 +92,7 @@ class _ArgumentSearch:
 
     def __init__(self) -> None:
         self.found: dict[str, tuple[DeclareLaunchArgument, list[Any] | None]] = {}
+        self._around: list[Origin] = []  # of the descriptions that are being looked into
 
     def look_at(
         self, entities: Iterable[Any], *, conditional: bool, includes: list[Any] | None
@@ -95,6 +100,9 @@ class _ArgumentSearch:
         from launcher.language.actions.include import IncludeLaunchDescription
 
         for entity in entities:
+            if isinstance(entity, LaunchDescription):
+                self._look_into(entity, includes)
+                continue
             if isinstance(entity, ResetLaunchConfigurations):
                 return  # what comes after cannot be set from outside
             if isinstance(entity, DeclareLaunchArgument):
@@ -107,6 +115,16 @@ class _ArgumentSearch:
             self.look_at(entity.describe_sub_entities(), conditional=False, includes=below)
             for _, conditionals in entity.describe_conditional_sub_entities():
                 self.look_at(conditionals, conditional=True, includes=below)
+
+    def _look_into(self, description: LaunchDescription, includes: list[Any] | None) -> None:
+        # A file that includes itself would be looked into for ever, in many ways.
+        origin = description._origin
+        if origin is not None and self._around.count(origin) > _MAX_INSIDE_ITSELF:
+            return
+        known = [] if origin is None else [origin]
+        self._around += known
+        self.look_at(description.entities, conditional=False, includes=includes)
+        del self._around[len(self._around) - len(known) :]
 
     def _add(
         self, argument: DeclareLaunchArgument, conditional: bool, includes: list[Any] | None

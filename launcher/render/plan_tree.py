@@ -47,6 +47,10 @@ _SCOPE_PARTS = (
 )
 
 
+_OUTER_DEPTH = 3  # a description with the command line's include with the file's description
+_MAX_DEPTH = 30  # of visits in each other; a launch file that includes itself goes deeper
+
+
 def plan_tree(plan: Plan, files: ParameterFiles) -> Branch:
     """The plan as branches; generated parameter files are kept in `files`."""
     return _Painter(plan, files).paint()
@@ -103,7 +107,8 @@ class _Painter:
 
     def _of_root(self, root: Visit) -> list[Branch]:
         """What the command line's include yields, without that include."""
-        if isinstance(root.entity, (IncludeLaunchDescription, LaunchDescription)):
+        is_outer = root.depth <= _OUTER_DEPTH
+        if is_outer and isinstance(root.entity, (IncludeLaunchDescription, LaunchDescription)):
             return [branch for child in root.children for branch in self._of_root(child)]
         names = {setting.name for setting in root.settings}
         if isinstance(root.entity, SetLaunchConfiguration) and names & self._plan.declared.keys():
@@ -112,6 +117,8 @@ class _Painter:
 
     def _branches(self, visit: Visit) -> list[Branch]:
         entity = visit.entity
+        if visit.depth > _MAX_DEPTH:
+            return [Branch("... and so on", style="skipped")]
         if isinstance(entity, LaunchDescription):
             return [branch for child in visit.children for branch in self._branches(child)]
         if isinstance(entity, _SCOPE_PARTS) and _is_in_group(visit):
