@@ -38,6 +38,7 @@ VERBS = (
     Verb("param", "VERB ...", "look at and set parameters of nodes"),
     Verb("service", "VERB ...", "look at and call services"),
     Verb("interface", "VERB ...", "look at the types of messages and services"),
+    Verb("doctor", "[--fix] [--json]", "find what is wrong on this machine, and mend it"),
     Verb("graph", "[OPTIONS]", "show who talks to whom: tree, drawing, page, difference"),
 )
 

@@ -43,13 +43,17 @@ def is_abandoned(pid: int, run_id: str, *, proc: Path = PROC) -> bool:
 
 
 def abandoned_runs(*, proc: Path = PROC) -> dict[str, list[int]]:
-    """Run id -> pids of all processes whose launcher is gone; our own process is left out."""
+    """Run id -> pids of all processes whose launcher is gone.
+
+    The run that we are part of ourselves is left out: its terminal may be the one we run in.
+    """
+    ours = run_id_of(os.getpid(), proc=proc)
     runs: dict[str, list[int]] = {}
-    for name in os.listdir(proc):
-        if not name.isdigit() or int(name) == os.getpid():
-            continue
+    for name in filter(str.isdigit, os.listdir(proc)):
         run_id = run_id_of(int(name), proc=proc)
-        if run_id is not None and is_abandoned(int(name), run_id, proc=proc):
+        if run_id is None or run_id == ours:
+            continue
+        if is_abandoned(int(name), run_id, proc=proc):
             runs.setdefault(run_id, []).append(int(name))
     return runs
 

@@ -1,0 +1,70 @@
+"""`doctor [--fix] [--json]`: what on this machine is wrong for ROS, and what to do about it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+
+from launcher.doctor.checks import check_all
+from launcher.doctor.collect import collect
+from launcher.doctor.facts import Finding, Level
+from launcher.doctor.repairs import repair
+from launcher.errors import ExitCode, UsageError
+
+USAGE = """usage: python -m launcher doctor [--fix] [--json]
+
+Checks the wheels and their environment, the limits of the system, and what killed runs have
+left. It changes nothing without --fix.
+
+options:
+  --fix      stop processes whose launcher is gone, free stale shared memory, then check again
+  --json     one JSON object instead of text
+
+exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line"""
+
+
+def main(words: Sequence[str]) -> int:
+    """Check, and mend if asked; the exit code tells how it is afterwards."""
+    if "-h" in words or "--help" in words:
+        print(USAGE)
+        return ExitCode.OK
+    unknown = [word for word in words if word not in ("--fix", "--json", "--debug")]
+    if unknown:
+        raise UsageError(f"doctor does not know '{unknown[0]}'", hint=USAGE.splitlines()[0])
+    facts = collect(os.environ)
+    done: list[str] = []
+    if "--fix" in words:
+        done = repair(facts)
+        facts = collect(os.environ)
+    findings = check_all(facts)
+    print(as_json(findings, done) if "--json" in words else as_text(findings, done))
+    is_well = all(finding.level is not Level.PROBLEM for finding in findings)
+    return ExitCode.OK if is_well else ExitCode.PROCESS_FAILED
+
+
+def as_text(findings: Sequence[Finding], done: Sequence[str]) -> str:
+    """What was done, then one line per finding, with the advice below it."""
+    width = max(len(finding.name) for finding in findings)
+    lines = [f"fixed: {sentence}" for sentence in done]
+    for finding in findings:
+        lines.append(f"{finding.level.value:<8} {finding.name:<{width}}  {finding.text}")
+        if finding.advice is not None:
+            lines.append(f"{'':<{9 + width}}  -> {finding.advice}")
+    return "\n".join(lines)
+
+
+def as_json(findings: Sequence[Finding], done: Sequence[str]) -> str:
+    """`well` is whether there is no problem; `done` is what --fix did."""
+    entries = [
+        {
+            "name": finding.name,
+            "level": finding.level.value,
+            "text": finding.text,
+            "advice": finding.advice,
+            "fixable": finding.fixable,
+        }
+        for finding in findings
+    ]
+    well = all(finding.level is not Level.PROBLEM for finding in findings)
+    return json.dumps({"well": well, "done": list(done), "findings": entries}, indent=2)

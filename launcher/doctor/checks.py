@@ -1,0 +1,214 @@
+"""Checks: one fact after the other, judged. Pure; each returns one finding."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from launcher.doctor.facts import Facts, Finding, Level
+
+MB = 1024**2
+NODE_SHM_BYTES = 700_000  # what one rclpy node takes: a segment and two ports
+SMALL_SHM_BYTES = 64 * MB  # what docker gives a container that does not ask
+FULL_SHM_BYTES = 8 * MB  # a dozen nodes: below that the next fleet falls back to UDP
+MIN_OPEN_FILES = 1024  # a supervisor of 200 processes; what nearly every system gives
+HIGHEST_DOMAIN = 232
+EPHEMERAL_DOMAINS = range(102, 215)  # their ports are those that Linux gives to other programs
+FIX = "python -m launcher doctor --fix"
+INSTALL = 'pip install "ros-jazzy-rclpy[fastrtps]" ros-jazzy-common-interfaces'
+
+
+def check_all(facts: Facts) -> list[Finding]:
+    """What every check says, in the order of `CHECKS`."""
+    return [check(facts) for check in CHECKS]
+
+
+def stale_shared_memory(facts: Facts) -> Finding:
+    """Segments and ports of killed nodes."""
+    name = "stale shared memory"
+    if not facts.stale:
+        return Finding(name, Level.OK, "killed nodes have left nothing in /dev/shm")
+    ports = sum(item.is_port for item in facts.stale)
+    segments = len(facts.stale) - ports
+    size = sum(item.size_bytes for item in facts.stale) / MB
+    # Fast DDS uses a port again, and does not use a segment again.
+    return Finding(
+        name,
+        Level.PROBLEM if segments else Level.NOTE,
+        f"killed nodes have left {_count(segments, 'segment')} and {_count(ports, 'port')}: "
+        f"{size:.1f} MiB",
+        f"{FIX} frees them",
+        fixable=True,
+    )
+
+
+def leftover_processes(facts: Facts) -> Finding:
+    """Processes of runs whose launcher is gone."""
+    name = "leftover processes"
+    if not facts.leftovers:
+        return Finding(name, Level.OK, "no process has outlived its launcher")
+    runs = {leftover.run_id for leftover in facts.leftovers}
+    listed = ", ".join(f"{leftover.command} [{leftover.pid}]" for leftover in facts.leftovers)
+    return Finding(
+        name,
+        Level.PROBLEM,
+        f"still there of {_count(len(runs), 'dead run')}: {listed}",
+        f"{FIX} stops them: SIGINT, then SIGTERM, then SIGKILL",
+        fixable=True,
+    )
+
+
+def shared_memory_space(facts: Facts) -> Finding:
+    """A /dev/shm that is missing, full or small."""
+    name, space = "/dev/shm", facts.shared_memory
+    if space is None:
+        text = "there is no /dev/shm: nodes talk over UDP only, and slower"
+        return Finding(name, Level.NOTE, text, "mount a tmpfs there")
+    total, free = space.total_bytes / MB, space.free_bytes / MB
+    if space.free_bytes < FULL_SHM_BYTES:
+        return Finding(
+            name,
+            Level.PROBLEM,
+            f"{free:.1f} of {total:.0f} MiB are free: new nodes print RTPS_TRANSPORT_SHM errors "
+            "and fall back to UDP",
+            f"{FIX} frees what is stale; in docker, give more with --shm-size=512m",
+        )
+    nodes = space.free_bytes // NODE_SHM_BYTES
+    if space.total_bytes <= SMALL_SHM_BYTES:
+        text = f"only {total:.0f} MiB: room for about {nodes} more nodes"
+        return Finding(name, Level.NOTE, text, "in docker, give more with --shm-size=512m")
+    return Finding(name, Level.OK, f"{free:.0f} of {total:.0f} MiB are free")
+
+
+def wheels(facts: Facts) -> Finding:
+    """The packages from pip that nodes and the launcher import."""
+    name, errors = "wheels", facts.import_errors
+    if not errors:
+        return Finding(name, Level.OK, "rclpy, its middleware and the common messages are there")
+    text = "; ".join(f"{module}: {error}" for module, error in sorted(errors.items()))
+    if library_path(facts).level is Level.PROBLEM:
+        advice = "see 'library path' below"
+    elif {"rclpy", "std_msgs.msg"} & errors.keys():
+        advice = INSTALL
+    else:
+        advice = f"pip install {' '.join(_distribution(module) for module in sorted(errors))}"
+    return Finding(name, Level.PROBLEM, f"cannot be imported: {text}", advice)
+
+
+def library_path(facts: Facts) -> Finding:
+    """The wheels' libraries, for which the interpreter restarts itself once."""
+    name = "library path"
+    if not facts.is_bootstrapped or f"{facts.python_prefix}/lib" in facts.library_path:
+        return Finding(name, Level.OK, "the libraries of the wheels can be found")
+    state = "names another environment" if facts.library_path else "is gone"
+    return Finding(
+        name,
+        Level.PROBLEM,
+        f"_ROS_WHEELS_BOOTSTRAP_COMPLETE is set, but LD_LIBRARY_PATH {state} (sudo, su and some "
+        "IDEs drop it): imports fail with 'cannot open shared object file'",
+        "start with: env -u _ROS_WHEELS_BOOTSTRAP_COMPLETE -u LD_LIBRARY_PATH python ...",
+    )
+
+
+def ament_prefix_path(facts: Facts) -> Finding:
+    """Entries that are not there, or come before the wheels and have the same packages."""
+    name = "AMENT_PREFIX_PATH"
+    missing = [prefix.path for prefix in facts.prefixes if not prefix.exists]
+    hiding = [prefix for prefix in facts.prefixes if prefix.hides]
+    texts = [f"{path} does not exist" for path in missing]
+    texts += [f"{p.path} hides the wheels' {', '.join(p.hides)}" for p in hiding]
+    if hiding:
+        advice = "start from a shell where no other ROS was sourced"
+        return Finding(name, Level.PROBLEM, "; ".join(texts), advice)
+    if missing:
+        advice = "remove it from AMENT_PREFIX_PATH, or build that workspace"
+        return Finding(name, Level.PROBLEM, "; ".join(texts), advice)
+    return Finding(name, Level.OK, "every entry exists, and none hides the wheels")
+
+
+def launcher_version(facts: Facts) -> Finding:
+    """The launcher that runs against the one that is installed."""
+    name, installed = "launcher", facts.installed_version
+    running = f"{facts.version} from {facts.folder}"
+    if installed is None or installed == facts.version:
+        return Finding(name, Level.OK, running)
+    is_older = _numbers(facts.version) < _numbers(installed)
+    return Finding(
+        name,
+        Level.PROBLEM if is_older else Level.NOTE,
+        f"{running} runs, but {installed} is installed",
+        "start it from another folder, or bring this one up to date"
+        if is_older
+        else "install again: pip install --no-deps --editable .",
+    )
+
+
+def domain_id(facts: Facts) -> Finding:
+    """ROS_DOMAIN_ID, which ROS itself complains about only when a node starts."""
+    name, text = "ROS_DOMAIN_ID", facts.domain_id or "0"
+    if not re.fullmatch(r"[0-9]+", text) or int(text) > HIGHEST_DOMAIN:
+        return Finding(
+            name,
+            Level.PROBLEM,
+            f"'{text}' is no domain id, so that no node can start",
+            f"a number from 0 to {HIGHEST_DOMAIN}, best one up to {EPHEMERAL_DOMAINS.start - 1}",
+        )
+    if int(text) in EPHEMERAL_DOMAINS:
+        return Finding(
+            name,
+            Level.NOTE,
+            f"the UDP ports of domain {text} are among those that Linux gives to any program",
+            f"an id up to {EPHEMERAL_DOMAINS.start - 1} has its ports to itself",
+        )
+    return Finding(name, Level.OK, text if facts.domain_id else "not set: domain 0")
+
+
+def log_folder(facts: Facts) -> Finding:
+    """Where runs and nodes write their logs."""
+    name = "log folder"
+    if facts.log_obstacle is None:
+        return Finding(name, Level.OK, facts.log_folder)
+    return Finding(
+        name,
+        Level.PROBLEM,
+        f"{facts.log_folder} cannot be written to: {facts.log_obstacle}",
+        "set ROS_LOG_DIR to a folder that can",
+    )
+
+
+def open_files(facts: Facts) -> Finding:
+    """ulimit -n, which bounds how many processes one launcher can hold."""
+    name, soft, hard = "open files", facts.open_files, facts.open_files_hard
+    if soft >= MIN_OPEN_FILES:
+        return Finding(name, Level.OK, f"{soft} are allowed")
+    if hard >= MIN_OPEN_FILES:
+        advice = f"ulimit -n {hard}"
+    else:
+        advice = "raise the hard limit: nofile in /etc/security/limits.conf, or docker --ulimit"
+    return Finding(name, Level.PROBLEM, f"only {soft} are allowed per process", advice)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _distribution(module: str) -> str:
+    return {"yaml": "pyyaml"}.get(module, module)
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(number) for number in re.findall(r"\d+", version))
+
+
+CHECKS: tuple[Callable[[Facts], Finding], ...] = (
+    wheels,
+    library_path,
+    ament_prefix_path,
+    launcher_version,
+    domain_id,
+    log_folder,
+    open_files,
+    shared_memory_space,
+    stale_shared_memory,
+    leftover_processes,
+)

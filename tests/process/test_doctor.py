@@ -1,0 +1,133 @@
+"""The doctor on the real machine: what it finds, what it mends, and what it leaves alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import psutil
+import pytest
+
+from group_gp1.domain_lease import leased_domain
+from launcher.engine.shared_memory import FOLDER, SETTLING_S, free, held
+from tests.process.conftest import Bench
+from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.timeout(60)
+
+NODE = "import rclpy; rclpy.init(); n = rclpy.create_node('n'); print('ready', flush=True); input()"
+
+
+def doctor(*words: str, **env: str | None) -> tuple[int, dict[str, dict[str, str]], list[str]]:
+    """(exit code, findings by name, what was done); an environment value of None is unset."""
+    merged = {**os.environ, **env}
+    result = subprocess.run(
+        [sys.executable, "-m", "launcher", "doctor", "--json", *words],
+        env={name: value for name, value in merged.items() if value is not None},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode in (0, 1), result.stderr
+    report = json.loads(result.stdout)
+    assert report["well"] == (result.returncode == 0)
+    return result.returncode, {f["name"]: f for f in report["findings"]}, report["done"]
+
+
+def test_this_environment_is_found_to_be_in_order():
+    _, found, done = doctor()
+    in_order = ("wheels", "library path", "AMENT_PREFIX_PATH", "launcher", "log folder")
+    assert [found[name]["level"] for name in in_order] == ["ok"] * 5, found
+    assert done == []
+
+
+@pytest.mark.parametrize(
+    ("name", "env", "text"),
+    [
+        ("AMENT_PREFIX_PATH", {"AMENT_PREFIX_PATH": "/gone/away"}, "/gone/away does not exist"),
+        ("ROS_DOMAIN_ID", {"ROS_DOMAIN_ID": "abc"}, "'abc' is no domain id"),
+        ("log folder", {"ROS_LOG_DIR": "/proc/1/log"}, "no right to write in /proc/1"),
+    ],
+)
+def test_a_spoilt_environment_is_a_problem(name: str, env: dict[str, str], text: str):
+    code, found, _ = doctor(**env)
+    assert (code, found[name]["level"]) == (1, "problem")
+    assert text in found[name]["text"]
+
+
+def test_libraries_that_were_dropped_on_the_way_are_explained():
+    code, found, _ = doctor(LD_LIBRARY_PATH=None, _ROS_WHEELS_BOOTSTRAP_COMPLETE="1")
+    assert code == 1
+    assert "cannot open shared object file" in found["wheels"]["text"]
+    assert "LD_LIBRARY_PATH is gone" in found["library path"]["text"]
+
+
+def test_what_a_killed_node_left_is_found_and_freed(tmp_path: Path):
+    with leased_domain() as domain_id:
+        env = {**os.environ, "ROS_DOMAIN_ID": str(domain_id), "ROS_LOG_DIR": str(tmp_path)}
+        command = [sys.executable, "-c", NODE]
+        pipe = subprocess.PIPE
+        with subprocess.Popen(command, env=env, stdin=pipe, stdout=pipe) as node:
+            assert node.stdout.readline() == b"ready\n"
+            names = {n for n, pid in held().items() if pid == node.pid and "_port" not in n}
+            doctor("--fix")
+            assert names and all((FOLDER / name).exists() for name in names)
+            node.kill()
+        age_s = max(os.stat(FOLDER / name).st_ctime for name in names) + SETTLING_S
+        wait_until(lambda: now_s() > age_s, "the files are no longer new")
+        assert doctor()[1]["stale shared memory"]["level"] == "problem"
+        _, found, done = doctor("--fix")
+        assert not any((FOLDER / name).exists() for name in names), (found, done)
+        free(names)
+
+
+def now_s() -> float:
+    """The clock of the file system."""
+    with tempfile.NamedTemporaryFile(dir=FOLDER) as file:
+        return os.fstat(file.fileno()).st_ctime
+
+
+LEFT = 'sh("echo ready; sleep 100; :"), sh("trap \'\' INT; sleep 100; :")'
+
+
+def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(bench: Bench):
+    launcher = bench.terminal(LEFT)
+    launcher.wait_for("ready")
+    watchdog = wait_for_watchdog(launcher.pid)
+    watchdog.suspend()
+    launcher.kill()
+    watchdog.kill()
+    wait_until(lambda: not psutil.pid_exists(watchdog.pid), "the watchdog is gone")
+    left = bench.survivors()
+    assert len(left) == 4  # two shells, and what they run
+    _, found, _ = doctor()
+    assert found["leftover processes"]["level"] == "problem"
+    assert bench.survivors() == left
+    _, found, done = doctor("--fix")
+    assert found["leftover processes"]["level"] == "ok"
+    assert any("stopping what processes left behind" in sentence for sentence in done)
+    assert bench.survivors() == []
+
+
+def wait_for_watchdog(pid: int) -> psutil.Process:
+    def watchdogs() -> list[psutil.Process]:
+        children = psutil.Process(pid).children()
+        return [child for child in children if "watchdog.py" in " ".join(child.cmdline())]
+
+    wait_until(watchdogs, "the watchdog runs")
+    return watchdogs()[0]
+
+
+def test_a_run_that_lives_is_left_alone(bench: Bench):
+    launcher = bench.terminal('sh("echo ready; while :; do sleep 0.05; done")')
+    launcher.wait_for("ready")
+    doctor("--fix")
+    (child,) = (p for p in psutil.Process(launcher.pid).children() if p.name() == "sh")
+    assert child.is_running()
+    launcher.signal(signal.SIGINT)
+    assert launcher.exit_code() == 0
