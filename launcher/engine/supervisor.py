@@ -7,7 +7,7 @@ import os
 import signal
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from launcher.engine import report
 from launcher.engine.chronicle import Chronicle
@@ -26,8 +26,10 @@ from launcher.errors import ExitCode
 from launcher.model.events import (
     CallLater,
     CancelTimer,
+    ChangeState,
     Effect,
     Event,
+    LoadComponent,
     LogMessage,
     ProcessOutput,
     RequestShutdown,
@@ -36,9 +38,13 @@ from launcher.model.events import (
     StartProcess,
     StopProcess,
     TimerFired,
+    WatchLifecycle,
     WriteStdin,
 )
 from launcher.model.options import RunOptions
+
+if TYPE_CHECKING:
+    from launcher.engine.ros_agent import RosAgent
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 GUARDS = 3  # how many watchdogs a run starts before it goes on without one
@@ -91,6 +97,7 @@ class Supervisor:
         self._stop_signal: int | None = None
         self._first_death: str | None = None
         self._remnants: Remnants | None = None
+        self._agent: RosAgent | None = None
         trouble = functools.partial(screen.log, "WARNING", "launch")
         self._folder = RunFolder(env, trouble, enabled=options.log_files)
         self._chronicle = Chronicle(reactor, screen, self._folder)
@@ -158,6 +165,7 @@ class Supervisor:
                 # Only after an error of our own: an orderly end has seen every child go.
                 process.child.signal_group(signal.SIGKILL)
             self._keeper.let_go(process)
+        self._close_agent()
         if self._guard is not None:
             self._reactor.remove(self._guard.pidfd)
             self._guard.close()
@@ -165,6 +173,11 @@ class Supervisor:
         self._chronicle.note("finished", exit_code=int(self._exit_code()))
         self._screen.finish(LAST_WORDS_S)
         self._folder.close()
+
+    def _close_agent(self) -> None:
+        if self._agent is not None:
+            self._agent.close()
+            self._agent = None
 
     def _write_plan(self) -> None:
         self._folder.write_plan((p.spec for p in self._processes.values()), self._env)
@@ -197,6 +210,8 @@ class Supervisor:
                         self._timers.pop(timer_id).cancel()
                 case LogMessage(logger=logger, level=level, text=text):
                     self._say(level, logger, text)
+                case LoadComponent() | ChangeState() | WatchLifecycle():
+                    self._ask_ros(effect)
                 case RequestShutdown():
                     self._stop_all(effect.reason)
                 case SignalProcess() | StopProcess() | WriteStdin():
@@ -212,6 +227,22 @@ class Supervisor:
                 self._keeper.advance(process, Stop())
             case WriteStdin(data=data):
                 self._keeper.write_stdin(process, data)
+
+    def _ask_ros(self, request: LoadComponent | ChangeState | WatchLifecycle) -> None:
+        if self._agent is None:
+            from launcher.engine.ros_agent import RosAgent
+
+            env = {**self._env, RUN_ID_VARIABLE: self._run_id, **self._log_dir()}
+            self._agent = RosAgent(self._reactor, env, self._ros_answered)
+        self._agent.send(request)
+
+    def _ros_answered(self, event: Event) -> None:
+        self._feed(event)
+        self._finish_if_done()
+
+    def _log_dir(self) -> dict[str, str]:
+        path = self._folder.path
+        return {} if path is None else {"ROS_LOG_DIR": str(path)}
 
     def _fire(self, timer_id: int) -> None:
         self._timers.pop(timer_id, None)
@@ -333,7 +364,10 @@ class Supervisor:
             return
         if any(_is_pending(p.machine.state) for p in self._processes.values()):
             return
+        if self._agent is not None and self._agent.is_loading and not self._stopping:
+            return
         self._stopping = True
+        self._close_agent()
         self._remnants = Remnants(
             self._run_id,
             reactor=self._reactor,

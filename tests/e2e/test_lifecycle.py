@@ -1,0 +1,98 @@
+"""Lifecycle nodes under the launcher: requests are really sent, transitions really seen."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from tests.e2e.conftest import World
+
+NODE = """
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+
+class Pump(LifecycleNode):
+    def on_configure(self, state):
+        self.get_logger().info("configuring")
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state):
+        self.get_logger().info("activating")
+        return super().on_activate(state)
+
+try:
+    rclpy.init()
+    rclpy.spin(Pump("pump"))
+except (KeyboardInterrupt, ExternalShutdownException):
+    pass
+"""
+
+LAUNCH = """
+from launch import LaunchDescription
+from launch.actions import EmitEvent, LogInfo, RegisterEventHandler
+from launch_ros.actions import LifecycleNode
+from launch_ros.event_handlers import OnStateTransition
+from launch_ros.events.lifecycle import ChangeState
+from launch.events import matches_action
+from lifecycle_msgs.msg import Transition
+
+def generate_launch_description():
+    pump = LifecycleNode(
+        executable="{python}", arguments=["{node}"], name="pump", namespace="", output="screen"
+    )
+    def change(transition):
+        return EmitEvent(event=ChangeState(
+            lifecycle_node_matcher=matches_action(pump), transition_id=transition))
+    return LaunchDescription([
+        pump,
+        RegisterEventHandler(OnStateTransition(
+            target_lifecycle_node=pump, start_state="configuring", goal_state="inactive",
+            entities=[LogInfo(msg="pump is configured"), change(Transition.TRANSITION_ACTIVATE)])),
+        RegisterEventHandler(OnStateTransition(
+            target_lifecycle_node=pump, goal_state="active",
+            entities=[LogInfo(msg="pump is active")])),
+        change(Transition.TRANSITION_CONFIGURE),
+    ])
+"""
+
+
+def test_a_lifecycle_node_is_configured_and_activated_by_events(world: World, tmp_path: Path):
+    node = tmp_path / "pump.py"
+    node.write_text(NODE)
+    file = tmp_path / "pump.launch.py"
+    file.write_text(LAUNCH.replace("{python}", sys.executable).replace("{node}", str(node)))
+
+    terminal = world.launcher(str(file))
+    terminal.wait_for_all(
+        "[pump]: configuring",
+        "[launch.user]: pump is configured",
+        "[pump]: activating",
+        "[launch.user]: pump is active",
+    )
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0, terminal.text
+    assert world.survivors() == []
+
+
+LOAD = """
+from launch import LaunchDescription
+from launch_ros.actions import LoadComposableNodes
+from launch_ros.descriptions import ComposableNode
+
+def generate_launch_description():
+    return LaunchDescription([LoadComposableNodes(
+        target_container="/tank",
+        composable_node_descriptions=[ComposableNode(package="p", plugin="P", name="n")])])
+"""
+
+
+def test_a_load_request_without_its_interface_package_fails_with_that_reason(
+    world: World, tmp_path: Path
+):
+    file = tmp_path / "load.launch.py"
+    file.write_text(LOAD)
+    terminal = world.launcher(str(file))
+    terminal.wait_for("composition_interfaces is not installed")
+    terminal.exit_code()
+    assert world.survivors() == []
