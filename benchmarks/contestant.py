@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -58,6 +59,19 @@ class Contestant(NamedTuple):
             yield process
         finally:
             end(process)
+
+
+def wait_for_end(process: subprocess.Popen[bytes]) -> int:
+    """The exit code, at the moment of the end: `Popen.wait(timeout)` looks every 50 ms only."""
+    pidfd = os.pidfd_open(process.pid)
+    try:
+        poll = select.poll()
+        poll.register(pidfd, select.POLLIN)
+        if not poll.poll(PATIENCE_S * 1000):
+            raise TimeoutError(f"still runs after {PATIENCE_S:g} s: {process.args!r}")
+    finally:
+        os.close(pidfd)
+    return process.wait()
 
 
 def end(process: subprocess.Popen[bytes]) -> None:

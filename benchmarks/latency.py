@@ -9,7 +9,7 @@ import time
 from functools import partial
 
 from benchmarks.contestant import LAUNCHER, PREFIXER, Contestant, Work
-from benchmarks.harness import Row, interleaved, median, scratch
+from benchmarks.harness import Row, interleaved, median, ratio, scratch
 
 LINES = 500
 PAUSE_S = 0.004  # between lines, so that each finds everybody asleep
@@ -33,11 +33,11 @@ def latency(runs: int) -> list[Row]:
 
 def _row(what: str, found: dict[str, list[list[int]]], quantile: float) -> Row:
     ours, theirs = (
-        median([_quantile(delays, quantile) for delays in found[c.name]])
+        [_quantile(delays, quantile) / 1e6 for delays in found[c.name]]
         for c in (LAUNCHER, PREFIXER)
     )
-    detail = f"launcher {ours / 1e6:.3f} ms, prefixer {theirs / 1e6:.3f} ms"
-    return Row(what, ours / theirs, "x", 2.0, detail)
+    detail = f"launcher {median(ours):.3f} ms, prefixer {median(theirs):.3f} ms"
+    return Row(what, ratio(ours, theirs), "x", 2.0, detail)
 
 
 def _quantile(values: list[int], quantile: float) -> float:

@@ -8,13 +8,13 @@ import time
 
 from benchmarks.contestant import (
     LAUNCHER,
-    PATIENCE_S,
     SPAWN_LOOP,
     Contestant,
     Work,
     python_environment,
+    wait_for_end,
 )
-from benchmarks.harness import Row, interleaved, median, milliseconds, programs, scratch
+from benchmarks.harness import Row, interleaved, median, milliseconds, programs, ratio, scratch
 from benchmarks.watch import ExecWatch
 
 MANY = 200
@@ -29,7 +29,7 @@ def first_exec(runs: int) -> list[Row]:
     ours, bare = found["launcher"], found["bare"]
     detail = f"launcher {milliseconds(ours)}, python -c pass {milliseconds(bare)}"
     return [
-        Row("command to first exec", median(ours) / median(bare), "x", 1.6, detail),
+        Row("command to first exec", ratio(ours, bare), "x", 1.6, detail),
         Row(
             "the same, against ros2 launch",
             median(ours) / ROS2_LAUNCH_S,
@@ -51,7 +51,7 @@ def many_execs(runs: int) -> list[Row]:
     )
     ours, loop = found["launcher"], found["loop"]
     detail = f"launcher {milliseconds(ours)}, loop {milliseconds(loop)}"
-    return [Row(f"{MANY} children exec'd", median(ours) / median(loop), "x", 2.0, detail)]
+    return [Row(f"{MANY} children exec'd", ratio(ours, loop), "x", 2.0, detail)]
 
 
 def _bare_python_s() -> float:
@@ -67,7 +67,7 @@ def _exec_times(contestant: Contestant, count: int) -> list[float]:
         begun = time.monotonic()
         with contestant.running(work, subprocess.DEVNULL) as process:
             when = watch.wait_for_execs(count)
-            if process.wait(PATIENCE_S):
+            if wait_for_end(process):
                 raise RuntimeError(f"{contestant.name} failed")
     return [moment - begun for moment in when]
 

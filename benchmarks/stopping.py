@@ -6,7 +6,7 @@ import signal
 import time
 from functools import partial
 
-from benchmarks.contestant import LAUNCHER, PATIENCE_S, PREFIXER, Contestant, Work
+from benchmarks.contestant import LAUNCHER, PREFIXER, Contestant, Work, wait_for_end
 from benchmarks.harness import Row, interleaved, median, milliseconds, programs, scratch
 from benchmarks.watch import ExecWatch
 
@@ -31,5 +31,5 @@ def _stop_s(contestant: Contestant) -> float:
             time.sleep(SETTLE_S)
             begun = time.monotonic()
             run.send_signal(signal.SIGINT)
-            run.wait(PATIENCE_S)
+            wait_for_end(run)
             return time.monotonic() - begun

@@ -14,12 +14,12 @@ from typing import NamedTuple
 from benchmarks.contestant import (
     LAUNCHER,
     LAUNCHER_WITHOUT_LOGS,
-    PATIENCE_S,
     PREFIXER,
     Contestant,
     Work,
+    wait_for_end,
 )
-from benchmarks.harness import Row, interleaved, median, programs, scratch
+from benchmarks.harness import Row, interleaved, median, programs, ratio, scratch
 from benchmarks.watch import ExecWatch
 
 CHILDREN = 8
@@ -58,11 +58,10 @@ def _rows(runs: int, through: str) -> list[Row]:
 
 def _row(what: str, found: dict[str, list[Flood]], contestant: Contestant, bar: float) -> Row:
     ours, best = (
-        median([flood.lines_per_s for flood in found[name]])
-        for name in (contestant.name, PREFIXER.name)
+        [flood.lines_per_s for flood in found[name]] for name in (contestant.name, PREFIXER.name)
     )
-    detail = f"{ours / 1e6:.2f} M lines/s, prefixer {best / 1e6:.2f}"
-    return Row(what, ours / best, "x", bar, detail, at_least=True)
+    detail = f"{median(ours) / 1e6:.2f} M lines/s, prefixer {median(best) / 1e6:.2f}"
+    return Row(what, ratio(ours, best), "x", bar, detail, at_least=True)
 
 
 def _damage(what: str, found: dict[str, list[Flood]]) -> Row:
@@ -77,7 +76,7 @@ def _flood(contestant: Contestant, sources: list[Path], *, pty: bool) -> Flood:
         output = folder / "output"
         work = Work(folder, commands, pty=pty)
         with output.open("wb") as file, contestant.running(work, file) as process:
-            process.wait(PATIENCE_S)
+            wait_for_end(process)
             seconds = time.monotonic() - watch.execs()[0]
         return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, sources))
 
