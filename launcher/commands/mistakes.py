@@ -88,7 +88,7 @@ def _as_far_as_possible(found: Iterable[LaunchFileError]) -> list[LaunchFileErro
     errors: list[LaunchFileError] = []
     with contextlib.suppress(Exception):
         for error in found:
-            errors.append(error)  # noqa: PERF402 - those found before an exception are kept
+            errors.append(error)
     return errors
 
 

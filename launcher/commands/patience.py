@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from types import FrameType
-from typing import Any
+from typing import Any, NoReturn
 
-from launcher.errors import LaunchFileError, UsageError
+from launcher.errors import ExitCode, LaunchFileError, UsageError
+from launcher.language.origin import Origin
 from launcher.model.record import Record
 
 _AGAIN_S = 1.0  # a launch file that catches everything is interrupted again
+_ATTEMPTS = 3  # then the launcher ends at once; nothing was started yet
 
 
 class Patience(Record):
@@ -44,6 +48,7 @@ class _Endless(BaseException):
     """Raised in the middle of an evaluation; no `except Exception` may stop it."""
 
     ros_type = "TimeoutError"
+    _launcher_origin: Origin | None = None  # see launcher.language.faults
 
 
 @contextlib.contextmanager
@@ -57,8 +62,8 @@ def limited(patience: Patience, path: str) -> Iterator[None]:
         return
     try:
         with (
-            _timer(signal.ITIMER_REAL, signal.SIGALRM, patience.wall_s, "s have passed"),
-            _timer(signal.ITIMER_PROF, signal.SIGPROF, patience.cpu_s, "s were computed"),
+            _timer(signal.ITIMER_REAL, signal.SIGALRM, patience.wall_s, "s have passed", path),
+            _timer(signal.ITIMER_PROF, signal.SIGPROF, patience.cpu_s, "s were computed", path),
         ):
             yield
     except _Endless as error:
@@ -66,13 +71,23 @@ def limited(patience: Patience, path: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _timer(which: int, signum: signal.Signals, limit_s: float, what: str) -> Iterator[None]:
+def _timer(
+    which: int, signum: signal.Signals, limit_s: float, what: str, path: str
+) -> Iterator[None]:
     if not limit_s:
         yield
         return
 
+    interruptions = 0
+
     def interrupt(signum: int, frame: FrameType | None) -> None:
-        raise _Endless(f"the launch file does not come to an end: {limit_s:g} {what}")
+        nonlocal interruptions
+        interruptions += 1
+        error = _Endless(f"the launch file does not come to an end: {limit_s:g} {what}")
+        error._launcher_origin = _place_in(path, frame)
+        if interruptions > _ATTEMPTS:
+            _end_at_once(error, path)
+        raise error
 
     before: Any = signal.signal(signum, interrupt)
     signal.setitimer(which, limit_s, _AGAIN_S)
@@ -81,6 +96,20 @@ def _timer(which: int, signum: signal.Signals, limit_s: float, what: str) -> Ite
     finally:
         signal.setitimer(which, 0)
         signal.signal(signum, before)
+
+
+def _place_in(path: str, frame: FrameType | None) -> Origin | None:
+    """The line of the launch file that is being executed."""
+    while frame is not None:
+        if frame.f_code.co_filename == path:
+            return Origin(path, frame.f_lineno)
+        frame = frame.f_back
+    return None
+
+
+def _end_at_once(error: _Endless, path: str) -> NoReturn:
+    print(_explained(error, path).render(), file=sys.stderr, flush=True)
+    os._exit(ExitCode.USAGE)
 
 
 def _explained(error: _Endless, path: str) -> LaunchFileError:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING
 
 from launcher.errors import LauncherError, LaunchFileError
+from launcher.language import hints
 from launcher.language.origin import Origin, is_own_file
 from launcher.language.sources import InvalidLaunchFileError
 
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 
 _LAUNCH_ENDINGS = ("launch.py", "launch.xml", "launch.yaml", "launch.yml")
 _QUOTED = re.compile(r"['\"]([^'\"]+)['\"]")
-_UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
-_MISSING_CONFIGURATION = re.compile(r"launch configuration '(.*)' does not exist")
 
 
 def explain(
@@ -33,12 +32,16 @@ def explain(
         error = error.__cause__
     if isinstance(error, LaunchFileError) and error.where is not None:
         return error
+    undecodable = _undecodable(error, path)
+    if undecodable is not None:
+        undecodable.__cause__ = error
+        return undecodable
     place = _place(error, path, entity)
     message = _message(error)
     line = None if place is None else _source_line(place)
     fault = LaunchFileError(
-        message,
-        hint=_hint(error, message, context),
+        hints.without_hint(message),
+        hint=hints.hint(error, message, context),
         where=None if place is None else str(place),
         source_line=line,
         column=None if line is None else _column(error, message, line),
@@ -118,43 +121,27 @@ def _column(error: BaseException, message: str, line: str) -> int:
     return len(line) - len(line.lstrip()) + 1
 
 
-# ---- what to do
+# ---- texts in another encoding
 
 
-def _hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
-    if isinstance(error, LauncherError):
-        return error.hint
-    keyword = _UNKNOWN_KEYWORD.search(message)
-    if keyword:
-        return _did_you_mean(keyword[1], _keywords())
-    configuration = _MISSING_CONFIGURATION.search(message)
-    if configuration and context is not None:
-        names = list(context.launch_configurations)
-        return _did_you_mean(configuration[1], names) or (
-            f"declare it with DeclareLaunchArgument, or give {configuration[1]}:=VALUE"
+def _undecodable(error: BaseException, path: str) -> LaunchFileError | None:
+    """The fault of a file that is not in the encoding that it should have, at that byte."""
+    is_coding = isinstance(error, SyntaxError) and "codec can't decode" in str(error.msg)
+    if not is_coding and not isinstance(error, UnicodeDecodeError):
+        return None
+    name = getattr(error, "filename", None) or path
+    try:
+        with open(name, "rb") as file:
+            data = file.read()
+        data.decode()
+    except UnicodeDecodeError as wrong:
+        line = data.count(b"\n", 0, wrong.start) + 1
+        return LaunchFileError(
+            f"the byte 0x{data[wrong.start]:02x} is not UTF-8",
+            hint="save the file as UTF-8, or name its encoding in the first line: "
+            "# -*- coding: latin-1 -*-",
+            where=str(Origin(name, line)),
         )
-    if isinstance(error, ModuleNotFoundError):
-        return f"install the Python package that has {error.name}, or add it to PYTHONPATH"
+    except OSError:
+        return None
     return None
-
-
-def _did_you_mean(name: str, names: Iterable[str]) -> str | None:
-    import difflib
-
-    near = difflib.get_close_matches(name, list(names), n=1)
-    return f"did you mean '{near[0]}'?" if near else None
-
-
-def _keywords() -> set[str]:
-    """Every keyword that a constructor of an action takes."""
-    import inspect
-
-    from launcher.language.action import Action
-
-    found: set[str] = set()
-    waiting: list[type] = [Action]
-    while waiting:
-        cls = waiting.pop()
-        waiting += cls.__subclasses__()
-        found.update(inspect.signature(cls).parameters)
-    return found
