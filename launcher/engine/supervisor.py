@@ -290,10 +290,10 @@ class Supervisor:
         self._guard.close()
         self._guard = None
         starts_anew = self._guards_started < GUARDS
-        what = "another one is started" if starts_anew else "this run goes on without one"
-        self._say("WARNING", "launch", f"somebody ended the watchdog; {what}")
         if starts_anew:
             self._start_guard()
+        what = "another one is started" if starts_anew else "this run goes on without one"
+        self._say("WARNING", "launch", f"somebody ended the watchdog; {what}")
 
     def _process_ended(self, process: Process, end: Ended) -> None:
         is_final = end.retry_in_s is None and not end.asked

@@ -65,10 +65,7 @@ def test_a_lifecycle_node_is_configured_and_activated_by_events(world: World, tm
 
     terminal = world.launcher(str(file))
     terminal.wait_for_all(
-        "[pump]: configuring",
-        "[launch.user]: pump is configured",
-        "[pump]: activating",
-        "[launch.user]: pump is active",
+        "[pump]: configuring", " pump is configured", "[pump]: activating", " pump is active"
     )
     terminal.ctrl_c()
     assert terminal.exit_code() == 0, terminal.text
