@@ -7,7 +7,7 @@ import os
 import resource
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import metadata
 from pathlib import Path
 
@@ -126,14 +126,14 @@ def installed_version() -> str | None:
     return None
 
 
-def obstacle(folder: Path) -> str | None:
+def obstacle(folder: Path, *, may_write: Callable[[Path, int], bool] = os.access) -> str | None:
     """Why nothing could be written in `folder`, which need not exist yet; None if it could."""
     existing = folder
     while not os.path.lexists(existing) and existing != existing.parent:
         existing = existing.parent
     if not existing.is_dir():
         return f"{existing} is no folder"
-    if not os.access(existing, os.W_OK | os.X_OK):
+    if not may_write(existing, os.W_OK | os.X_OK):
         return f"no right to write in {existing}"
     return None
 

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, NamedTuple, Union
 
 from launcher.engine.budgets import Budget, BudgetAction
 from launcher.errors import UsageError
+from launcher.model.record import replace
 
 if TYPE_CHECKING:
     import yaml
@@ -155,7 +156,7 @@ def _budget(pattern: str, entries: Sequence[_Entry], place: _Place) -> Budget:
             raise here.error(f"'{entry.value}' is no value for '{entry.key}'", str(error)) from None
     if not fields.keys() & {"cpu_percent", "memory_bytes", "threads", "fds"}:
         raise place.error(f"no limit for '{pattern}'", f"as in {_EXAMPLES}")
-    return Budget(pattern=pattern, **fields)  # type: ignore[arg-type]  # read by its own reader
+    return replace(Budget(pattern=pattern), **fields)
 
 
 def _suggestion(word: str, known: Iterable[str]) -> str:

@@ -169,8 +169,9 @@ def test_a_folder_that_could_be_made_is_no_obstacle(tmp_path: Path):
     assert obstacle(tmp_path / "file" / "b") == f"{tmp_path / 'file'} is no folder"
 
 
-def test_a_folder_that_nobody_may_write_in_is_an_obstacle():
-    assert obstacle(Path("/proc/1/log")) == "no right to write in /proc/1"
+def test_a_folder_that_we_may_not_write_in_is_an_obstacle(tmp_path: Path):
+    found = obstacle(tmp_path / "log", may_write=lambda path, mode: False)
+    assert found == f"no right to write in {tmp_path}"
 
 
 def test_the_space_of_what_is_not_there_is_none(tmp_path: Path):
