@@ -5,6 +5,7 @@ from launcher.language.compat.names import reexport
 _SOURCES = {
     "parse_if_substitutions": "launcher.frontends.grammar_substitutions",
     "parse_substitution": "launcher.frontends.grammar_substitutions",
+    "replace_escaped_characters": "launcher.frontends.grammar:unescape",
 }
 
 __all__ = list(_SOURCES)

@@ -3,7 +3,7 @@
 from launcher.language.compat.names import reexport
 
 _SOURCES = {
-    "InvalidFrontendLaunchFileError": "launcher.language.sources:InvalidLaunchFileError",
+    "InvalidFrontendLaunchFileError": "launcher.frontends.parser",
     "Parser": "launcher.frontends.parser",
 }
 
