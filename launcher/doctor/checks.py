@@ -15,7 +15,11 @@ MIN_OPEN_FILES = 1024  # a supervisor of 200 processes; what nearly every system
 HIGHEST_DOMAIN = 232
 EPHEMERAL_DOMAINS = range(102, 215)  # their ports are those that Linux gives to other programs
 FIX = "python -m launcher doctor --fix"
-INSTALL = 'pip install "ros-jazzy-rclpy[fastrtps]" ros-jazzy-common-interfaces'
+DISTRIBUTIONS = {  # where it is not called like the module
+    "rclpy": '"ros-jazzy-rclpy[fastrtps]"',
+    "std_msgs.msg": "ros-jazzy-common-interfaces",
+    "yaml": "pyyaml",
+}
 
 
 def check_all(facts: Facts) -> list[Finding]:
@@ -88,10 +92,8 @@ def wheels(facts: Facts) -> Finding:
     text = "; ".join(f"{module}: {error}" for module, error in sorted(errors.items()))
     if library_path(facts).level is Level.PROBLEM:
         advice = "see 'library path' below"
-    elif {"rclpy", "std_msgs.msg"} & errors.keys():
-        advice = INSTALL
     else:
-        advice = f"pip install {' '.join(_distribution(module) for module in sorted(errors))}"
+        advice = " ".join(["pip install", *(DISTRIBUTIONS.get(m, m) for m in sorted(errors))])
     return Finding(name, Level.PROBLEM, f"cannot be imported: {text}", advice)
 
 
@@ -190,10 +192,6 @@ def open_files(facts: Facts) -> Finding:
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
-def _distribution(module: str) -> str:
-    return {"yaml": "pyyaml"}.get(module, module)
 
 
 def _numbers(version: str) -> tuple[int, ...]:

@@ -75,6 +75,12 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
             "rclpy: No module",
             "ros-jazzy-rclpy",
         ),
+        (
+            {"import_errors": {"std_msgs.msg": "No module", "rich": "No module"}},
+            "problem",
+            "rich: No module; std_msgs.msg: No module",
+            "pip install rich ros-jazzy-common-interfaces",
+        ),
         ({"import_errors": {"yaml": "No module"}}, "problem", "yaml: No", "pip install pyyaml"),
         (
             {"prefixes": (Prefix("/gone", exists=False),)},
