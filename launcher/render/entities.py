@@ -100,6 +100,15 @@ def handler_target(handler: Any) -> tuple[Any, str]:
     return target, verb
 
 
+def handler_entities(handler: Any) -> list[Any]:
+    """What a handler is known to yield beforehand."""
+    entities = list(handler.describe()[1])
+    at_shutdown = vars(handler).get("_OnShutdown__on_shutdown")
+    if isinstance(at_shutdown, (list, tuple)):
+        entities += at_shutdown
+    return entities
+
+
 def _waits_for(handler: Any) -> str:
     name = type(handler).__name__
     if name == "OnShutdown":

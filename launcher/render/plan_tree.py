@@ -24,6 +24,7 @@ from launcher.language.description import LaunchDescription
 from launcher.render.command_line import ParameterFiles, command_line
 from launcher.render.entities import (
     condition_text,
+    handler_entities,
     handler_target,
     happening,
     headline,
@@ -88,7 +89,7 @@ class _Painter:
         if isinstance(entity, TimerAction):
             yielded = entity.actions
         elif isinstance(entity, RegisterEventHandler):
-            yielded = entity.event_handler.describe()[1]
+            yielded = handler_entities(entity.event_handler)
         for one in yielded:
             self._owner[id(one)] = visit
 
@@ -171,7 +172,7 @@ class _Painter:
             else:
                 children += self._branches(later)
         if not followed:
-            head, children = f"{head} (not in this dry run)", _unvisited(handler.describe()[1])
+            head, children = f"{head} (not in this dry run)", _unvisited(handler_entities(handler))
         return Branch(head, style="event", aside=_why(visit), children=children)
 
     def _name(self, action: Any) -> str:
