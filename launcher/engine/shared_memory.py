@@ -79,8 +79,10 @@ def free(names: Iterable[str], *, folder: Path = FOLDER, proc: Path = PROC) -> i
     """
     wanted = set(names)
     ports = {name for name in wanted if _PORT_FILE.match(name)}
-    targets = (wanted - ports) | _unmapped(ports, folder, proc, time.time() - SETTLING_S)
-    return sum(_free(folder, name) for name in sorted(targets))
+    freed_bytes = sum(_free(folder, name) for name in wanted - ports)
+    # Now, since a fresh segment of the dead is like that of a participant which is just starting.
+    unused = _unmapped(ports, folder, proc, time.time() - SETTLING_S)
+    return freed_bytes + sum(_free(folder, name) for name in unused)
 
 
 def held(*, folder: Path = FOLDER, proc: Path = PROC) -> dict[str, int]:

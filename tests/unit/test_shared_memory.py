@@ -155,8 +155,13 @@ def test_no_port_is_stale_while_a_participant_cannot_be_looked_at(shelf: Shelf, 
 def test_no_port_is_freed_while_a_participant_may_be_starting(shelf: Shelf):
     shelf.put(PORT, SEGMENT, f"{SEGMENT}_el")
     assert shelf.free(PORT) == 0
-    assert shelf.free(SEGMENT) > 0
-    assert shelf.free(PORT) > 0
+    assert shelf.left == {PORT, SEGMENT, f"{SEGMENT}_el"}
+
+
+def test_the_port_of_a_node_that_died_young_goes_with_its_segment(shelf: Shelf):
+    shelf.put(PORT, SEGMENT, f"{SEGMENT}_el")
+    shelf.free(PORT, SEGMENT)
+    assert shelf.left == set()
 
 
 def test_what_came_into_use_after_it_was_found_is_not_cleaned(shelf: Shelf):
