@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 
 from launcher.errors import UsageError
@@ -37,21 +36,4 @@ def _expect_target(word: str, targets: Sequence[str], arguments: Sequence[tuple[
     hint = f"did you mean {name}:={value}?" if value else None
     raise UsageError(
         f"malformed launch argument '{word}', expected format '<name>:=<value>'", hint=hint
-    )
-
-
-def check_names(arguments: Iterable[tuple[str, str]], known: Sequence[str]) -> None:
-    """UsageError that names every argument which is not known, with the nearest one that is."""
-    unknown = [name for name, _ in arguments if name not in known]
-    if not unknown:
-        return
-    listed = ", ".join(known) or "none"
-    hints = []
-    for name in dict.fromkeys(unknown):
-        near = difflib.get_close_matches(name, known, n=1)
-        hints.append(f"did you mean {near[0]}?" if near else f"arguments there are: {listed}")
-    names = ", ".join(f"'{name}'" for name in dict.fromkeys(unknown))
-    plural = "s" if len(set(unknown)) > 1 else ""
-    raise UsageError(
-        f"unknown launch argument{plural} {names}", hint="; ".join(dict.fromkeys(hints))
     )

@@ -30,10 +30,10 @@ class Setting:
 class Visit:
     """One visit of an entity and, below it, the visits of what it yielded.
 
-    `depth` counts from 1; `stamp` tells when; `event` is what led to a visit without parent. `skipped`: the condition
-    said no; `read` holds the launch configurations that the condition asks for, as they were.
-    `settings` were made by this visit itself, `logs` are texts that it printed for the user,
-    `processes` are the numbers of the processes that it started.
+    `depth` counts from 1; `stamp` tells when; `event` is what led to a visit without parent.
+    `skipped`: the condition said no; `read` holds the launch configurations that the condition
+    asks for, as they were. `settings` were made by this visit itself, `logs` are texts that it
+    printed for the user, `processes` are the numbers of the processes that it started.
     """
 
     __slots__ = (

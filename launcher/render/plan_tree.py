@@ -111,7 +111,7 @@ class _Painter:
         is_outer = root.depth <= _OUTER_DEPTH
         if is_outer and isinstance(root.entity, (IncludeLaunchDescription, LaunchDescription)):
             return [branch for child in root.children for branch in self._of_root(child)]
-        names = {setting.name for setting in root.settings}
+        names = {setting.name for setting in root.settings if setting.origin is None}
         if isinstance(root.entity, SetLaunchConfiguration) and names & self._plan.declared.keys():
             return []  # told where it is declared
         return self._branches(root)

@@ -3,7 +3,7 @@
 import pytest
 
 from launcher.errors import UsageError
-from launcher.frontends.arguments import check_names, split_words
+from launcher.frontends.arguments import split_words
 
 
 @pytest.mark.parametrize(
@@ -31,20 +31,3 @@ def test_a_wrong_separator_is_refused_with_the_right_one(word):
     with pytest.raises(UsageError) as caught:
         split_words(["system", "a:=1", word])
     assert caught.value.hint == "did you mean debug:=true?"
-
-
-def test_a_misspelt_argument_is_refused_with_the_nearest_name():
-    with pytest.raises(UsageError) as caught:
-        check_names([("enable_debgu", "true")], ["start_robot_2", "enable_debug"])
-    assert caught.value.hint == "did you mean enable_debug?"
-    assert caught.value.exit_code == 2
-
-
-def test_all_unknown_arguments_are_named_at_once():
-    with pytest.raises(UsageError, match="'nonsense', 'rubbish'") as caught:
-        check_names([("nonsense", "1"), ("rubbish", "2"), ("mode", "3")], ["mode"])
-    assert caught.value.hint == "arguments there are: mode"
-
-
-def test_known_arguments_pass():
-    check_names([("mode", "3")], ["mode"])
