@@ -48,8 +48,7 @@ def main(words: Sequence[str]) -> int:
     words = list(words)
     # What ROS's own tools get from sourcing a set-up file; children inherit it.
     os.environ.update(ament_environment(os.environ))
-    # What follows the executable of `run` is not ours to read.
-    debug = "--debug" in (words[:2] if words[:1] == ["run"] else words)
+    debug = _wants_traceback(words)
     try:
         return _dispatch(words)
     except LauncherError as error:
@@ -63,6 +62,15 @@ def main(words: Sequence[str]) -> int:
             raise
         print(f"error: {error.strerror}: {error.filename or 'output'}", file=sys.stderr)
         return ExitCode.PROCESS_FAILED
+
+
+def _wants_traceback(words: list[str]) -> bool:
+    verb = words[0] if words else ""
+    if verb == "run":
+        words = words[:2]  # what follows the executable is not ours to read
+    # As with `ros2 launch`; elsewhere -d is something else.
+    has_short = verb in ("plan", "args", "launch") or verb not in {v.name for v in VERBS}
+    return "--debug" in words or (has_short and "-d" in words)
 
 
 def _dispatch(words: list[str]) -> int:

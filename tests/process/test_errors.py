@@ -1,0 +1,282 @@
+"""Launch files that are wrong: a place, a sentence, a suggestion, exit code 2, nothing started."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from tests.process.test_plan import Desk, desk
+
+__all__ = ["desk"]  # the fixture, for this module, too
+
+# name -> (text of the launch file, what is said, the suggestion)
+BROKEN = {
+    "raises": (
+        """
+        def helper():
+            return {}["robot"]
+
+        def generate_launch_description():
+            return helper()
+        """,
+        ":3: KeyError: 'robot'\n        return {}[\"robot\"]\n",
+        "",
+    ),
+    "syntax": ("def generate_launch_description(:\n", ":1: ", ""),
+    "returns None": (
+        "def generate_launch_description():\n    pass\n",
+        "returned NoneType",
+        "return LaunchDescription([...])",
+    ),
+    "sys.exit": ("import sys\nsys.exit(0)\n", ":2: the launch file calls sys.exit(0)", ""),
+    "empty": ("", "does not contain the required function", "define generate_launch_description()"),
+    "includes itself": (
+        """
+        from launch import LaunchDescription
+        from launch.actions import IncludeLaunchDescription
+
+        def generate_launch_description():
+            return LaunchDescription([IncludeLaunchDescription(__file__)])
+        """,
+        ":6: the launch file includes itself",
+        "",
+    ),
+    "function without end": (
+        """
+        from launch import LaunchDescription
+        from launch.actions import ExecuteProcess, OpaqueFunction
+
+        def again(context):
+            return [OpaqueFunction(function=again)]
+
+        def generate_launch_description():
+            return LaunchDescription(
+                [ExecuteProcess(cmd=["touch", "started"]), OpaqueFunction(function=again)])
+        """,
+        "recurses without end",
+        "",
+    ),
+    "module that is not installed": (
+        "import nav2_comon\n",
+        ":1: No module named 'nav2_comon'\n    import nav2_comon\n           ^\n",
+        "install the Python package that has nav2_comon",
+    ),
+    "name that does not exist": (
+        "from launch.actions import DeclareLaunchArgumnt\n",
+        ":1: launch.actions.DeclareLaunchArgumnt is not provided by this launcher\n",
+        "did you mean DeclareLaunchArgument?",
+    ),
+    "package that is not installed": (
+        """
+        from launch import LaunchDescription
+        from launch.actions import ExecuteProcess
+        from launch_ros.actions import Node
+
+        def generate_launch_description():
+            return LaunchDescription([
+                ExecuteProcess(cmd=["touch", "started"]),
+                Node(package="rcl_interface", executable="x"),
+            ])
+        """,
+        ":9: package 'rcl_interface' not found",
+        "did you mean 'rcl_interfaces'?",
+    ),
+    "wrong keyword": (
+        """
+        from launch import LaunchDescription
+        from launch_ros.actions import Node
+
+        def generate_launch_description():
+            return LaunchDescription([Node(package="p", executable="x", parameter=[])])
+        """,
+        ":6: ",
+        "did you mean 'parameters'?",
+    ),
+}
+NOT_UTF_8 = b"# fine\nx = '\xe4'\n"
+
+
+def assert_refused(desk: Desk, file: Path, said: str, suggestion: str) -> None:
+    for words in ([file], ["plan", file]):
+        done = desk.call(*words)
+        assert done.returncode == 2, done.stderr
+        assert done.stderr.startswith("error: ")
+        assert said in done.stderr
+        assert suggestion in done.stderr
+        assert "Traceback" not in done.stderr
+    assert not (desk.folder / "started").exists()
+    assert not (desk.folder / "log").exists()
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_launch_file_is_refused(desk: Desk, name: str):
+    text, said, suggestion = BROKEN[name]
+    file = desk.folder / "broken.launch.py"
+    file.write_text(textwrap.dedent(text))
+    assert_refused(desk, file, said, suggestion)
+
+
+def test_a_file_that_is_not_utf_8_is_refused_at_its_line(desk: Desk):
+    file = desk.folder / "latin.launch.py"
+    file.write_bytes(NOT_UTF_8)
+    assert_refused(desk, file, "latin.launch.py:2: the byte 0xe4 is not UTF-8", "as UTF-8")
+
+
+@pytest.mark.parametrize("words", [["."], ["gone.launch.py"], ["no_such_target"], []])
+def test_what_is_no_launch_file_is_refused(desk: Desk, words: list[str]):
+    done = desk.call("plan", *words)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
+    assert "Traceback" not in done.stderr
+
+
+def test_a_dangling_link_is_refused(desk: Desk):
+    link = desk.folder / "link.launch.py"
+    link.symlink_to(desk.folder / "gone")
+    assert_refused(desk, link, "is not a file that can be read", "")
+
+
+@pytest.mark.parametrize("verb", ["launch", "plan", "args"])
+@pytest.mark.parametrize(
+    "body",
+    ["while True: pass", "import time\n    while True: time.sleep(0.05)"],
+    ids=["computes", "waits"],
+)
+def test_a_launch_file_that_loops_is_interrupted_at_its_line(desk: Desk, verb: str, body: str):
+    file = desk.folder / "loop.launch.py"
+    file.write_text(f"def generate_launch_description():\n    {body}\n")
+    done = desk.call(verb, file, "--evaluation-timeout", "0.7")
+    assert done.returncode == 2
+    line = 2 + body.count("\n")
+    assert f"loop.launch.py:{line}: the launch file does not come to an end" in done.stderr
+    assert "hint: --evaluation-timeout" in done.stderr
+
+
+def test_a_launch_file_that_catches_the_interruption_is_ended_all_the_same(desk: Desk):
+    file = desk.folder / "stubborn.launch.py"
+    file.write_text("while True:\n    try:\n        while True: pass\n    except: pass\n")
+    done = desk.call(file, "--evaluation-timeout=0.3")
+    assert done.returncode == 2
+    assert "stubborn.launch.py:3: the launch file does not come to an end" in done.stderr
+
+
+def test_the_document_of_a_launch_file_that_loops_has_the_error(desk: Desk):
+    file = desk.folder / "loop.launch.py"
+    file.write_text("while True: pass\n")
+    document = desk.document(file, "--evaluation-timeout", "0.5")
+    assert document["error"]["type"] == "TimeoutError"
+
+
+def test_the_traceback_is_there_for_those_who_ask_for_it(desk: Desk):
+    file = desk.folder / "broken.launch.py"
+    file.write_text("1 / 0\n")
+    for option in ("--debug", "-d"):
+        done = desk.call("plan", file, option)
+        assert "Traceback (most recent call last)" in done.stderr
+        assert "ZeroDivisionError: division by zero" in done.stderr
+
+
+# ---- arguments
+
+
+def test_all_unknown_and_missing_arguments_are_told_before_anything_starts(desk: Desk):
+    file = desk.write('DeclareLaunchArgument("map"), DeclareLaunchArgument("robot"),')
+    for words in ([file], ["plan", file]):
+        done = desk.call(*words, "mapp:=1", "speed:=2")
+        assert done.returncode == 2
+        for text in (
+            "unknown launch argument 'mapp'\nhint: did you mean 'map'?",
+            "unknown launch argument 'speed'",
+            "the required argument 'map' is not given",
+            "the required argument 'robot' is not given",
+        ):
+            assert text in done.stderr
+    assert not desk.started.exists()
+
+
+def test_lenient_accepts_unknown_names_as_ros_2_does(desk: Desk):
+    file = desk.write("")
+    assert desk.call(file, "bogus:=1").returncode == 2
+    assert not desk.started.exists()
+    assert desk.call("plan", file, "bogus:=1", "--lenient").returncode == 0
+    assert desk.call(file, "bogus:=1", "--lenient").returncode == 0
+    assert desk.started.exists()
+
+
+# Nothing of this is plainly declared in the file, and ROS 2 uses it all.
+USED = {
+    "declared by a function": (
+        "OpaqueFunction(function=lambda c: [DeclareLaunchArgument('x', default_value='1')]),"
+    ),
+    "read with a default": "LogInfo(msg=LaunchConfiguration('x', default='1')),",
+    "asked for in a condition": ("LogInfo(msg='', condition=LaunchConfigurationEquals('x', '5')),"),
+    "read by Python": (
+        "OpaqueFunction(function=lambda c: c.launch_configurations.get('x') and None),"
+    ),
+    "looked for among all": (
+        "OpaqueFunction(function=lambda c: dict(c.launch_configurations) and None),"
+    ),
+    "in an include that a condition decides about": (
+        "IncludeLaunchDescription(__file__.replace('a.', 'child.'), condition=IfCondition('1')),"
+    ),
+    "in an include whose name is only known later": (
+        "SetLaunchConfiguration('which', __file__.replace('a.', 'child.')), "
+        "IncludeLaunchDescription(LaunchConfiguration('which')),"
+    ),
+    "in a timer": (
+        "TimerAction(period=9.0, actions=[LogInfo(msg=LaunchConfiguration('x', default=''))]),"
+    ),
+}
+
+
+@pytest.mark.parametrize("name", USED)
+def test_an_argument_that_is_used_at_run_time_is_known(desk: Desk, name: str):
+    desk.write("DeclareLaunchArgument('x', default_value='1'),", "child.launch.py")
+    done = desk.call("plan", desk.write(USED[name]), "x:=2")
+    assert done.returncode == 0, done.stderr
+
+
+def test_an_argument_that_a_function_declares_is_known_when_it_is_launched(desk: Desk):
+    done = desk.call(desk.write(USED["declared by a function"]), "x:=2")
+    assert done.returncode == 0, done.stderr
+    assert desk.started.exists()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["sigterm_timeout", "sigkill_timeout", "launch-prefix", "launch-prefix-filter", "emulate_tty"],
+)
+def test_what_ros_2_itself_reads_is_known(desk: Desk, name: str):
+    assert desk.call("plan", desk.write(""), f"{name}:=0").returncode == 0
+
+
+def test_a_dry_run_for_unknown_names_says_nothing_of_its_own(desk: Desk):
+    file = desk.write("OpaqueFunction(function=lambda c: print('side effect')),")
+    done = desk.call(file, "bogus:=1")
+    assert done.stdout == ""
+    assert "side effect" not in done.stderr
+
+
+def test_no_dry_run_is_paid_for_when_all_names_are_declared(desk: Desk):
+    file = desk.write(
+        """
+        DeclareLaunchArgument("x", default_value="1"),
+        OpaqueFunction(function=lambda c: open("evaluated", "a").write("once ") and None),
+        """
+    )
+    assert desk.call(file, "x:=2").returncode == 0
+    assert (desk.folder / "evaluated").read_text() == "once "
+
+
+def test_surprises_are_told_at_launch_once_each(desk: Desk):
+    file = desk.write(
+        """
+        GroupAction([SetLaunchConfiguration("x", "1"),
+                     TimerAction(period=0.0, actions=[LogInfo(msg="later")])]),
+        """
+    )
+    done = desk.call(file)
+    assert done.returncode == 0
+    assert done.stdout.count(f"[WARNING] [launch]: {file}:13: ") == 1
