@@ -83,6 +83,8 @@ HELP = """\
   --required NAME      the run ends with this process
   --exit-when-any-dies the run ends with the first death that is not followed by a restart
   --timeout S          the run ends after S seconds
+  --budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop
+                       a limit on what a process may use; --budgets FILE reads them from YAML
   --no-log-files       only the screen"""
 
 
@@ -128,4 +130,6 @@ _OPTIONS: dict[str, Callable[[RunOptions, str], RunOptions]] = {
     ),
     "--required": lambda options, word: replace(options, required=(*options.required, word)),
     "--timeout": _timeout,
+    "--budget": lambda options, word: replace(options, budgets=(*options.budgets, word)),
+    "--budgets": lambda options, path: replace(options, budget_file=path),
 }

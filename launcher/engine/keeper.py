@@ -36,7 +36,8 @@ class Keeper:
 
     `start_child(process)` spawns (OSError); `on_event` gets what the interpreter has to know;
     `on_end(process, end)` is called after each end has been reported, `on_idle()` when something
-    has ended or a waiting time is over and nothing else follows from it.
+    has ended or a waiting time is over and nothing else follows from it, `before_kill()` before a
+    process that does not go is killed.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class Keeper:
         on_event: Callable[[Event], None],
         on_end: Callable[[Process, Ended], None],
         on_idle: Callable[[], None],
+        before_kill: Callable[[], None],
     ) -> None:
         self._reactor = reactor
         self._relay = relay
@@ -57,6 +59,7 @@ class Keeper:
         self._on_event = on_event
         self._on_end = on_end
         self._on_idle = on_idle
+        self._before_kill = before_kill
         self._oom = OomWatch()
         self.has_killed = False
 
@@ -67,7 +70,9 @@ class Keeper:
                 case Spawn():
                     self._spawn(process)
                 case Signal(signum=signum):
-                    self.has_killed |= signum == signal.SIGKILL
+                    if signum == signal.SIGKILL:
+                        self.has_killed = True
+                        self._before_kill()
                     self.signal(process, signum)
                 case Escalate():
                     self._chronicle.tell(process, report.escalated(process.name, action))

@@ -73,6 +73,10 @@ class Stop(Record):
     """Somebody wants it gone."""
 
 
+class Restart(Record):
+    """Somebody wants it stopped and started again."""
+
+
 class Hurry(Record):
     """Do not wait for the deadline: take the next step of the stop now."""
 
@@ -81,7 +85,7 @@ class Tick(Record):
     """Time has passed."""
 
 
-MachineEvent = Union[Start, Started, SpawnError, Exited, Stop, Hurry, Tick]
+MachineEvent = Union[Start, Started, SpawnError, Exited, Stop, Restart, Hurry, Tick]
 
 
 # ---- actions
@@ -173,6 +177,7 @@ class ProcessMachine:
         self._chance = chance
         self._step = 0
         self._quick_ends = 0
+        self._starts_again = False
         self._running_since = 0.0
         self._recent: deque[float] = deque(maxlen=restart.max_restarts or 0)
 
@@ -197,8 +202,11 @@ class ProcessMachine:
                 return self._end(Outcome(spawn_errno=number), now)
             case Exited(outcome=outcome), state if state.is_alive:
                 return self._end(outcome, now)
-            case Stop(), ProcessState.RUNNING:
+            case Stop() | Restart(), ProcessState.RUNNING:
+                self._starts_again = isinstance(event, Restart)
                 return self._signal(0, now)
+            case Stop() | Restart(), ProcessState.STOPPING:
+                self._starts_again = isinstance(event, Restart)
             case Stop(), ProcessState.STARTING:
                 # STARTING -> STOPPING: the signal follows when there is somebody to get it
                 self._enter(ProcessState.STOPPING)
@@ -250,6 +258,11 @@ class ProcessMachine:
 
     def _end(self, outcome: Outcome, now: float) -> list[Action]:
         self.last = outcome
+        if self.state is ProcessState.STOPPING and self._starts_again:
+            # STOPPING -> BACKOFF: a restart that was asked for waits for nothing
+            self._starts_again = False
+            self._enter(ProcessState.BACKOFF, now)
+            return [Ended(outcome, asked=True, retry_in_s=0.0)]
         if self.state is ProcessState.STOPPING:
             # STOPPING -> STOPPED
             self._enter(ProcessState.STOPPED)

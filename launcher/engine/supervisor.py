@@ -10,10 +10,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from launcher.engine import report
+from launcher.engine.caretaker import Caretaker
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.guard import Guard
 from launcher.engine.keeper import Keeper
-from launcher.engine.machine import Ended, Hurry, ProcessState, Start, Stop
+from launcher.engine.machine import Ended, Hurry, ProcessState, Restart, Start, Stop
 from launcher.engine.process import Process, child_environment
 from launcher.engine.reactor import Reactor, Timer
 from launcher.engine.relay import Relay
@@ -44,6 +45,7 @@ from launcher.model.events import (
 from launcher.model.options import RunOptions
 
 if TYPE_CHECKING:
+    from launcher.engine.budgets import Judge, Verdict
     from launcher.engine.ros_agent import RosAgent
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -117,6 +119,15 @@ class Supervisor:
             on_event=self._feed,
             on_end=self._process_ended,
             on_idle=self._finish_if_done,
+            before_kill=lambda: self._caretaker.note_shared_memory(),
+        )
+        self._caretaker = Caretaker(
+            reactor,
+            self._chronicle,
+            run_id=run_id,
+            processes=self._processes.values,
+            judge=_judge(options),
+            act=self._over_budget,
         )
         screen.on_pressure = lambda pressed: self._relay.pause(pressed, self._processes.values())
         # Not at once: it may be found out in the middle of reporting on a process.
@@ -150,6 +161,7 @@ class Supervisor:
         self._pump()
         self._reactor.call_later(0, self._write_plan)
         self._reactor.call_later(0, self._folder.prune)
+        self._caretaker.start()
 
     def _exit_code(self) -> ExitCode:
         if self._first_death is None and not self._keeper.has_killed:
@@ -166,6 +178,7 @@ class Supervisor:
                 process.child.signal_group(signal.SIGKILL)
             self._keeper.let_go(process)
         self._close_agent()
+        self._caretaker.close()
         if self._guard is not None:
             self._reactor.remove(self._guard.pidfd)
             self._guard.close()
@@ -296,6 +309,8 @@ class Supervisor:
         self._say("WARNING", "launch", f"somebody ended the watchdog; {what}")
 
     def _process_ended(self, process: Process, end: Ended) -> None:
+        if end.outcome.returncode is not None and end.outcome.returncode < 0:
+            self._caretaker.died_by_signal()
         is_final = end.retry_in_s is None and not end.asked
         died = is_final and end.outcome.failed
         if died and self._first_death is None:
@@ -306,6 +321,17 @@ class Supervisor:
             self._stop_soon(f"{process.name} is required and has ended")
         elif died and self._options.exit_when_any_dies:
             self._stop_soon(f"{process.name} died")
+
+    def _over_budget(self, process: Process, verdict: Verdict) -> None:
+        from launcher.engine.budgets import BudgetAction
+
+        self._say("WARNING", process.name, str(verdict))
+        self._chronicle.note("over budget", process, action=verdict.action.value)
+        if verdict.action is BudgetAction.RESTART:
+            self._keeper.advance(process, Restart())
+        elif verdict.action is BudgetAction.STOP:
+            self._first_death = self._first_death or str(verdict)
+            self._stop_soon(f"{process.name} is over its budget")
 
     # ---- the end
 
@@ -376,6 +402,19 @@ class Supervisor:
             on_done=self._reactor.stop,
         )
         self._remnants.check()
+
+
+def _judge(options: RunOptions) -> Judge | None:
+    """The judge over the budgets of this run; UsageError where one cannot be read."""
+    if not options.budgets and options.budget_file is None:
+        return None
+    from launcher.engine import budget_reader
+    from launcher.engine.budgets import Judge
+
+    budgets = budget_reader.parse_words(options.budgets)
+    if options.budget_file is not None:
+        budgets += budget_reader.load_file(options.budget_file)
+    return Judge(budgets)
 
 
 def _is_pending(state: ProcessState) -> bool:

@@ -12,7 +12,8 @@ class RunOptions(Record):
     """`restart` are (pattern, policy) pairs, the last that matches counts.
 
     `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
-    time; `exit_when_any_dies` after the first death that is not followed by a restart.
+    time; `exit_when_any_dies` after the first death that is not followed by a restart. `budgets`
+    and `budget_file` are limits on resources (`engine.budget_reader` reads them).
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -20,6 +21,8 @@ class RunOptions(Record):
     exit_when_any_dies: bool = False
     timeout_s: float | None = None
     log_files: bool = True
+    budgets: tuple[str, ...] = ()
+    budget_file: str | None = None
 
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
         """The spec as these options want it."""

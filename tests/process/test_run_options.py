@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from tests.process.conftest import Bench
 
 
@@ -57,3 +59,40 @@ def test_a_broken_launch_file_leaves_no_run_folder(bench: Bench):
     done = bench.run('ExecuteProcess(cmd=["true"], condition=3)')
     assert done.returncode == 2
     assert not (bench.folder / "log").exists()
+
+
+def test_a_process_over_its_budget_is_restarted(bench: Bench):
+    done = bench.run(
+        'py("import os, time; files = [os.dup(0) for _ in range(200)]; time.sleep(60)")',
+        "--budget",
+        "python:fds=100,for=0,action=restart",
+        "--timeout",
+        "4",
+    )
+    assert b"[WARNING] [python-1]: python-1 uses 20" in done.stdout
+    assert done.stdout.count(b"process started with pid") >= 2
+
+
+def test_the_run_ends_with_a_process_over_its_budget_and_has_failed(bench: Bench):
+    done = bench.run(
+        'py("x = bytearray(150_000_000); import time; time.sleep(60)"), sh("exec sleep 1000")',
+        "--budget",
+        "python:memory=100M,for=0,action=stop",
+    )
+    assert done.returncode == 1
+    assert b"python-1 is over its budget: shutting down" in done.stdout
+
+
+def test_a_budget_that_cannot_be_read_is_refused_before_anything_starts(bench: Bench):
+    done = bench.run('sh("echo started")', "--budget", "sh:memroy=3M")
+    assert done.returncode == 2
+    assert b"memory" in done.stderr
+    assert b"started" not in done.stdout
+
+
+def test_what_processes_use_is_in_the_journal(bench: Bench):
+    bench.run('sh("exec sleep 2.5")')
+    lines = (bench.folder / "log/latest/events.jsonl").read_text().splitlines()
+    samples = [json.loads(line) for line in lines if '"resources"' in line]
+    assert samples[0]["processes"]["sh-1"]["processes"] == 1
+    assert samples[0]["processes"]["sh-1"]["rss_bytes"] > 0

@@ -15,6 +15,7 @@ from launcher.engine.machine import (
     Outcome,
     ProcessMachine,
     ProcessState,
+    Restart,
     Signal,
     Spawn,
     SpawnError,
@@ -106,6 +107,21 @@ def test_a_restart_waits_for_its_delay_in_backoff():
     assert one.restarts == 1
 
 
+def test_a_restart_that_was_asked_for_stops_and_starts_at_once():
+    one = running()
+    assert one.handle(Restart(), 1.0) == [Signal(INT)]
+    assert one.handle(exited(0), 1.2) == [Ended(Outcome(returncode=0), True, 0.0)]
+    assert one.handle(Tick(), 1.2) == [Spawn()]
+
+
+def test_a_stop_after_a_restart_means_a_stop():
+    one = running()
+    one.handle(Restart(), 1.0)
+    assert one.handle(Stop(), 1.1) == []
+    one.handle(exited(0), 1.2)
+    assert one.state is ProcessState.STOPPED
+
+
 def test_a_stop_in_backoff_ends_it_without_a_signal():
     one = running(mode=RestartMode.ALWAYS, delay_s=1.5)
     one.handle(exited(1), 2.0)
@@ -193,7 +209,9 @@ def test_an_outcome_reads_as_a_person_would_say_it(outcome, text):
 
 
 COMMANDS = st.lists(
-    st.sampled_from(["start", "stop", "hurry", "tick", "exit 0", "exit 1", "kill", "refuse"]),
+    st.sampled_from(
+        ["start", "stop", "restart", "hurry", "tick", "exit 0", "exit 1", "kill", "refuse"]
+    ),
     max_size=40,
 )
 
@@ -235,6 +253,8 @@ class World:
                 self.feed(Start())
             case "stop":
                 self.feed(Stop())
+            case "restart":
+                self.feed(Restart())
             case "hurry":
                 self.feed(Hurry())
             case "tick":

@@ -83,5 +83,10 @@ def test_an_option_without_a_good_value_is_refused(words):
 def test_every_option_stands_in_the_help():
     words = {line.split()[0] for line in HELP.splitlines() if line.startswith("  --")}
     for word in words:
-        value = {"--restart": ["x=always"], "--timeout": ["1"], "--required": ["x"]}.get(word, [])
+        value = {
+            "--restart": ["x=always"],
+            "--timeout": ["1"],
+            "--required": ["x"],
+            "--budget": ["x:fds=9"],
+        }.get(word, [])
         assert take_run_options([word, *value])[1] == []

@@ -1,0 +1,100 @@
+"""Caretaker: looks after a run once a second: resources, budgets, shared memory of the dead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from launcher.engine.chronicle import Chronicle
+from launcher.engine.process import Process
+from launcher.engine.reactor import Reactor, Timer
+
+if TYPE_CHECKING:
+    from launcher.engine.budgets import Judge, Verdict
+    from launcher.engine.resources import Sample, Sampler
+    from launcher.engine.shared_memory import Ledger
+
+PERIOD_S = 1.0
+
+
+class Caretaker:
+    """Ticks while the run goes on. `act(process, verdict)` carries out what a budget asks for.
+
+    psutil and the rest are imported with the first tick, not on the way to the first process.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        chronicle: Chronicle,
+        *,
+        run_id: str,
+        processes: Callable[[], Iterable[Process]],
+        judge: Judge | None,
+        act: Callable[[Process, Verdict], None],
+    ) -> None:
+        self._reactor = reactor
+        self._chronicle = chronicle
+        self._run_id = run_id
+        self._processes = processes
+        self._judge = judge
+        self._act = act
+        self._sampler: Sampler | None = None
+        self._ledger: Ledger | None = None
+        self._has_dead = False
+        self._timer: Timer | None = None
+        self.samples: dict[str, Sample] = {}
+
+    def start(self) -> None:
+        """Begin to tick; the first one comes when the processes have had time to start."""
+        self._timer = self._reactor.call_later(PERIOD_S, self._tick)
+
+    def note_shared_memory(self) -> None:
+        """Call it right before a SIGKILL: what the process holds can be freed after it."""
+        if self._ledger is not None:
+            self._ledger.note()
+
+    def died_by_signal(self) -> None:
+        """A process ended without cleaning up after itself."""
+        self._has_dead = True
+
+    def close(self) -> None:
+        """Stop ticking and free what dead processes left."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._free()
+
+    def _tick(self) -> None:
+        if self._sampler is None:
+            from launcher.engine.resources import Sampler
+            from launcher.engine.shared_memory import Ledger
+
+            self._sampler, self._ledger = Sampler(), Ledger(self._run_id)
+        self.note_shared_memory()
+        self._free()
+        living = {p.name: p for p in self._processes() if p.child is not None}
+        pids = {p.child.pid: name for name, p in living.items() if p.child is not None}
+        now = self._reactor.now()
+        found = self._sampler.sample(pids, now)
+        self.samples = {pids[pid]: sample for pid, sample in found.items()}
+        if self.samples:
+            self._chronicle.note("resources", processes=_plain(self.samples))
+        if self._judge is not None:
+            for verdict in self._judge.judge(self.samples, now):
+                self._act(living[verdict.process], verdict)
+        self._timer = self._reactor.call_later(PERIOD_S, self._tick)
+
+    def _free(self) -> None:
+        if self._has_dead and self._ledger is not None:
+            self._has_dead = False
+            freed = self._ledger.free()
+            if freed:
+                text = f"freed {freed / 1e6:.1f} MB of shared memory that dead nodes left"
+                self._chronicle.say("INFO", "launch", text)
+
+
+def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:
+    return {
+        name: {field: getattr(sample, field) for field in sample.__match_args__}
+        for name, sample in samples.items()
+    }
