@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
@@ -154,3 +155,17 @@ def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
     shell.type("echo exit code $?\n")
     shell.wait_for("exit code 0")
     assert world.survivors() == [line for line in world.survivors() if "bash" in line]
+
+
+def test_a_killed_node_is_told_and_its_shared_memory_freed(world: World):
+    terminal = world.launcher("system")
+    terminal.wait_for("[robot_1]: Task ")
+    pid = int(re.findall(r"\[robot_1-3\]: process started with pid \[(\d+)\]", terminal.text)[0])
+    # The launcher looks once a second what its processes hold; robot_3 comes later than that.
+    terminal.wait_for("[robot_3]: Received task ")
+    os.kill(pid, signal.SIGKILL)
+    terminal.wait_for("process has died [pid ")
+    terminal.wait_for("of shared memory that dead nodes left")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 130
+    assert "first to die unasked: robot_1-3 (SIGKILL)" in terminal.text
