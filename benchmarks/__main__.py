@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from benchmarks.footprint import footprint
 from benchmarks.harness import Row
 from benchmarks.latency import latency
+from benchmarks.plan import plan
 from benchmarks.restarts import respawn
 from benchmarks.startup import first_exec, many_execs
 from benchmarks.stopping import ctrl_c
@@ -25,6 +26,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "idle": footprint,
     "respawn": respawn,
     "ctrl-c": ctrl_c,
+    "plan": plan,
 }
 HEAD = ("what", "measured", "bar", "", "behind it")
 
