@@ -56,9 +56,13 @@ def _duplicate_stderr() -> None:
 
 
 def say(text: str) -> None:
-    """Print a text; a reader that has left (`| head`) is no error."""
+    """Print a text; a reader that has left (`| head`) is no error.
+
+    What the terminal's encoding does not have is replaced.
+    """
+    encoding = sys.stdout.encoding or "utf-8"
     try:
-        sys.stdout.write(text + "\n")
+        sys.stdout.write(text.encode(encoding, "replace").decode(encoding) + "\n")
         sys.stdout.flush()
     except BrokenPipeError:
         # The interpreter flushes once more when it ends.
