@@ -6,13 +6,13 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.model.record import Record
 from launcher.packages import ament_environment
 
 
-class Verb(NamedTuple):
+class Verb(Record):
     """A verb's name, one line of help, and how it is called. Its module is imported when used.
 
     `module` has `main(words: list[str]) -> int`.

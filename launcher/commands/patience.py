@@ -6,7 +6,6 @@ import contextlib
 import os
 import signal
 import sys
-import threading
 from collections.abc import Iterator
 from types import FrameType
 from typing import Any, NoReturn
@@ -57,7 +56,9 @@ def limited(patience: Patience, path: str) -> Iterator[None]:
 
     Does nothing outside of the main thread, which alone can be interrupted.
     """
-    if threading.current_thread() is not threading.main_thread():
+    # Where nobody has imported `threading`, there is only one thread.
+    threading = sys.modules.get("threading")
+    if threading is not None and threading.current_thread() is not threading.main_thread():
         yield
         return
     try:

@@ -23,7 +23,7 @@ class OomWatch:
 
     def _read(self) -> int:
         try:
-            lines = self._source.read_text(encoding="ascii", errors="replace").splitlines()
+            lines = self._source.read_text(encoding="utf-8", errors="replace").splitlines()
         except OSError:
             return 0
         counts = [line.split()[1] for line in lines if line.startswith("oom_kill ")]
@@ -33,7 +33,7 @@ class OomWatch:
 def _own_group(root: Path) -> Path | None:
     """`memory.events` of our control group (version 2), if there is one."""
     try:
-        lines = (root / "proc/self/cgroup").read_text(encoding="ascii").splitlines()
+        lines = (root / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
     except OSError:
         return None
     for line in lines:
