@@ -77,7 +77,16 @@ class LauncherError(Exception):
                 lines.append("    " + " " * (self.column - 1) + "^")
         if self.hint:
             lines.append(f"hint: {self.hint}")
-        return "\n".join(lines)
+        return _printable("\n".join(lines))
+
+
+def _printable(text: str) -> str:
+    """The text with control characters as escapes, so that it cannot steer the terminal."""
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text
+    )
 
 
 class SeveralErrors(LauncherError):
