@@ -12,9 +12,10 @@ from launcher.graph.picture import Mode, links, namespace_of
 from launcher.graph.snapshot import Endpoint, Snapshot
 
 _HEAD = """digraph ros {
-  rankdir=LR; bgcolor="white"; nodesep=0.25; ranksep=0.7;
-  node [fontname="Helvetica" fontsize=12 color="#4a5568" fontcolor="#1a202c"];
+  rankdir=LR; bgcolor="white"; nodesep=0.25; ranksep=0.7; fontname="Helvetica"; fontsize=12;
+  node [fontname="Helvetica" fontsize=12 color="#4a5568" fontcolor="#1a202c" margin="0.25,0.08"];
   edge [fontname="Helvetica" fontsize=10 color="#4a5568" fontcolor="#4a5568" arrowsize=0.8];"""
+# The margin is wide because a browser without Helvetica takes a font that is a tenth wider.
 _RED = 'color="#c53030" fontcolor="#c53030" style=dashed'
 
 

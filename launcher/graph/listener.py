@@ -84,19 +84,16 @@ def find_target(
 
 def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None:
     """Return when the topic has had the same publishers for a moment, or the graph is settled."""
-    deadline = time.monotonic() + spin_time_s
     last, changed = 0, time.monotonic()
-    while time.monotonic() < deadline:
+
+    def steady() -> bool:
+        nonlocal last, changed
         infos = observer.infos(full, Direction.PUBLISHER)
-        if not infos:
-            if time.monotonic() - changed > 4 * _STEADY_S:
-                settle(observer, deadline - time.monotonic())
-                return
-        elif len(infos) != last or any(i.node_name == UNKNOWN_NODE for i in infos):
+        if len(infos) != last or any(i.node_name == UNKNOWN_NODE for i in infos):
             last, changed = len(infos), time.monotonic()
-        elif time.monotonic() - changed > _STEADY_S:
-            return
-        time.sleep(_LOOK_S)
+        return bool(infos) and time.monotonic() - changed > _STEADY_S
+
+    settle(observer, spin_time_s, enough=steady)
 
 
 def near_topic(observer: Observer, name: str) -> str | None:

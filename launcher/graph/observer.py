@@ -38,6 +38,7 @@ class Observer:
             domain_id=self.domain_id,
             signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
         )
+        self.created_s = time.monotonic()
         self.node = Node(
             self.name,
             context=self.context,

@@ -31,6 +31,16 @@ def socket_inodes(domain_id: int, tables: tuple[Path, ...] = TABLES) -> set[str]
     return {inode for port, inode in _bound(tables) if low <= port < low + _PER_DOMAIN}
 
 
+def announcement_ports(domain_id: int, tables: tuple[Path, ...] = TABLES) -> dict[str, int]:
+    """Inode -> port, of the ports on which the participants of a domain hear announcements."""
+    low = _BASE + _PER_DOMAIN * domain_id
+    return {
+        inode: port
+        for port, inode in _bound(tables)
+        if _FIRST_UNICAST <= port - low <= _LAST_UNICAST and (port - low) % 2 == 0
+    }
+
+
 def _bound(tables: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
     """Port and inode of every UDP socket."""
     for table in tables:

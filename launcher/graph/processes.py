@@ -113,11 +113,18 @@ def find_pid(low16: int, domain_id: int) -> int | None:
     candidates = [pid for pid in living_pids() if pid & 0xFFFF == low16]
     if len(candidates) > 1:
         inodes = socket_inodes(domain_id)
-        candidates = [pid for pid in candidates if inodes & _sockets_of(pid)]
+        candidates = [pid for pid in candidates if inodes & sockets_of(pid)]
     return candidates[0] if len(candidates) == 1 else None
 
 
-def _sockets_of(pid: int) -> set[str]:
+def holders(inodes: set[str], known: set[int | None]) -> dict[int, set[str]]:
+    """Processes that hold some of these sockets, by pid, those with known low bits left out."""
+    unknown = [pid for pid in living_pids() if pid & 0xFFFF not in known and pid != os.getpid()]
+    return {pid: held for pid in unknown if (held := sockets_of(pid) & inodes)}
+
+
+def sockets_of(pid: int) -> set[str]:
+    """Inodes of the sockets that a process holds; none if it is not ours to look at."""
     found: set[str] = set()
     try:
         for entry in os.scandir(f"/proc/{pid}/fd"):

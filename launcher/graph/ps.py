@@ -11,10 +11,13 @@ from typing import Any
 
 from launcher.graph.calls import Caller, NoAnswerError
 from launcher.graph.nodes import visible_names
+from launcher.graph.ports import announcement_ports
 from launcher.graph.processes import (
     Vanished,
     Vitals,
     find_pid,
+    holders,
+    living_pids,
     pid_low16,
     program_name,
     same_host,
@@ -24,6 +27,7 @@ from launcher.graph.processes import (
 )
 
 OK, BUSY, STOPPED, GHOST, UNKNOWN = "ok", "busy", "stopped", "ghost", "unknown"
+NOT_DISCOVERED = "(not discovered)"  # a process that was stopped before we came cannot answer
 RUN_ID = "LAUNCHER_RUN_ID"
 _SAMPLE_S = 0.3  # shorter than this, the ticks of the kernel are too coarse for CPU shares
 _MIB = 1024 * 1024
@@ -59,7 +63,8 @@ def rows(caller: Caller, *, hidden: bool, patience_s: float) -> list[Row]:
     answers = _probe(caller, {o.node for o in owners if not o.gone}, patience_s)
     time.sleep(max(0.0, start + _SAMPLE_S - time.monotonic()))
     elapsed_s, second = time.monotonic() - start, _sample(owners)
-    return [
+    silent = [_silent_row(pid) for pid in _silent_pids(caller)]
+    return silent + [
         _row(
             owner,
             first.get(owner.pid or 0),
@@ -69,6 +74,29 @@ def rows(caller: Caller, *, hidden: bool, patience_s: float) -> list[Row]:
         )
         for owner in owners
     ]
+
+
+def _silent_pids(caller: Caller) -> list[int]:
+    """Processes that hold ports of the domain and have not been discovered."""
+    observer = caller.observer
+    known = {pid_low16(gid) for gid in observer.participants()}
+    return sorted(holders(set(announcement_ports(observer.domain_id)), known))
+
+
+def _silent_row(pid: int) -> Row:
+    try:
+        found = vitals(pid)
+        return Row(
+            node=NOT_DISCOVERED,
+            liveness=STOPPED if found.state in "Tt" else UNKNOWN,
+            process=program_name(pid),
+            pid=pid,
+            run=variable(pid, RUN_ID),
+            memory_bytes=found.rss_bytes,
+            uptime_s=round(found.uptime_s, 1),
+        )
+    except Vanished:
+        return Row(node=NOT_DISCOVERED, liveness=UNKNOWN, pid=pid)
 
 
 def _owners(caller: Caller, *, hidden: bool) -> Iterator[Owner]:
@@ -89,8 +117,6 @@ def _owners(caller: Caller, *, hidden: bool) -> Iterator[Owner]:
 
 
 def _owner(node: str, low: int, domain_id: int) -> Owner:
-    from launcher.graph.processes import living_pids
-
     pid = find_pid(low, domain_id)
     gone = pid is None and all(living & 0xFFFF != low for living in living_pids())
     return Owner(node=node, pid=pid, gone=gone)

@@ -4,9 +4,9 @@ Complete means: every participant that holds ports of this domain on this machin
 discovered and has told its nodes. Participants on other hosts hold no ports here, so where they
 may exist (discovery range SUBNET) there is a shortest time as well.
 
-Why the limit is above 3 s: a new Fast DDS participant announces itself before it can receive. An
-answer that comes within that moment is lost, and the other side repeats it only with its next
-regular announcement, 3 s apart. A tool that waits half a second misses those nodes.
+Why the limit is above 3 s: answers to the announcement of a new participant may be lost, and the
+other side repeats them only with its next regular announcement (see `nudge`, which avoids most of
+that). A tool that waits half a second misses those nodes.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from launcher.graph.nudge import nudge_silent
 from launcher.graph.observer import UNKNOWN_NODE, Observer
 from launcher.graph.ports import participants_by_domain
 from launcher.graph.processes import ghosts
@@ -24,6 +25,7 @@ SPIN_TIME_S = 3.5  # one period of announcements, and time to tell what there is
 QUIET_S = 0.1  # news of one participant arrives within a few milliseconds
 REMOTE_S = 0.4  # what hosts that we cannot count are given at least
 _LOOK_S = 0.005
+_NUDGE_S = 0.05  # answers that are on their way have arrived by then
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,8 +46,12 @@ def settle(
     start = changed = time.monotonic()
     shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
     last: object = None
+    nudged = False
     while True:
         now = time.monotonic()
+        if now - start >= _NUDGE_S and not nudged:
+            nudged = True
+            nudge_silent(observer)
         state = (observer.participants(), observer.topic_types(), observer.node_names())
         if state != last:
             last, changed = state, now

@@ -75,6 +75,7 @@ TALKER = """/talker
     /rosout: rcl_interfaces/msg/Log
     /weak: std_msgs/msg/String
   Service Servers:
+    /occupy: std_srvs/srv/Trigger
     /switch: std_srvs/srv/SetBool
     /talker/describe_parameters: rcl_interfaces/srv/DescribeParameters
     /talker/get_parameter_types: rcl_interfaces/srv/GetParameterTypes

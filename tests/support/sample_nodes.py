@@ -16,9 +16,10 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64MultiArray, Int32, String
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 
 PERIOD_S = 0.1
+OCCUPIED_S = 3.0
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=5, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -42,6 +43,7 @@ class Talker(Node):
         self.declare_parameter("name", "sample")
         self.declare_parameter("tags", ["a", "b"])
         self.create_service(SetBool, "switch", self._switch)
+        self.create_service(Trigger, "occupy", self._occupy)
         self.create_timer(PERIOD_S, self._talk)
 
     def _talk(self) -> None:
@@ -58,6 +60,11 @@ class Talker(Node):
     def _switch(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         response.success = request.data
         response.message = "on" if request.data else "off"
+        return response
+
+    def _occupy(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Keep the executor from everything else for a while."""
+        threading.Event().wait(OCCUPIED_S)
         return response
 
 

@@ -1,0 +1,169 @@
+"""`param`, `service` and `interface` against real nodes."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import yaml
+
+TALKER = ["name", "speed", "start_type_description_service", "tags", "use_sim_time"]
+
+
+def test_parameters_of_one_node_and_of_all(verb):
+    assert verb("param", "list", "talker").lines == [f"  {name}" for name in TALKER]
+    everything = verb("param", "list").lines
+    assert everything[0] == "/site/east/listener:"
+    assert everything[everything.index("/talker:") + 1] == "  name"
+
+
+def test_the_list_with_types_and_as_json(verb):
+    assert "  speed (type: double)" in verb("param", "list", "/talker", "--param-type").lines
+    assert verb("param", "list", "/talker", "--json").json() == {"/talker": TALKER}
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["speed"], "Double value is: 1.5\n"),
+        (["tags"], "String values are: ['a', 'b']\n"),
+        (["use_sim_time"], "Boolean value is: False\n"),
+        (["name", "--hide-type"], "sample\n"),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_get_has_the_words_of_ros2(verb, words, text):
+    assert verb("param", "get", "/talker", *words).out == text
+
+
+def test_set_takes_a_whole_number_for_a_double_and_tells_why_it_cannot(verb):
+    assert verb("param", "set", "/talker", "speed", "2").out == "Set parameter successful\n"
+    refused = verb("param", "set", "/talker", "speed", "9")
+    assert refused.err.startswith("Setting parameter failed: Parameter speed out of range")
+    assert refused.code == 1
+    several = verb("param", "set", "/talker", "speed", "1.5", "name", "sample")
+    assert several.lines == ["speed: Set parameter successful", "name: Set parameter successful"]
+
+
+def test_set_atomically(verb):
+    answer = verb("param", "set", "/talker", "tags", "[a, b]", "speed", "1.5", "--atomic")
+    assert answer.out == "Set parameters atomically successful\n"
+
+
+def test_describe_has_the_shape_of_ros2(verb):
+    assert verb("param", "describe", "/talker", "speed").out == (
+        "Parameter name: speed\n"
+        "  Type: double\n"
+        "  Description: speed in m/s\n"
+        "  Constraints:\n"
+        "    Min value: 0.0\n"
+        "    Max value: 2.0\n"
+    )
+
+
+def test_what_dump_writes_load_takes(verb, tmp_path):
+    dumped = verb("param", "dump", "/talker").out
+    values = yaml.safe_load(dumped)["/talker"]["ros__parameters"]
+    assert (values["speed"], values["tags"]) == (1.5, ["a", "b"])
+    path = tmp_path / "talker.yaml"
+    path.write_text(dumped, encoding="utf-8")
+    loaded = verb("param", "load", "/talker", str(path))
+    assert "Set parameter speed successful" in loaded.lines
+    assert loaded.code == 0  # the read-only one is as the file says
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("/other: {ros__parameters: {a: 1}}", "does not contain parameters for /talker"),
+        ("/talker: {a: 1}", "expected 'ros__parameters'"),
+        ("/talker: [", "is not YAML"),
+        ("/talker: {ros__parameters: {speed: [1, x]}}", "'speed' cannot hold [1, 'x']"),
+    ],
+    ids=["node", "shape", "yaml", "value"],
+)
+def test_a_parameter_file_that_does_not_fit_is_told(verb, tmp_path, text, error):
+    path = tmp_path / "params.yaml"
+    path.write_text(text, encoding="utf-8")
+    answer = verb("param", "load", "/talker", str(path))
+    assert (answer.code, error in answer.err) == (1, True), answer
+
+
+@pytest.mark.parametrize(
+    ("words", "error", "code"),
+    [
+        (["get", "/tolker", "speed"], "Node not found\nhint: did you mean '/talker'?\n", 1),
+        (
+            ["get", "/talker", "sped"],
+            "Parameter 'sped' not found on node '/talker'\nhint: did you mean 'speed'?\n",
+            1,
+        ),
+        (["set", "/talker", "speed"], "error: a value is missing after 'speed'", 2),
+    ],
+    ids=["node", "parameter", "value"],
+)
+def test_param_errors(verb, words, error, code):
+    answer = verb("param", *words)
+    assert (answer.err.startswith(error), answer.code) == (True, code), answer
+
+
+def test_services_are_listed_found_and_typed(verb):
+    lines = verb("service", "list", "-t").lines
+    assert "/switch [std_srvs/srv/SetBool]" in lines
+    assert not any("observer" in line for line in lines)
+    assert verb("service", "type", "/switch").out == "std_srvs/srv/SetBool\n"
+    assert verb("service", "find", "std_srvs/srv/SetBool").out == "/switch\n"
+    assert verb("service", "type", "/nosuch").code == 1
+
+
+def test_a_call_prints_request_and_response_as_ros2_does(verb):
+    answer = verb("service", "call", "/switch", "std_srvs/srv/SetBool", "data: true")
+    assert answer.out == (
+        "requester: making request: std_srvs.srv.SetBool_Request(data=True)\n\n"
+        "response:\nstd_srvs.srv.SetBool_Response(success=True, message='on')\n\n"
+    )
+
+
+def test_a_call_as_json(verb):
+    answer = verb("service", "call", "/switch", "std_srvs/SetBool", "--json")
+    assert json.loads(answer.out) == {"success": False, "message": "off"}
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["std_srvs/srv/SetBol"], "did you mean SetBool?"),
+        (["std_srvs/srv/SetBool", "data: 3"], "'data' takes true or false, got 3"),
+        (["std_srvs/srv/Trigger"], "has the type std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
+    ],
+    ids=["unknown", "value", "other"],
+)
+def test_call_errors(verb, words, error):
+    answer = verb("service", "call", "/switch", *words)
+    assert (answer.code, error in answer.err) == (1, True), answer
+
+
+def test_interfaces_are_listed_by_kind(verb):
+    lines = verb("interface", "list", "-m").lines
+    assert lines[0] == "Messages:"
+    assert "    std_msgs/msg/String" in lines
+
+
+def test_a_definition_shows_what_it_is_made_of(verb):
+    answer = verb("interface", "show", "std_msgs/msg/Header", "--no-comments")
+    assert answer.out == (
+        "builtin_interfaces/Time stamp\n\tint32 sec\n\tuint32 nanosec\nstring frame_id\n"
+    )
+    whole = verb("interface", "show", "-", text="std_srvs/srv/SetBool\n")
+    assert "---" in whole.lines
+
+
+def test_a_prototype_can_be_filled_in(verb):
+    assert verb("interface", "proto", "geometry_msgs/msg/Point").out == (
+        '"x: 0.0\ny: 0.0\nz: 0.0\n"\n'
+    )
+
+
+def test_an_unknown_interface_has_a_near_miss(verb):
+    err = verb("interface", "show", "std_msgs/msg/Strnig").err
+    assert "did you mean 'std_msgs/msg/String'?" in err

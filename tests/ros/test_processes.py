@@ -1,0 +1,91 @@
+"""`node ps`: nodes as processes, stopped, busy and killed; the identity that it builds on."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from launcher.graph.calls import Caller
+from launcher.graph.observer import Observer
+from launcher.graph.processes import scheme_holds
+from launcher.graph.ps import rows
+from tests.ros.conftest import ros_domain, talking
+from tests.support.verbs import launcher
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture(scope="module")
+def sleepy(tmp_path_factory) -> Iterator[tuple[dict[str, str], int]]:
+    """A domain with sample nodes that the tests may stop and kill, and their process."""
+    with (
+        ros_domain(tmp_path_factory.mktemp("ps_log")) as env,
+        talking(env, "tests.support.sample_nodes") as program,
+    ):
+        yield env, program.pid
+
+
+def ps(env: dict[str, str], *words: str) -> dict[str, dict[str, object]]:
+    rows = launcher(env, "node", "ps", "--json", *words).json()
+    return {row["node"]: row for row in rows}
+
+
+def test_endpoint_ids_tell_the_process_on_ourselves(observer):
+    assert scheme_holds(observer.own_gid(), os.getpid())
+
+
+def test_ps_finds_the_process_of_every_node(sleepy):
+    env, pid = sleepy
+    rows = ps(env)
+    assert set(rows) == {"/talker", "/site/east/listener", "/twin"}
+    talker = rows["/talker"]
+    assert (talker["pid"], talker["liveness"]) == (pid, "ok")
+    assert talker["process"] == "tests.support.sample_nodes"
+    assert talker["memory_bytes"] > 10_000_000
+
+
+def test_the_table_has_a_row_per_node(sleepy):
+    env, pid = sleepy
+    lines = launcher(env, "node", "ps").lines
+    heads = ["NODE", "PROCESS", "PID", "RUN", "CPU", "MEMORY", "UPTIME", "LIVENESS"]
+    assert lines[0].split() == heads
+    assert any(line.startswith("/talker ") and f" {pid} " in line for line in lines)
+
+
+def test_a_node_whose_executor_is_occupied_is_busy(sleepy):
+    env, _ = sleepy
+    occupied = ("service", "call", "/occupy", "std_srvs/srv/Trigger", "--timeout", "0.1")
+    assert launcher(env, *occupied).code == 1
+    assert ps(env, "--patience", "0.2")["/talker"]["liveness"] == "busy"
+
+
+def test_a_process_that_was_stopped_before_we_came_is_told_all_the_same(sleepy):
+    env, pid = sleepy
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        row = ps(env, "--spin-time", "0.5")["(not discovered)"]
+        assert (row["pid"], row["liveness"]) == (pid, "stopped")
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
+def test_a_watching_observer_tells_stopped_nodes_and_ghosts(tmp_path):
+    with (
+        ros_domain(tmp_path) as env,
+        Observer(int(env["ROS_DOMAIN_ID"])) as observer,
+        talking(env, "tests.support.sample_nodes") as program,
+        Caller(observer) as caller,
+    ):
+
+        def liveness() -> set[str]:
+            return {row.liveness for row in rows(caller, hidden=False, patience_s=0.2)}
+
+        wait_until(lambda: liveness() == {"ok"}, "all nodes are known and answer")
+        os.kill(program.pid, signal.SIGSTOP)
+        assert liveness() == {"stopped"}
+        os.kill(program.pid, signal.SIGKILL)
+        program.wait()
+        assert liveness() == {"ghost"}
+        assert set(observer.snapshot().ghosts) >= {"/talker", "/site/east/listener"}

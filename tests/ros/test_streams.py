@@ -1,0 +1,219 @@
+"""`topic echo`, `hz`, `bw`, `delay`, `pub`, `type` and `find` against real publishers."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from tests.support.verbs import PATIENCE_S
+from tests.support.waiting import wait_until
+
+ECHO = (sys.executable, "-m", "launcher", "topic", "echo")
+
+
+def test_echo_once_prints_one_message_and_accepts_a_name_without_slash(verb):
+    answer = verb("topic", "echo", "chatter", "--once")
+    assert re.fullmatch(r"data: msg \d+\n---\n", answer.out)
+    assert (answer.err, answer.code) == ("", 0)
+
+
+def test_echo_of_a_latched_topic_prints_the_backlog_and_ends_after_the_timeout(verb):
+    answer = verb("topic", "echo", "/latched", "--timeout", "1", "--flow-style")
+    assert answer.out == "".join(f"{{data: {n}}}\n---\n" for n in range(3, 8))
+    assert answer.code == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "pattern"),
+    [
+        (["/chatter", "--csv"], r"msg \d+\n"),
+        (["/chatter", "--field", "data"], r"msg \d+\n---\n"),
+        (["/chatter", "--no-str"], r"data: '<string length: <\d>>'\n---\n"),
+        (["/chatter", "-l", "3"], r"data: msg\.\.\.\n---\n"),
+        (["/chatter", "--raw"], r"b'\\x00\\x01.*'\n---\n"),
+        (
+            ["/chatter", "-i"],
+            r"publication_sequence_number: \d+\nreceived_timestamp: \d+\n"
+            r"reception_sequence_number: null\nsource_timestamp: \d+\n---\ndata: msg \d+\n---\n",
+        ),
+        (["/chatter", "--filter", "m.data.endswith('5')"], r"data: msg \d*5\n---\n"),
+        (["/points", "--field", "point.x"], r"0\.5\n---\n"),
+        (
+            ["/numbers", "--no-arr", "--field", "data", "--csv"],
+            r"array\('d', \[0\.0, .*\]\)\n",
+        ),
+        (["/numbers"], r"(?s).*\n- 127\.0\n- '\.\.\.'\n---\n"),
+        (["/numbers", "-f"], r"(?s).*\n- 199\.0\n---\n"),
+    ],
+    ids=lambda value: " ".join(value[1:]) if isinstance(value, list) else "",
+)
+def test_echo_has_the_shapes_of_ros2(verb, options, pattern):
+    answer = verb("topic", "echo", *options, "--once")
+    assert re.fullmatch(pattern, answer.out), answer
+    assert answer.code == 0
+
+
+def test_echo_of_several_topics_has_a_prefix(verb):
+    answer = verb("topic", "echo", "/chatter", "/latched", "/weak", "--once")
+    assert re.match(r"\[/(chatter|latched|weak)\] data: ", answer.out)
+
+
+def test_echo_as_json_is_one_line_per_message(verb):
+    answer = verb("topic", "echo", "/numbers", "--json", "--once")
+    document = json.loads(answer.out)
+    assert answer.out.count("\n") == 1
+    assert document["message"]["data"] == [float(n) for n in range(200)]
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["/chatter", "--field", "nope"], "Invalid field 'nope': 'String' object has no attribute"),
+        (["/chatter", "std_msgs/msg/Strnig"], "did you mean String? (std_msgs/msg/String)"),
+        (["/chater"], "Could not determine the type for the passed topic\nhint: did you mean"),
+        (["bad topic!"], "Invalid topic name"),
+        (["/chatter", "--filter", "m.dta"], "--filter failed: AttributeError"),
+    ],
+    ids=["field", "type", "topic", "name", "filter"],
+)
+def test_echo_errors_say_what_is_wrong(verb, words, error):
+    answer = verb("topic", "echo", *words, "--once")
+    assert error in answer.err
+    assert answer.code == 1
+
+
+def test_a_bad_filter_is_a_usage_error(verb):
+    answer = verb("topic", "echo", "/chatter", "--filter", "m.(")
+    assert (answer.code, "not a Python expression" in answer.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (
+            ["/weak", "--qos-reliability", "reliable"],
+            "RELIABILITY: the publisher offers BEST_EFFORT",
+        ),
+        (["/chatter", "std_msgs/msg/Int32"], "TYPE: the publisher offers std_msgs/msg/String"),
+        (["/chatter", "--qos-durability", "transient_local"], "DURABILITY: the publisher offers"),
+    ],
+    ids=["reliability", "type", "durability"],
+)
+def test_echo_says_why_it_stays_silent(verb, words, reason):
+    answer = verb("topic", "echo", *words, "--timeout", "1")
+    assert answer.out == ""
+    assert reason in answer.err
+
+
+def test_hz_measures_and_keeps_the_promise_of_min(verb):
+    answer = verb("topic", "hz", "/chatter", "--for", "3", "--min", "8")
+    number = re.search(r"average rate: (\d+\.\d{3})\n\tmin: .*s window: \d+\n", answer.out)
+    assert number is not None, answer
+    assert 9 < float(number[1]) < 11
+    assert answer.code == 0
+
+
+def test_hz_below_the_minimum_exits_with_1(verb):
+    answer = verb("topic", "hz", "/chatter", "--for", "1", "--min", "50", "--json")
+    assert answer.code == 1
+    assert json.loads(answer.lines[-1])["mean_rate_hz"] < 50
+
+
+def test_hz_min_without_for_is_a_usage_error(verb):
+    assert verb("topic", "hz", "/chatter", "--min", "5").code == 2
+
+
+def test_bw_counts_bytes(verb):
+    answer = verb("topic", "bw", "/chatter", "--for", "1.5")
+    assert answer.lines[0] == "Subscribed to [/chatter]"
+    assert re.search(r"\d+ B/s from \d+ messages\n\tMessage size mean: \d+ B", answer.out)
+
+
+def test_delay_reads_the_stamps_and_complains_where_there_are_none(verb):
+    answer = verb("topic", "delay", "/points", "--for", "1.5")
+    assert re.match(r"average delay: \d\.\d{3}\n\tmin: ", answer.out)
+    without = verb("topic", "delay", "/chatter", "--for", "2")
+    assert (without.code, "msg does not have header" in without.err) == (1, True)
+
+
+def test_type_and_find(verb):
+    assert verb("topic", "type", "/chatter").out == "std_msgs/msg/String\n"
+    unknown = verb("topic", "type", "/nosuch")
+    assert (unknown.out, unknown.code) == ("", 1)
+    assert verb("topic", "find", "std_msgs/msg/String").lines == ["/chatter", "/weak"]
+
+
+def test_pub_prints_what_it_sends(verb):
+    words = ("topic", "pub", "/pp", "std_msgs/msg/String", "data: hi", "-w", "0")
+    assert verb(*words, "-t", "2", "-r", "50").out == (
+        "publisher: beginning loop\n"
+        "publishing #1: std_msgs.msg.String(data='hi')\n\n"
+        "publishing #2: std_msgs.msg.String(data='hi')\n\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["std_msgs/String", "nope: 1"], "'String' object has no attribute 'nope'"),
+        (["std_msgs/Strnig", "data: x"], "did you mean String?"),
+        (["std_msgs/Int32", "data: x"], "'data' takes a whole number"),
+        (["std_msgs/String", "data: 'x"], "The passed value is not YAML"),
+    ],
+    ids=["field", "type", "value", "yaml"],
+)
+def test_pub_refuses_before_anything_is_published(verb, words, error):
+    answer = verb("topic", "pub", "/pp", *words, "-w", "0", "--once")
+    assert (answer.out, answer.code) == ("", 1)
+    assert error in answer.err
+
+
+def test_what_pub_sends_echo_receives_from_stdin_to_stdout(verb, env):
+    echo = subprocess.Popen(
+        [*ECHO, "/relay", "geometry_msgs/msg/Point", "--once", "--csv"],
+        env=env,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    sent = verb("topic", "pub", "/relay", "geometry_msgs/Point", "--once", "--stdin", text="y: 2")
+    out, _ = echo.communicate(timeout=PATIENCE_S)
+    assert "publishing #1: geometry_msgs.msg.Point(x=0.0, y=2.0, z=0.0)" in sent.out
+    assert out == "0.0,2.0,0.0\n"
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_echo_ends_quietly_on_a_signal(env, signum):
+    echo = subprocess.Popen(
+        [*ECHO, "/chatter"],
+        env=env,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert echo.stdout is not None
+    assert echo.stdout.readline().startswith("data: msg")
+    echo.send_signal(signum)
+    _, errors = echo.communicate(timeout=PATIENCE_S)
+    assert (errors, echo.returncode) == ("", 0)
+
+
+def test_a_reader_that_has_enough_ends_echo_quietly(env):
+    echo = subprocess.Popen(
+        [*ECHO, "/chatter"],
+        env=env,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert echo.stdout is not None
+    assert echo.stderr is not None
+    echo.stdout.readline()
+    echo.stdout.close()
+    wait_until(lambda: echo.poll() is not None, "echo has ended")
+    assert (echo.stderr.read(), echo.returncode) == ("", 0)
+    echo.stderr.close()
