@@ -56,7 +56,7 @@ def _unknown(name: str, known: Iterable[str], declared: Sequence[str]) -> UsageE
     listed = f"arguments there are: {', '.join(declared) or 'none'}; --lenient accepts any name"
     return UsageError(
         f"unknown launch argument '{name}'",
-        hint=f"did you mean '{near[0]}'?" if near else listed,
+        hint=f"did you mean {near[0]}?" if near else listed,
     )
 
 

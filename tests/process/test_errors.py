@@ -187,7 +187,7 @@ def test_all_unknown_and_missing_arguments_are_told_before_anything_starts(desk:
         done = desk.call(*words, "mapp:=1", "speed:=2")
         assert done.returncode == 2
         for text in (
-            "unknown launch argument 'mapp'\nhint: did you mean 'map'?",
+            "unknown launch argument 'mapp'\nhint: did you mean map?",
             "unknown launch argument 'speed'",
             "the required argument 'map' is not given",
             "the required argument 'robot' is not given",

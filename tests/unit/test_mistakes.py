@@ -41,7 +41,7 @@ def unknown(*names: str, known=(), declared=()) -> list[LauncherError]:
 def test_a_misspelt_argument_is_told_with_the_nearest_name():
     (error,) = unknown("enable_debgu", known=["start_robot_2", "enable_debug"])
     assert isinstance(error, UsageError)
-    assert error.hint == "did you mean 'enable_debug'?"
+    assert error.hint == "did you mean enable_debug?"
 
 
 def test_an_argument_without_a_near_name_is_told_with_those_that_are_declared():
