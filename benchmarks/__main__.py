@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import signal
 import sys
 from collections.abc import Callable, Sequence
 
@@ -38,10 +39,14 @@ def main(words: Sequence[str]) -> int:
     if unknown:
         _parser().error(f"no benchmark {', '.join(sorted(unknown))}")
     print(_machine(), flush=True)
+    # A shell that starts us with `&` has SIGINT ignored, which all that we start would inherit.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     rows: list[Row] = []
     for name in options.names or BENCHMARKS:
         print(f"measuring {name} ...", file=sys.stderr, flush=True)
-        rows += BENCHMARKS[name](options.runs)
+        for row in BENCHMARKS[name](options.runs):
+            print(*row.cells(), sep="  ", file=sys.stderr, flush=True)
+            rows.append(row)
     print(_table(rows))
     print(_machine())
     return int(options.check and not all(row.is_met for row in rows))

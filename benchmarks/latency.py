@@ -12,10 +12,12 @@ from benchmarks.contestant import LAUNCHER, PREFIXER, Contestant, Work
 from benchmarks.harness import Row, interleaved, median, ratio, scratch
 
 LINES = 500
+SETTLE_S = 0.7  # the launcher still has its own to do after the first exec
 PAUSE_S = 0.004  # between lines, so that each finds everybody asleep
 
 _CHILD = f"""
 import os, time
+time.sleep({SETTLE_S})
 for _ in range({LINES}):
     time.sleep({PAUSE_S})
     os.write(1, b"sent %d\\n" % time.monotonic_ns())

@@ -97,7 +97,7 @@ def _line(child: int, number: int) -> bytes:
 
 
 def damaged(output: Path, sources: list[Path]) -> int:
-    """Lines that are missing, cut, mixed with others, or not where they should be."""
+    """Lines that are missing, cut, mixed with others, or behind the first such line of a child."""
     bad = 0
     with contextlib.ExitStack() as stack:
         expected = {
