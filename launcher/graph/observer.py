@@ -96,7 +96,8 @@ class Observer:
 
     def snapshot(self) -> Snapshot:
         """What is known now; discovery may still be on its way."""
-        endpoints = [e for topic in self.topic_types() for e in self.endpoints(topic)]
+        found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
+        endpoints = [e for e in found if not e.node.endswith(UNKNOWN_NODE)]
         return Snapshot(
             nodes=tuple(self.node_names()),
             endpoints=tuple(sorted(endpoints)),

@@ -14,7 +14,7 @@ from group_gp1.domain_lease import leased_domain
 from launcher.graph.observer import Observer
 from launcher.graph.ports import participants_by_domain
 from tests.support.node_process import REPOSITORY, shared_memory_of
-from tests.support.verbs import Answer, launcher
+from tests.support.verbs import Answer, in_process
 from tests.support.waiting import wait_until
 
 Verb = Callable[..., Answer]
@@ -72,7 +72,7 @@ def env(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
 @pytest.fixture(scope="session")
 def verb(env: dict[str, str]) -> Verb:
     """`verb("topic", "list")` runs that command in the shared domain."""
-    return lambda *words, text=None: launcher(env, *words, text=text)
+    return in_process
 
 
 @pytest.fixture(scope="session")

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+
+from launcher import cli
 
 PATIENCE_S = 30.0
 
@@ -26,6 +31,21 @@ class Answer:
 
     def json(self) -> Any:
         return json.loads(self.out)
+
+
+def in_process(*words: str, text: str | None = None) -> Answer:
+    """The same in this process and its environment, which saves the start of an interpreter."""
+    out, err = io.StringIO(), io.StringIO()
+    handlers = {signum: signal.getsignal(signum) for signum in (signal.SIGTERM, signal.SIGHUP)}
+    stdin, sys.stdin = sys.stdin, io.StringIO(text or "")
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = cli.main(words)
+    finally:
+        sys.stdin = stdin
+        for signum, handler in handlers.items():
+            signal.signal(signum, handler)
+    return Answer(out=out.getvalue(), err=err.getvalue(), code=int(code))
 
 
 def launcher(env: Mapping[str, str], *words: str, text: str | None = None) -> Answer:
