@@ -153,12 +153,14 @@ def _declares(description: LaunchDescription, request: Request) -> bool:
 def _refuse_unknown(request: Request) -> None:
     """An error if, as a dry run shows, nothing declares or reads one of the arguments."""
     from launcher.commands import mistakes
+    from launcher.commands.known import known_names
     from launcher.commands.quiet import silence
     from launcher.planner import make_plan
 
     with silence():
         plan = make_plan(request.path, request.arguments)
-    errors = mistakes.unknown_names(request.arguments, plan.known_names, plan.declared)
+        known = known_names(plan)
+    errors = mistakes.unknown_names(request.arguments, known, plan.declared)
     if not errors:
         return
     if plan.error is not None:

@@ -82,14 +82,16 @@ def evaluate(request: command_line.Request, patience: Patience) -> Plan:
 
 def mistakes_of(plan: Plan, request: command_line.Request) -> list[LauncherError]:
     """Everything that is wrong with the launch file and its arguments."""
-    known = plan.known_names
-    unknown = [name for name, _ in request.arguments if name not in known]
+    unknown = [name for name, _ in request.arguments if name not in plan.known_names]
     if plan.error is None and not unknown:
         return []
     from launcher.commands import mistakes
+    from launcher.commands.known import known_names
 
     errors: list[LauncherError] = []
-    if plan.description is not None and LENIENT[0] not in request.options:
+    if unknown and plan.description is not None and LENIENT[0] not in request.options:
+        with stdout_to_stderr():
+            known = known_names(plan)
         errors += mistakes.unknown_names(request.arguments, known, plan.declared)
     if plan.error is not None:
         errors += mistakes.of_launch_file(

@@ -225,6 +225,21 @@ USED = {
         "SetLaunchConfiguration('which', __file__.replace('a.', 'child.')), "
         "IncludeLaunchDescription(LaunchConfiguration('which')),"
     ),
+    "behind a condition that says no": (
+        "GroupAction([LogInfo(msg=LaunchConfiguration('x', default=''))], "
+        "condition=IfCondition('0')),"
+    ),
+    "in the parameters of a node that is not started": (
+        "__import__('launch_ros.actions').actions.Node(executable='true', "
+        "condition=IfCondition('0'), parameters=[{'p': LaunchConfiguration('x', default='')}]),"
+    ),
+    "in an include behind a condition that says no": (
+        "IncludeLaunchDescription(__file__.replace('a.', 'child.'), condition=IfCondition('0')),"
+    ),
+    "by an event that does not come": (
+        "RegisterEventHandler(__import__('launch.event_handlers').event_handlers.OnProcessIO("
+        "on_stdout=lambda event: [LogInfo(msg=LaunchConfiguration('x', default=''))])),"
+    ),
     "in a timer": (
         "TimerAction(period=9.0, actions=[LogInfo(msg=LaunchConfiguration('x', default=''))]),"
     ),
