@@ -94,6 +94,8 @@ def mistakes_of(plan: Plan, request: command_line.Request) -> list[LauncherError
             known = known_names(plan)
         errors += mistakes.unknown_names(request.arguments, known, plan.declared)
     if plan.error is not None:
+        if plan.error.phase == "exit" and not plan.error.fault.hint:
+            plan.error.fault.hint = "this happens later, when a process has ended"
         errors += mistakes.of_launch_file(
             plan.error.fault, plan.description, plan.context, request.arguments, os.environ
         )

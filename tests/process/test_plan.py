@@ -113,6 +113,15 @@ def test_a_failing_file_gives_its_tree_then_the_error_and_exit_code_2(desk: Desk
     assert "Traceback" not in done.stderr
 
 
+def test_a_fault_that_only_the_end_of_a_process_brings_about_says_so(desk: Desk):
+    file = desk.write(
+        "ExecuteProcess(cmd=['true'], on_exit=[OpaqueFunction(function=lambda context: 1 / 0)]),"
+    )
+    done = desk.call("plan", file)
+    assert done.returncode == 2
+    assert "hint: this happens later, when a process has ended" in done.stderr
+
+
 def test_the_document_has_an_unknown_argument_as_ros_2_takes_it_and_says_so(desk: Desk):
     file = desk.write('DeclareLaunchArgument("speed", default_value="1"),')
     done = desk.call("plan", "--json", file, "sped:=2")
