@@ -14,10 +14,14 @@ import os
 import socket
 import struct
 import time
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from launcher.graph.observer import Observer
 from launcher.graph.ports import announcement_ports
 from launcher.graph.processes import holders, pid_low16, scheme_holds
+
+if TYPE_CHECKING:
+    from launcher.graph.observer import Observer
 
 LATEST_S = 0.4  # after this, no announcement of ours may follow within the next 3 s
 
@@ -41,10 +45,30 @@ def nudge_silent(observer: Observer) -> None:
 
 
 def _silent_ports(observer: Observer) -> set[int]:
-    """Ports of the processes none of whose participants is known."""
-    known = {pid_low16(gid) for gid in observer.participants()}
+    """Ports of the participants that are not known."""
     ports = announcement_ports(observer.domain_id)
-    return {ports[inode] for held in holders(set(ports), known).values() for inode in held}
+    owned = {
+        pid: sorted(ports[inode] for inode in inodes)
+        for pid, inodes in holders(set(ports), set()).items()
+    }
+    return silent_ports(owned, observer.participants())
+
+
+def silent_ports(owned: Mapping[int, Sequence[int]], known: set[bytes]) -> set[int]:
+    """Of the ports of each process (sorted), those whose participant is not among the known.
+
+    Fast DDS counts the participants of a process from 0, in bytes 8 to 11 of the GID, and gives
+    them the lowest free port, so the n-th participant has the n-th port.
+    """
+    heard: dict[int | None, set[int]] = {}
+    for gid in known:
+        heard.setdefault(pid_low16(gid), set()).add(int.from_bytes(gid[8:12], "little"))
+    return {
+        port
+        for pid, ports in owned.items()
+        for number, port in enumerate(ports)
+        if number not in heard.get(pid & 0xFFFF, set())
+    }
 
 
 def take_back(participant: bytes, ports: set[int]) -> None:

@@ -24,7 +24,7 @@ from launcher.graph.processes import ghosts
 SPIN_TIME_S = 3.5  # one period of announcements, and time to tell what there is
 QUIET_S = 0.1  # news of one participant arrives within a few milliseconds
 REMOTE_S = 0.4  # what hosts that we cannot count are given at least
-_LOOK_S = 0.005
+_LOOK_S = 0.02  # a look holds up the threads that discover
 _NUDGE_S = 0.05  # answers that are on their way have arrived by then
 
 

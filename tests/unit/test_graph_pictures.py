@@ -12,6 +12,7 @@ from launcher.errors import UsageError
 from launcher.graph.dot import to_dot
 from launcher.graph.errors import VerbError
 from launcher.graph.mermaid import to_mermaid
+from launcher.graph.nudge import silent_ports, taken_back
 from launcher.graph.page import to_page
 from launcher.graph.picture import Filter, Mode
 from launcher.graph.processes import ghosts, pid_low16, program_name, scheme_holds, vitals
@@ -165,6 +166,21 @@ def test_a_ghost_is_of_this_host_and_of_no_living_process():
     elsewhere = bytes([1, 15, 8, 8]) + ghost[4:]
     assert ghosts({OWN, ghost, elsewhere}, OWN, os.getpid()) == {ghost}
     assert ghosts({ghost}, bytes(16), os.getpid()) == set()  # the scheme does not hold
+
+
+def test_silent_are_the_ports_of_participants_that_were_not_heard_of():
+    first, third = (OWN[:8] + number.to_bytes(4, "little") for number in (0, 2))
+    owned = {os.getpid(): [7410, 7412, 7414], os.getpid() + 1: [7416]}
+    assert silent_ports(owned, {first, third}) == {7412, 7416}
+
+
+def test_an_announcement_is_taken_back_as_a_participant_does_at_its_end():
+    message = taken_back(OWN[:12])
+    assert message[:20] == b"RTPS\x02\x03\x01\x0f" + OWN[:12]
+    assert message[20:22] == b"\x15\x03"  # DATA, little endian, with inline QoS and no payload
+    assert int.from_bytes(message[22:24], "little") == len(message) - 24
+    assert OWN[:12] + bytes.fromhex("000001c1") in message  # the key: who is gone
+    assert bytes.fromhex("7100040000000003") in message  # disposed and unregistered
 
 
 def test_the_vitals_of_this_process_make_sense():
