@@ -15,12 +15,13 @@ if TYPE_CHECKING:
     from launcher.engine.shared_memory import Ledger
 
 PERIOD_S = 1.0
+WARM_UP_S = 0.25  # children are still starting then, and nobody waits for their output
 
 
 class Caretaker:
     """Ticks while the run goes on. `act(process, verdict)` carries out what a budget asks for.
 
-    psutil and the rest are imported with the first tick, not on the way to the first process.
+    psutil and the rest are not imported on the way to the first process.
     """
 
     def __init__(
@@ -47,7 +48,15 @@ class Caretaker:
 
     def start(self) -> None:
         """Begin to tick; the first one comes when the processes have had time to start."""
-        self._timer = self._reactor.call_later(PERIOD_S, self._tick)
+        self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
+
+    def _warm_up(self) -> None:
+        """Import what the ticks need, which takes longer than any of them."""
+        from launcher.engine.resources import Sampler
+        from launcher.engine.shared_memory import Ledger
+
+        self._sampler, self._ledger = Sampler(), Ledger(self._run_id)
+        self._timer = self._reactor.call_later(PERIOD_S - WARM_UP_S, self._tick)
 
     def note_shared_memory(self) -> None:
         """Call it right before a SIGKILL: what the process holds can be freed after it."""
@@ -65,11 +74,7 @@ class Caretaker:
         self._free()
 
     def _tick(self) -> None:
-        if self._sampler is None:
-            from launcher.engine.resources import Sampler
-            from launcher.engine.shared_memory import Ledger
-
-            self._sampler, self._ledger = Sampler(), Ledger(self._run_id)
+        assert self._sampler is not None
         self.note_shared_memory()
         self._free()
         living = {p.name: p for p in self._processes() if p.child is not None}

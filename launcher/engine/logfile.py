@@ -7,6 +7,8 @@ import os
 import re
 from pathlib import Path
 
+from launcher.engine.descriptors import FOR_FILES, keep_free
+
 LIMIT_BYTES = 10 * 1024 * 1024
 BACKUPS = 3
 
@@ -32,7 +34,12 @@ class LogFile:
 
     def _open(self) -> int:
         flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
-        return os.open(self._path, flags, 0o644)
+        fd = os.open(self._path, flags, 0o644)
+        try:
+            return keep_free(fd, FOR_FILES)
+        except OSError:
+            os.close(fd)
+            raise
 
     def append(self, block: bytes) -> None:
         """Write the block, after a rotation if it would go over the limit."""

@@ -17,11 +17,12 @@ TAIL_BYTES = 4096  # of its last output, for the report on its death
 class Stream:
     """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`."""
 
-    __slots__ = ("buffer", "gate", "name", "shown")
+    __slots__ = ("buffer", "gate", "heard_s", "name", "shown")
 
     def __init__(self, name: str, *, shown: bool) -> None:
         self.name = name
         self.shown = shown
+        self.heard_s = 0.0  # when it last wrote, on the monotonic clock
         self.buffer = LineBuffer()
         self.gate = TracebackGate()
 

@@ -12,6 +12,8 @@ from launcher.engine.runfolder import RunFolder
 from launcher.engine.screen import Screen
 
 PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
+# While others write much, a silent process may simply not have had its turn on the processor.
+BUSY_PATIENCE_S = 1.0
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
 
 Watcher = Callable[[Process, str, bytes], None]
@@ -38,6 +40,7 @@ class Relay:
         self._watched = watched
         self._watcher = watcher
         self._paused = False
+        self._heard_s = 0.0
 
     def attach(self, process: Process) -> None:
         """Begin to read a child that has just been started."""
@@ -85,6 +88,7 @@ class Relay:
         if chunk is None:
             return 0
         stream = process.streams[fd]
+        self._heard_s = stream.heard_s = self._reactor.now()
         if not chunk:
             self._finish(process, fd, stream)
             self._reactor.remove(fd)
@@ -104,14 +108,13 @@ class Relay:
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
         process.remember(lines)
+        if stream.shown:  # before the files: a person waits for it
+            stopping = process.machine.state is ProcessState.STOPPING
+            passed = stream.gate.feed(lines, stopping=stopping)
+            if passed:
+                unchanged = passed is lines
+                self._show(process, fd, passed, shown if unchanged else 0)
         self._folder.write_lines(process.name, process.spec.output, stream.name, lines)
-        if not stream.shown:
-            return
-        stopping = process.machine.state is ProcessState.STOPPING
-        passed = stream.gate.feed(lines, stopping=stopping)
-        if passed:
-            unchanged = passed is lines
-            self._show(process, fd, passed, shown if unchanged else 0)
 
     def _show(self, process: Process, fd: int, lines: bytes, shown: int = 0) -> None:
         self._screen.write_lines((process.process_id, fd), process.prefix, lines, shown)
@@ -134,7 +137,10 @@ class Relay:
     def _show_what_waits(self, process: Process) -> None:
         process.idle_timer = None
         for fd, stream in process.streams.items():
-            if not stream.shown:
+            if not stream.shown or not (stream.gate.holds or stream.buffer.partial):
+                continue
+            if not self._is_silent(stream):
+                self._expect_end(process)
                 continue
             if stream.gate.holds:
                 self._show(process, fd, stream.gate.flush())
@@ -144,3 +150,15 @@ class Relay:
                 buffer.shown = self._screen.write_partial(
                     source, process.prefix, buffer.partial, buffer.shown
                 )
+
+    def _is_silent(self, stream: Stream) -> bool:
+        """Whether the end of its line is not just about to come.
+
+        Whom we do not read we cannot know to be silent.
+        """
+        if self._paused:
+            return False
+        now = self._reactor.now()
+        is_busy = now - self._heard_s < PATIENCE_S
+        # A timer may come a little early, by the granularity of the clock.
+        return now - stream.heard_s >= (BUSY_PATIENCE_S if is_busy else PATIENCE_S * 0.99)

@@ -11,6 +11,7 @@ import subprocess
 import termios
 from collections.abc import Mapping
 
+from launcher.engine.descriptors import FOR_PROCESSES, keep_free
 from launcher.model.spec import ProcessSpec
 
 READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
@@ -110,6 +111,7 @@ def spawn(
         stdin_read, stdin_write = os.pipe()
         theirs.append(stdin_read)
         ours[stdin_write] = "stdin"
+        keep_free(max(*theirs, *ours), FOR_PROCESSES)
         popen = subprocess.Popen(
             " ".join(spec.argv) if spec.shell else spec.argv,
             stdin=stdin_read,

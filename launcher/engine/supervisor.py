@@ -92,6 +92,7 @@ class Supervisor:
         self._guard: Guard | None = None
         self._guards_started = 0
         self._processes: dict[int, Process] = {}
+        self._watching: dict[int, bool] = {}
         self._timers: dict[int, Timer] = {}
         self._inbox: deque[Event] = deque()
         self._busy = False
@@ -108,7 +109,7 @@ class Supervisor:
             reactor,
             screen,
             self._folder,
-            watched=lambda process: core.watches_output(process.process_id),
+            watched=self._is_watched,
             watcher=self._output,
         )
         self._keeper = Keeper(
@@ -207,7 +208,9 @@ class Supervisor:
             return  # whoever is busy, below us on the stack, goes on with the inbox
         self._busy = True
         while self._inbox:
-            self._carry_out(self._core.handle(self._inbox.popleft()))
+            effects = self._core.handle(self._inbox.popleft())
+            self._watching.clear()  # a handler may have come or gone
+            self._carry_out(effects)
         self._busy = False
 
     def _carry_out(self, effects: Sequence[Effect]) -> None:
@@ -262,6 +265,13 @@ class Supervisor:
         self._feed(TimerFired(timer_id=timer_id))
         self._finish_if_done()
 
+    def _is_watched(self, process: Process) -> bool:
+        """Asked for each read; the interpreter's answer holds until its next event."""
+        number = process.process_id
+        if number not in self._watching:
+            self._watching[number] = self._core.watches_output(number)
+        return self._watching[number]
+
     def _output(self, process: Process, stream: str, data: bytes) -> None:
         stream = "stdout" if stream == "both" else stream
         self._feed(ProcessOutput(process_id=process.process_id, stream=stream, data=data))
@@ -284,8 +294,7 @@ class Supervisor:
             log_dir=None if path is None else str(path),
             colour=self._screen.colour,
         )
-        watched = self._core.watches_output(process.process_id)
-        merge = process.streams_can_merge and not watched
+        merge = process.streams_can_merge and not self._is_watched(process)
         size = _terminal_size(len(process.name) + 3)
         if not self._guards_started:
             self._start_guard()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
+import time
 from pathlib import Path
 
 import psutil
@@ -13,6 +14,7 @@ from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
 PATIENCE_S = 50.0
+MB = 1024 * 1024
 
 
 def _cat(path: Path, times: int) -> str:
@@ -64,6 +66,17 @@ def _stop(process: subprocess.Popen[bytes]) -> int:
     return process.returncode
 
 
+def test_200_children_with_5000_lines_each_arrive_complete_and_whole(bench: Bench):
+    path, lines = _numbered(bench.folder, 5000)
+    command = shlex.join(bench.command(_cat(path, 200)))
+    output = bench.folder / "output"
+    done = _bash(bench, f"{command} | cat > {output}; exit ${{PIPESTATUS[0]}}")
+    assert done.returncode == 0, done.stderr
+    printed = _printed(output.read_bytes())
+    assert len(printed) == 200
+    assert [name for name, its_lines in printed.items() if its_lines != lines] == []
+
+
 # Counts its starts, and rests at the 10th and at the 510th until the test lets it go on.
 RESTARTED = """
 read n < count; n=$((n + 1)); echo $n > count
@@ -78,11 +91,33 @@ def test_500_restarts_leave_no_descriptor_behind(bench: Bench):
     process = bench.start(f'sh(". ./node.sh", cwd="{bench.folder}", respawn=True)')
     launcher = psutil.Process(process.pid)
     _read_until(process, b"resting 10")
+    log = bench.folder / "log" / "latest" / "sh-1.log"
+    wait_until(log.exists, "the log file is opened, which is after the line was shown")
     before = launcher.num_fds()
     (bench.folder / "go-10").touch()
     _read_until(process, b"resting 510")
     wait_until(lambda: launcher.num_fds() == before, "as many descriptors as before")
     assert _stop(process) == 0
+
+
+def test_an_output_that_nobody_reads_for_10_s_costs_no_memory_and_no_line(bench: Bench):
+    path, lines = _numbered(bench.folder, 100_000)
+    process = bench.start(_cat(path, 8))
+    launcher = psutil.Process(process.pid)
+    sizes = [0]
+    until = time.monotonic() + 10.0
+
+    def is_over() -> bool:
+        sizes.append(launcher.memory_info().rss)
+        return time.monotonic() >= until
+
+    wait_until(is_over, "10 s go by")
+    output, _ = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 0
+    assert max(sizes) < 32 * MB < 8 * path.stat().st_size
+    printed = _printed(output)
+    assert [len(its_lines) for its_lines in printed.values()] == [len(lines)] * 8
+    assert all(its_lines == lines for its_lines in printed.values())
 
 
 def test_two_runs_of_one_launch_file_do_not_touch_each_other(bench: Bench):
