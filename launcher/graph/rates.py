@@ -102,15 +102,13 @@ class Delays:
         self._delays_ns.append(delay_ns)
         self._news = True
 
-    def due(self) -> str | None:
-        """The report of this second; None before the first message."""
+    def due(self) -> tuple[Spread, bool] | None:
+        """The spread, and whether anything is new since the last look; None before the first."""
         found = spread(self._delays_ns)
         if found is None:
             return None
-        if not self._news:
-            return "no new messages"
-        self._news = False
-        return delay_text(found)
+        fresh, self._news = self._news, False
+        return found, fresh
 
 
 class Bandwidth:
@@ -136,8 +134,10 @@ def rate_text(found: Spread) -> str:
     return f"average rate: {found.rate_hz:.3f}\n{_spread_text(found)}"
 
 
-def delay_text(found: Spread) -> str:
-    """Two lines, as `ros2 topic delay` prints them."""
+def delay_text(found: Spread, *, fresh: bool) -> str:
+    """Two lines, as `ros2 topic delay` prints them, or one that says that nothing came."""
+    if not fresh:
+        return "no new messages"
     return f"average delay: {found.mean_s:.3f}\n{_spread_text(found)}"
 
 

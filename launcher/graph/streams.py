@@ -249,8 +249,8 @@ def delay(options: Namespace) -> int:
     delays = rates.Delays(options.window)
 
     def report() -> None:
-        if text := delays.due():
-            print(json.dumps({"report": text}) if options.json else text)
+        if due := delays.due():
+            print(_delay_line(*due, as_json=options.json))
 
     with until_interrupted(), looking(options) as observer:
         listener = Listener(observer, raw=False)
@@ -258,6 +258,13 @@ def delay(options: Namespace) -> int:
         for sample in listener.samples(_Clock(options.for_s, report).tick, warn):
             delays.add(sample.received_ns - _stamp_ns(sample.message))
     return ExitCode.OK
+
+
+def _delay_line(spread: rates.Spread, fresh: bool, *, as_json: bool) -> str:
+    if not as_json:
+        return rates.delay_text(spread, fresh=fresh)
+    names = ("mean_s", "min_s", "max_s", "std_dev_s", "window")
+    return json.dumps({**{name: getattr(spread, name) for name in names}, "fresh": fresh})
 
 
 def _stamp_ns(message: Any) -> int:

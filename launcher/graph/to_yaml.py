@@ -133,10 +133,10 @@ def _csv(value: Any, kind: Any, style: Style) -> str:
         return ",".join(_csv_items(value, style))
     if isinstance(value, str) and style.no_str:
         return f"<string length: <{len(value)}>>"
-    if isinstance(value, str | bytes):
-        short = value if style.length is None else value[: style.length]
-        dots = "..." if isinstance(short, str) else b"..."
-        return str(short if len(short) == len(value) else short + dots)  # type: ignore[operator]
+    if isinstance(value, str):
+        return _cut(value, style.length)
+    if isinstance(value, bytes):
+        return str(value)  # octets are single, so there is nothing to cut
     if isinstance(value, bool | int | float | numpy.number):
         return str(value)
     return to_csv(value, style)
