@@ -7,7 +7,10 @@ from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from launcher.language.action import Action
+from launcher.language.actions.events import EmitEvent, RegisterEventHandler
 from launcher.language.actions.process import ExecuteProcess
+from launcher.language.events import Shutdown
+from launcher.language.handlers import OnExecutionComplete, OnProcessExit
 from launcher.language.naming import public
 
 _T = TypeVar("_T")
@@ -33,6 +36,74 @@ class KeepAliveProc(ExecuteProcess):
 
     def __init__(self) -> None:
         super().__init__(cmd=[sys.executable, "-c", _WAIT_SCRIPT])
+
+
+@public("launch_testing.legacy")
+class LaunchTestService:
+    """Ends the launched system when its tests have ended, or when a fixture of theirs died."""
+
+    def __init__(self) -> None:
+        self.__running: list[Action] = []
+        self.__failed_with: int | None = None
+
+    def add_fixture_action(
+        self, launch_description: Any, action: Action, exit_allowed: Any = (0,)
+    ) -> Action:
+        """Add what the tests need; `exit_allowed`: with these codes, or True for any."""
+        launch_description.add_action(action)
+        if isinstance(action, ExecuteProcess):
+            handler = OnProcessExit(
+                target_action=action,
+                on_exit=lambda event, context: self.__fixture_ended(event, context, exit_allowed),
+            )
+            launch_description.add_action(RegisterEventHandler(handler))
+        return action
+
+    def add_test_action(self, launch_description: Any, action: Action) -> Action:
+        """Add a test: an exit code other than 0 fails it and ends all, else the last ends all."""
+        handler: Any
+        if isinstance(action, ExecuteProcess):
+            handler = OnProcessExit(
+                target_action=action, on_exit=lambda event, _: self.__test_ended(action, event)
+            )
+        else:
+            handler = OnExecutionComplete(
+                target_action=action, on_completion=lambda *_: self.__succeed(action)
+            )
+        launch_description.add_action(RegisterEventHandler(handler))
+        launch_description.add_action(action)
+        self.__running.append(action)
+        return action
+
+    def __fixture_ended(self, event: Any, context: Any, exit_allowed: Any) -> Any:
+        allowed = exit_allowed
+        if isinstance(exit_allowed, (list, tuple)):
+            allowed = event.returncode in exit_allowed
+        if allowed or context.is_shutdown:
+            return None
+        self.__failed_with = event.returncode or 1
+        return _end(f"{event.process_name} fixture process died!")
+
+    def __test_ended(self, action: Action, event: Any) -> Any:
+        if event.returncode == 0:
+            return self.__succeed(action)
+        self.__failed_with = event.returncode
+        self.__running.clear()
+        return _end(f"{event.process_name} test failed!")
+
+    def __succeed(self, action: Action) -> Any:
+        if action in self.__running:
+            self.__running.remove(action)
+        return [] if self.__running else _end("all tests finished")
+
+    def run(self, launch_service: Any, *args: Any, **kwargs: Any) -> int:
+        """Run the service; its return code, or that of the last test that failed."""
+        code: int = launch_service.run(*args, **kwargs)
+        return self.__failed_with if code == 0 and self.__failed_with else code
+
+
+def _end(reason: str) -> list[EmitEvent]:
+    return [EmitEvent(event=Shutdown(reason=reason))]
 
 
 def keep_alive(test_description: _T) -> _T:

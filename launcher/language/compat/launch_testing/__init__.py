@@ -1,4 +1,6 @@
-"""`launch_testing`, re-exported."""
+"""`launch_testing`, re-exported; what is not here is looked up in an installed one."""
+
+from pkgutil import extend_path
 
 from launcher.language.compat.names import reexport
 
@@ -8,5 +10,7 @@ _SOURCES = {
 }
 
 __all__ = list(_SOURCES)
+
+__path__ = extend_path(__path__, __name__)
 
 __getattr__ = reexport(__name__, _SOURCES)

@@ -1,0 +1,72 @@
+"""What public launch files do that none of the other tests does, one case each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from launcher.planner import Plan, make_plan
+
+
+def planned(tmp_path: Path, text: str, **arguments: str) -> Plan:
+    file = tmp_path / "some.launch.py"
+    file.write_text(text)
+    plan = make_plan(str(file), list(arguments.items()))
+    assert plan.error is None, plan.error
+    return plan
+
+
+def commands(plan: Plan) -> list[Any]:
+    return [list(process.spec.argv) for process in plan.processes]
+
+
+TEST_FILE = """
+import sys
+from launch import LaunchDescription, LaunchService
+from launch.actions import ExecuteProcess
+from launch_testing.legacy import LaunchTestService
+
+def generate_launch_description():
+    service = LaunchTestService()
+    description = LaunchDescription()
+    service.add_fixture_action(description, ExecuteProcess(cmd=["fixture"]), exit_allowed=True)
+    for name in ("one", "two"):
+        service.add_test_action(description, ExecuteProcess(cmd=[name]))
+    return description
+
+def main(argv=sys.argv[1:]):
+    return LaunchTestService().run(LaunchService(argv=argv))
+
+if __name__ == "__main__":
+    sys.exit(main())
+"""
+
+
+def test_the_last_test_of_a_legacy_test_service_ends_the_system(tmp_path: Path):
+    plan = planned(tmp_path, TEST_FILE)
+
+    assert commands(plan) == [["fixture"], ["one"], ["two"]]
+    assert [reason for reason, _ in plan.shutdowns] == ["all tests finished"]
+
+
+def test_a_part_of_launch_testing_that_is_not_here_comes_from_an_installed_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    package = tmp_path / "installed" / "launch_testing"
+    package.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    (package / "asserts.py").write_text("LIMIT = 'seen'\n")
+    monkeypatch.syspath_prepend(package.parent)
+
+    plan = planned(
+        tmp_path,
+        "from launch import LaunchDescription\n"
+        "from launch.actions import ExecuteProcess\n"
+        "from launch_testing.asserts import LIMIT\n"
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([ExecuteProcess(cmd=[LIMIT])])\n",
+    )
+
+    assert commands(plan) == [["seen"]]
