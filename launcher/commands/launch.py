@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launcher.commands import words as command_line
@@ -104,10 +105,15 @@ def _with_prefix(request: Request) -> Request:
 def launch(request: Request, options: RunOptions, patience: Patience) -> int:
     """Evaluate the launch file, then run what it describes."""
     from launcher import frontends
+    from launcher.engine.runfolder import new_run_path
     from launcher.interpreter import Interpreter
+    from launcher.language import session
     from launcher.language.compat import vocabulary
 
+    run_path = new_run_path(os.environ) if options.log_files else None
     with vocabulary():
+        # Launch files ask where the logs of their run are.
+        session.current().log_dir = None if run_path is None else str(run_path)
         with limited(patience, request.path):
             description = frontends.load(request.path)
             if LENIENT[0] not in request.options and not _declares(description, request):
@@ -122,7 +128,7 @@ def launch(request: Request, options: RunOptions, patience: Patience) -> int:
         try:
             core = _SoundCore(interpreter, description, request, patience)
             core.evaluate()
-            code = _supervise(core, options)
+            code = _supervise(core, options, run_path)
         finally:
             interpreter.close()
     if interpreter.failure is not None:
@@ -219,7 +225,7 @@ class _SoundCore:
         return self._interpreter.watches_output(process_id)
 
 
-def _supervise(core: _SoundCore, options: RunOptions) -> ExitCode:
+def _supervise(core: _SoundCore, options: RunOptions, run_path: Path | None) -> ExitCode:
     from launcher.engine.reactor import Reactor
     from launcher.engine.screen import Screen, wants_colour
     from launcher.engine.supervisor import Supervisor
@@ -233,6 +239,7 @@ def _supervise(core: _SoundCore, options: RunOptions) -> ExitCode:
             reactor=reactor,
             screen=screen,
             run_id=_new_run_id(),
+            run_path=run_path,
             options=options,
         ).run()
 

@@ -40,28 +40,31 @@ def log_root(env: Mapping[str, str]) -> Path:
     return Path(env.get("HOME") or "~").expanduser() / ".ros" / "log"
 
 
+def new_run_path(env: Mapping[str, str]) -> Path:
+    """A folder for a run that begins now, named as ROS 2 names it (CONFORMANCE 1.1)."""
+    stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
+    micros = time.time_ns() // 1000 % 1_000_000
+    return log_root(env) / f"{stamp}-{micros:06d}-{os.uname().nodename}-{os.getpid()}"
+
+
 class RunFolder:
     """Writes the files of a run; a disk that refuses is said once and then left alone.
 
-    `path` is None where the folder could not be made; everything still works, without files.
+    `path` is None where there is none, because it is not wanted or could not be made; everything
+    still works, without files.
     """
 
-    def __init__(
-        self, env: Mapping[str, str], on_trouble: Callable[[str], None], *, enabled: bool = True
-    ) -> None:
+    def __init__(self, path: Path | None, on_trouble: Callable[[str], None]) -> None:
         self._on_trouble = on_trouble
         self._files: dict[str, LogFile] = {}
         self._broken = False
         self._lock = -1
         self.journal = Journal(lambda lines: self._append(EVENTS, lines))
         self.path: Path | None = None
-        if enabled:
-            self._make(env)
+        if path is not None:
+            self._make(path)
 
-    def _make(self, env: Mapping[str, str]) -> None:
-        stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
-        micros = time.time_ns() // 1000 % 1_000_000
-        path = log_root(env) / f"{stamp}-{micros:06d}-{os.uname().nodename}-{os.getpid()}"
+    def _make(self, path: Path) -> None:
         try:
             path.mkdir(parents=True)
             self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)

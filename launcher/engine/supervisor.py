@@ -7,6 +7,7 @@ import os
 import signal
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from launcher.engine import report
@@ -69,7 +70,10 @@ class Core(Protocol):
 
 
 class Supervisor:
-    """One run, from the first process to the last. `run()` returns the exit code."""
+    """One run, from the first process to the last. `run()` returns the exit code.
+
+    `env` is what the plan is compared with; the files of the run go to `run_path`, if there is one.
+    """
 
     def __init__(
         self,
@@ -79,6 +83,7 @@ class Supervisor:
         reactor: Reactor,
         screen: Screen,
         run_id: str,
+        run_path: Path | None = None,
         options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
         make_guard: Callable[[str], Guard] = Guard,
     ) -> None:
@@ -102,7 +107,7 @@ class Supervisor:
         self._remnants: Remnants | None = None
         self._agent: RosAgent | None = None
         trouble = functools.partial(screen.log, "WARNING", "launch")
-        self._folder = RunFolder(env, trouble, enabled=options.log_files)
+        self._folder = RunFolder(run_path, trouble)
         self._chronicle = Chronicle(reactor, screen, self._folder)
         self._say = self._chronicle.say
         self._relay = Relay(

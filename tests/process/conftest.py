@@ -21,6 +21,7 @@ import sys
 from launch import LaunchDescription
 from launch.actions import ExecuteProcess, RegisterEventHandler, Shutdown, TimerAction
 from launch.event_handlers import OnProcessExit
+from launch.substitutions import LaunchLogDir
 
 def sh(script, **options):
     return ExecuteProcess(cmd=["sh", "-c", script], **{"output": "screen", **options})

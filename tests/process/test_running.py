@@ -183,3 +183,9 @@ def test_closed_standard_files_do_no_harm(bench: Bench, closed: str):
     assert done.returncode == 0
     assert done.stderr == b""
     assert "[sh-1] hello\n" in (bench.folder / "log/latest/launch.log").read_text()
+
+
+def test_a_launch_file_knows_the_log_folder_of_its_run(bench: Bench):
+    done = bench.run('ExecuteProcess(cmd=["echo", "logs in", LaunchLogDir()], output="screen")')
+    run = (bench.folder / "log" / "latest").resolve()
+    assert f"[echo-1] logs in {run}\n" in done.stdout.decode()

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from launcher.engine.logfile import LogFile
-from launcher.engine.runfolder import EVENTS, RunFolder, log_root
+from launcher.engine.runfolder import EVENTS, RunFolder, log_root, new_run_path
 from launcher.model.spec import OutputPolicy
 
 
@@ -36,7 +36,7 @@ def test_the_logs_are_where_ros_has_them(env, root):
 
 
 def folder_in(path: Path) -> RunFolder:
-    return RunFolder({"ROS_LOG_DIR": str(path)}, lambda text: pytest.fail(text))
+    return RunFolder(new_run_path({"ROS_LOG_DIR": str(path)}), pytest.fail)
 
 
 def test_the_latest_run_has_a_link_and_old_runs_are_pruned(tmp_path: Path):
@@ -86,7 +86,7 @@ def test_everything_is_in_the_merged_file_and_in_the_process_s_own(tmp_path: Pat
 
 def test_a_full_disk_is_said_once(tmp_path: Path):
     said: list[str] = []
-    folder = RunFolder({"ROS_LOG_DIR": str(tmp_path)}, said.append)
+    folder = RunFolder(tmp_path / "run", said.append)
     os.symlink("/dev/full", folder.path / "launch.log")
     for _ in range(3):
         folder.log("INFO", "launch", "hello")
