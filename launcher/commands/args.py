@@ -38,7 +38,7 @@ def show(path: str, patience: Patience) -> int:
     from launcher.language.compat import vocabulary
     from launcher.render.arguments import describe_arguments
 
-    with stdout_to_stderr(), limited(patience, path), vocabulary():
+    with stdout_to_stderr(), limited(patience, path), vocabulary([path]):
         description = frontends.load(path)
         try:
             text = describe_arguments(description.get_launch_arguments())

@@ -107,13 +107,13 @@ def launch(request: Request, options: RunOptions, patience: Patience) -> int:
     from launcher import frontends
     from launcher.engine.runfolder import new_run_path
     from launcher.interpreter import Interpreter
-    from launcher.language import session
     from launcher.language.compat import vocabulary
 
     run_path = new_run_path(os.environ) if options.log_files else None
-    with vocabulary():
+    words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]
+    with vocabulary(words) as session:
         # Launch files ask where the logs of their run are.
-        session.current().log_dir = None if run_path is None else str(run_path)
+        session.log_dir = None if run_path is None else str(run_path)
         with limited(patience, request.path):
             description = frontends.load(request.path)
             if LENIENT[0] not in request.options and not _declares(description, request):

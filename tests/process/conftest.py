@@ -19,7 +19,8 @@ TIMEOUT_S = 60
 HEAD = """
 import sys
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess, RegisterEventHandler, Shutdown, TimerAction
+from launch.actions import (
+    DeclareLaunchArgument, ExecuteProcess, RegisterEventHandler, Shutdown, TimerAction)
 from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchLogDir
 

@@ -189,3 +189,9 @@ def test_a_launch_file_knows_the_log_folder_of_its_run(bench: Bench):
     done = bench.run('ExecuteProcess(cmd=["echo", "logs in", LaunchLogDir()], output="screen")')
     run = (bench.folder / "log" / "latest").resolve()
     assert f"[echo-1] logs in {run}\n" in done.stdout.decode()
+
+
+def test_a_launch_file_finds_its_arguments_in_sys_argv_as_under_ros2_launch(bench: Bench):
+    actions = 'ExecuteProcess(cmd=["echo", str(sys.argv[:2]), sys.argv[-1]], output="screen")'
+    done = bench.run(f'DeclareLaunchArgument("speed"), {actions}', "speed:=9")
+    assert b"[echo-1] ['ros2', 'launch'] speed:=9\n" in done.stdout
