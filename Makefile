@@ -15,7 +15,7 @@ export PIP_BUILD_CONSTRAINT := requirements/build.txt
 LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-url --no-annotate \
         -c requirements/build.txt
 
-.PHONY: run test lint types unit env dev picture overflow lock clean
+.PHONY: run test lint types unit browser env dev picture overflow lock clean
 
 ## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
 run: $(VENV)/.run
@@ -33,6 +33,10 @@ types: $(VENV)/.dev
 
 unit: $(VENV)/.dev
 	$(PY) -m pytest $(ARGS)
+
+## browser: the tests that look at the graph's page in a real Chromium
+browser: $(VENV)/.dev
+	$(PY) -m pytest -m browser
 
 ## overflow: measure how many tasks the slow robot loses
 overflow: $(VENV)/.run

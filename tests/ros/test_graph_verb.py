@@ -132,6 +132,7 @@ def draws(answer) -> bool:
     return True
 
 
+@pytest.mark.browser
 def test_the_page_works_in_a_real_browser_and_needs_no_network(verb, tmp_path):
     page = tmp_path / "graph.html"
     if not draws(verb("graph", "--mode", "active", "--html", str(page))):
