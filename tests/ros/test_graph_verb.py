@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import re
 import shutil
@@ -92,7 +91,7 @@ def test_sources_of_drawings_name_the_mismatch(verb, option):
     assert "nothing arrives: RELIABILITY" in verb("graph", option).out
 
 
-def test_watch_prints_what_comes_and_goes(env, verb):
+def test_watch_prints_what_comes_and_goes(env):
     watch = subprocess.Popen(
         [sys.executable, "-m", "launcher", "graph", "--watch", "--hidden", "--period", "0.05"],
         env=env,
@@ -102,10 +101,17 @@ def test_watch_prints_what_comes_and_goes(env, verb):
     assert watch.stdout is not None
     while watch.stdout.readline().strip():
         pass  # the tree, which an empty line ends
-    verb("topic", "pub", "/news", "std_msgs/String", "--once", "-w", "0", "--keep-alive", "0.5")
-    lines = iter(watch.stdout.readline, "")
+    # It stays until it has been seen: discovery may take longer than a short publication.
+    words = ["topic", "pub", "/news", "std_msgs/String", "--rate", "5", "-w", "0"]
+    publisher = subprocess.Popen(
+        [sys.executable, "-m", "launcher", *words], env=env, stdout=subprocess.DEVNULL
+    )
     fact = "publishes /news [std_msgs/msg/String] RELIABLE VOLATILE AUTOMATIC"
-    signs = [line.split()[1] for line in itertools.islice(_only(lines, fact), 2)]
+    changes = _only(iter(watch.stdout.readline, ""), fact)
+    signs = [next(changes).split()[1]]
+    publisher.terminate()
+    signs.append(next(changes).split()[1])
+    publisher.wait(PATIENCE_S)
     watch.terminate()
     watch.communicate(timeout=PATIENCE_S)
     assert (signs, watch.returncode) == (["+", "-"], 0)
