@@ -140,9 +140,9 @@ def test_paths_join_like_os_path(components: list[str]):
 
 
 def test_a_path_grows_with_slashes_and_joins_the_parts_of_a_list():
-    path = PathSubstitution(["/ro", "ot"]) / "share" / [LaunchConfiguration("robot"), ".urdf"]
+    path = PathSubstitution(["/t", "op"]) / "share" / [LaunchConfiguration("robot"), ".urdf"]
 
-    assert performed(path, robot="r2") == "/root/share/r2.urdf"
+    assert performed(path, robot="r2") == "/top/share/r2.urdf"
 
 
 def test_joining_uses_the_delimiter():
