@@ -70,3 +70,49 @@ def test_a_part_of_launch_testing_that_is_not_here_comes_from_an_installed_one(
     )
 
     assert commands(plan) == [["seen"]]
+
+
+def make_package(prefix: Path, name: str, *programs: str) -> None:
+    marker = prefix / "share" / "ament_index" / "resource_index" / "packages" / name
+    marker.parent.mkdir(parents=True)
+    marker.touch()
+    for program in programs:
+        file = prefix / "lib" / name / program
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch(mode=0o755)
+
+
+def node_file(program: str) -> str:
+    return (
+        "from launch import LaunchDescription\n"
+        "from launch_ros.actions import Node\n"
+        "def generate_launch_description():\n"
+        f"    return LaunchDescription([Node(package='tools', executable={program!r})])\n"
+    )
+
+
+def test_a_program_in_a_folder_below_its_package_is_not_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    make_package(tmp_path, "tools", "scripts/run.py")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    file = tmp_path / "some.launch.py"
+    file.write_text(node_file("scripts/run.py"))
+
+    plan = make_plan(str(file), [])
+
+    assert plan.error is not None
+    assert plan.error.kind == "SubstitutionFailure"
+    assert "without a slash" in str(plan.error.fault.hint)
+
+
+def test_a_program_of_a_package_may_be_given_as_a_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    make_package(tmp_path, "tools", "scripts/run.py")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    program = str(tmp_path / "lib" / "tools" / "scripts" / "run.py")
+
+    plan = planned(tmp_path, node_file(program))
+
+    assert commands(plan) == [[program, "--ros-args"]]

@@ -109,6 +109,17 @@ class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
         ExecutableNotFoundError.__init__(self, error.message, hint=error.hint)
 
 
+def _program_elsewhere(package: str, executable: str) -> str:
+    """A program given with a folder: as in ROS 2, it is not looked for in the package at all."""
+    libexec = packages.package_prefix(package, os.environ) / "lib" / package
+    if libexec.is_dir() and os.path.isfile(executable) and os.access(executable, os.X_OK):
+        return executable
+    raise ExecutableNotFoundError(
+        f"executable '{executable}' not found on the libexec directory '{libexec}'",
+        hint="ROS 2 wants the name of a program in that folder itself, without a slash",
+    )
+
+
 @public("launch_ros.substitutions.executable_in_package")
 class ExecutableInPackage(FindPackagePrefix):
     """The path of an executable of a package."""
@@ -143,6 +154,8 @@ class ExecutableInPackage(FindPackagePrefix):
         package = perform_substitutions(context, self.package)
         self._found = (package, executable)
         try:
+            if os.path.dirname(executable):
+                return _program_elsewhere(package, executable)
             path: Path = packages.find_executable(package, executable, os.environ)
         except PackageNotFoundError as error:
             raise _missing(error, package) from None
