@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor, Timer
+from launcher.model.options import RunOptions
 
 if TYPE_CHECKING:
     from launcher.engine.budgets import Judge, Verdict
@@ -103,3 +104,16 @@ def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:
         name: {field: getattr(sample, field) for field in sample.__match_args__}
         for name, sample in samples.items()
     }
+
+
+def judge_for(options: RunOptions) -> Judge | None:
+    """The judge over the budgets of this run; UsageError where one cannot be read."""
+    if not options.budgets and options.budget_file is None:
+        return None
+    from launcher.engine import budget_reader
+    from launcher.engine.budgets import Judge
+
+    budgets = budget_reader.parse_words(options.budgets)
+    if options.budget_file is not None:
+        budgets += budget_reader.load_file(options.budget_file)
+    return Judge(budgets)

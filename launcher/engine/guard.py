@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+from launcher.engine.reactor import Reactor
 from launcher.engine.watchdog import GOODBYE
 
 GOODBYE_S = 1.0  # a watchdog that does not go within this time is killed
+MOST = 3  # how many watchdogs a run starts before it goes on without one
 
 
 class Guard:
@@ -53,3 +56,48 @@ class Guard:
             self._process.kill()
             self._process.wait()
         os.close(self.pidfd)
+
+
+class Guards:
+    """Keeps one watchdog at work, and starts another one where somebody ends it."""
+
+    def __init__(self, reactor: Reactor, run_id: str, warn: Callable[[str], None]) -> None:
+        self._reactor = reactor
+        self._run_id = run_id
+        self._warn = warn
+        self._guard: Guard | None = None
+        self._started = 0
+
+    @property
+    def pids(self) -> frozenset[int]:
+        """The watchdog that is at work, if one is."""
+        return frozenset() if self._guard is None else frozenset({self._guard.pid})
+
+    def ensure(self) -> None:
+        """Before the first process: if we die now, the watchdog finds that out when it is up."""
+        if not self._started:
+            self._start()
+
+    def _start(self) -> None:
+        self._started += 1
+        try:
+            self._guard = Guard(self._run_id)
+        except OSError as error:
+            self._warn(f"this run is not guarded, the watchdog cannot start: {error.strerror}")
+            return
+        self._reactor.add_reader(self._guard.pidfd, self._died)
+
+    def _died(self) -> None:
+        self.close()
+        starts_anew = self._started < MOST
+        if starts_anew:
+            self._start()
+        what = "another one is started" if starts_anew else "this run goes on without one"
+        self._warn(f"somebody ended the watchdog; {what}")
+
+    def close(self) -> None:
+        """Say goodbye to the watchdog."""
+        if self._guard is not None:
+            self._reactor.remove(self._guard.pidfd)
+            self._guard.close()
+            self._guard = None

@@ -147,3 +147,12 @@ def _open_pty() -> tuple[int, int]:
 def _set_terminal_size(fd: int, size: tuple[int, int]) -> None:
     columns, rows = size
     fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+
+
+def terminal_size_beside(taken: int) -> tuple[int, int]:
+    """(columns, rows) that a child's pseudo-terminal gets: ours, less the prefix."""
+    try:
+        columns, rows = os.get_terminal_size(1)
+    except OSError:
+        return 80, 24
+    return max(20, columns - taken), max(2, rows)

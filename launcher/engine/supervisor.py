@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import functools
-import os
 import signal
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from launcher.engine import report
-from launcher.engine.caretaker import Caretaker
+from launcher.engine.caretaker import Caretaker, judge_for
 from launcher.engine.chronicle import Chronicle
-from launcher.engine.guard import Guard
+from launcher.engine.guard import Guards
 from launcher.engine.keeper import Keeper
 from launcher.engine.machine import Ended, Hurry, ProcessState, Restart, Start, Stop
 from launcher.engine.process import Process, child_environment
@@ -22,7 +21,7 @@ from launcher.engine.relay import Relay
 from launcher.engine.remnants import Remnants
 from launcher.engine.runfolder import RunFolder
 from launcher.engine.screen import Screen
-from launcher.engine.spawn import Child, spawn
+from launcher.engine.spawn import Child, spawn, terminal_size_beside
 from launcher.engine.sweep import RUN_ID_VARIABLE
 from launcher.errors import ExitCode
 from launcher.model.events import (
@@ -46,11 +45,10 @@ from launcher.model.events import (
 from launcher.model.options import RunOptions
 
 if TYPE_CHECKING:
-    from launcher.engine.budgets import Judge, Verdict
+    from launcher.engine.budgets import Verdict
     from launcher.engine.ros_agent import RosAgent
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-GUARDS = 3  # how many watchdogs a run starts before it goes on without one
 WAITING_NOTE_S = 1.0  # a stop that takes longer says for whom it waits
 LAST_LINES = 10  # of the process that died first, in the summary
 LAST_WORDS_S = 2.0  # how long a slow reader of our output is waited for at the end
@@ -85,7 +83,6 @@ class Supervisor:
         run_id: str,
         run_path: Path | None = None,
         options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
-        make_guard: Callable[[str], Guard] = Guard,
     ) -> None:
         self._core = core
         self._env = env
@@ -93,9 +90,6 @@ class Supervisor:
         self._screen = screen
         self._run_id = run_id
         self._options = options
-        self._make_guard = make_guard
-        self._guard: Guard | None = None
-        self._guards_started = 0
         self._processes: dict[int, Process] = {}
         self._watching: dict[int, bool] = {}
         self._timers: dict[int, Timer] = {}
@@ -110,6 +104,8 @@ class Supervisor:
         self._folder = RunFolder(run_path, trouble)
         self._chronicle = Chronicle(reactor, screen, self._folder)
         self._say = self._chronicle.say
+        warn = functools.partial(self._say, "WARNING", "launch")
+        self._guards = Guards(reactor, run_id, warn)
         self._relay = Relay(
             reactor,
             screen,
@@ -132,7 +128,7 @@ class Supervisor:
             self._chronicle,
             run_id=run_id,
             processes=self._processes.values,
-            judge=_judge(options),
+            judge=judge_for(options),
             act=self._over_budget,
         )
         screen.on_pressure = lambda pressed: self._relay.pause(pressed, self._processes.values())
@@ -185,9 +181,7 @@ class Supervisor:
             self._keeper.let_go(process)
         self._close_agent()
         self._caretaker.close()
-        if self._guard is not None:
-            self._reactor.remove(self._guard.pidfd)
-            self._guard.close()
+        self._guards.close()
         self._write_plan()
         self._chronicle.note("finished", exit_code=int(self._exit_code()))
         self._screen.finish(LAST_WORDS_S)
@@ -300,27 +294,9 @@ class Supervisor:
             colour=self._screen.colour,
         )
         merge = process.streams_can_merge and not self._is_watched(process)
-        size = _terminal_size(len(process.name) + 3)
-        if not self._guards_started:
-            self._start_guard()
+        size = terminal_size_beside(len(process.name) + 3)
+        self._guards.ensure()
         return spawn(process.spec, env=env, merge=merge, terminal_size=size)
-
-    def _start_guard(self) -> None:
-        """Before the first process: if we die now, the watchdog finds that out when it is up."""
-        self._guards_started += 1
-        self._guard = self._make_guard(self._run_id)
-        self._reactor.add_reader(self._guard.pidfd, self._guard_died)
-
-    def _guard_died(self) -> None:
-        assert self._guard is not None
-        self._reactor.remove(self._guard.pidfd)
-        self._guard.close()
-        self._guard = None
-        starts_anew = self._guards_started < GUARDS
-        if starts_anew:
-            self._start_guard()
-        what = "another one is started" if starts_anew else "this run goes on without one"
-        self._say("WARNING", "launch", f"somebody ended the watchdog; {what}")
 
     def _process_ended(self, process: Process, end: Ended) -> None:
         if end.outcome.returncode is not None and end.outcome.returncode < 0:
@@ -411,34 +387,12 @@ class Supervisor:
         self._remnants = Remnants(
             self._run_id,
             reactor=self._reactor,
-            ignore=frozenset() if self._guard is None else frozenset({self._guard.pid}),
+            ignore=self._guards.pids,
             say=lambda level, text: self._say(level, "launch", text),
             on_done=self._reactor.stop,
         )
         self._remnants.check()
 
 
-def _judge(options: RunOptions) -> Judge | None:
-    """The judge over the budgets of this run; UsageError where one cannot be read."""
-    if not options.budgets and options.budget_file is None:
-        return None
-    from launcher.engine import budget_reader
-    from launcher.engine.budgets import Judge
-
-    budgets = budget_reader.parse_words(options.budgets)
-    if options.budget_file is not None:
-        budgets += budget_reader.load_file(options.budget_file)
-    return Judge(budgets)
-
-
 def _is_pending(state: ProcessState) -> bool:
     return state.is_alive or state is ProcessState.BACKOFF
-
-
-def _terminal_size(taken: int) -> tuple[int, int]:
-    """(columns, rows) that a child's pseudo-terminal gets: ours, less the prefix."""
-    try:
-        columns, rows = os.get_terminal_size(1)
-    except OSError:
-        return 80, 24
-    return max(20, columns - taken), max(2, rows)
