@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from launcher.engine.shared_memory import Ledger
 
 PERIOD_S = 1.0
-WARM_UP_S = 0.25  # children are still starting then, and nobody waits for their output
+WARM_UP_S = 0.02  # children are still starting then, and nobody waits for their output
 
 
 class Caretaker:
