@@ -154,11 +154,6 @@ class Screen:
             self.on_pressure(False)
         self.on_closed()
 
-    @property
-    def pending_bytes(self) -> int:
-        """How much waits to be written."""
-        return self._waiting_bytes
-
     def finish(self, patience_s: float) -> None:
         """Write what waits, giving a slow reader `patience_s` seconds, and let go of the output."""
         deadline = self._reactor.now() + patience_s

@@ -46,14 +46,6 @@ class Child:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.pid, signum)
 
-    def group_lives(self) -> bool:
-        """Whether anything is left in its process group (zombies that nobody reaped included)."""
-        try:
-            os.killpg(self.pid, 0)
-        except ProcessLookupError:
-            return False
-        return True
-
     def reap(self) -> tuple[int, bool]:
         """(return code, whether it left a core dump); call it when the pidfd is readable."""
         end = os.waitid(os.P_PIDFD, self.pidfd, os.WEXITED | os.WNOWAIT)
