@@ -185,6 +185,9 @@ class Supervisor:
         self._write_plan()
         self._chronicle.note("finished", exit_code=int(self._exit_code()))
         self._screen.finish(LAST_WORDS_S)
+        if self._screen.dropped_bytes:
+            text = f"{self._screen.dropped_bytes} bytes of output found no room on their disk"
+            self._folder.log("WARNING", "launch", text)
         self._folder.close()
 
     def _close_agent(self) -> None:

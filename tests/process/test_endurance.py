@@ -160,8 +160,9 @@ def test_a_screen_on_a_full_disk_does_not_stop_the_run(bench: Bench):
     command = shlex.join(bench.command(_cat(path, 1)))
     done = _bash(bench, f"exec {command} > /dev/full")
     assert done.returncode == 0, done.stderr
-    log = bench.folder / "log" / "latest" / "cat-1.log"
-    assert _printed(log.read_bytes()) == {"cat-1": lines}
+    run = bench.folder / "log" / "latest"
+    assert _printed((run / "cat-1.log").read_bytes()) == {"cat-1": lines}
+    assert "bytes of output found no room on their disk" in (run / "launch.log").read_text()
 
 
 def test_head_gets_its_lines_and_ends_a_flood_quietly(bench: Bench):
