@@ -9,6 +9,7 @@ PACKAGE = "group_gp1"
 REQUIREMENTS = [
     "ros-jazzy-rclpy[fastrtps]",
     "ros-jazzy-common-interfaces",
+    "prompt_toolkit",
     "psutil",
     "pyyaml",
     "rich",
