@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Protocol
 from launcher.engine import report
 from launcher.engine.caretaker import Caretaker, judge_for
 from launcher.engine.chronicle import Chronicle
+from launcher.engine.ending import Ending
 from launcher.engine.guard import Guards
 from launcher.engine.keeper import Keeper
-from launcher.engine.machine import Ended, Hurry, ProcessState, Restart, Start, Stop
+from launcher.engine.machine import Ended, Restart, Start, Stop
 from launcher.engine.process import Process, child_environment
 from launcher.engine.reactor import Reactor, Timer
 from launcher.engine.relay import Relay
-from launcher.engine.remnants import Remnants
 from launcher.engine.runfolder import RunFolder
 from launcher.engine.screen import Screen
 from launcher.engine.spawn import Child, spawn, terminal_size_beside
@@ -35,7 +35,6 @@ from launcher.model.events import (
     ProcessOutput,
     RequestShutdown,
     SignalProcess,
-    SignalReceived,
     StartProcess,
     StopProcess,
     TimerFired,
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
     from launcher.engine.ros_agent import RosAgent
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-WAITING_NOTE_S = 1.0  # a stop that takes longer says for whom it waits
 LAST_LINES = 10  # of the process that died first, in the summary
 LAST_WORDS_S = 2.0  # how long a slow reader of our output is waited for at the end
 
@@ -95,10 +93,6 @@ class Supervisor:
         self._timers: dict[int, Timer] = {}
         self._inbox: deque[Event] = deque()
         self._busy = False
-        self._stopping = False
-        self._stop_signal: int | None = None
-        self._first_death: str | None = None
-        self._remnants: Remnants | None = None
         self._agent: RosAgent | None = None
         trouble = functools.partial(screen.log, "WARNING", "launch")
         self._folder = RunFolder(run_path, trouble)
@@ -120,7 +114,7 @@ class Supervisor:
             start_child=self._start_child,
             on_event=self._feed,
             on_end=self._process_ended,
-            on_idle=self._finish_if_done,
+            on_idle=lambda: self._ending.finish_if_done(),
             before_kill=lambda: self._caretaker.note_shared_memory(),
         )
         self._caretaker = Caretaker(
@@ -131,32 +125,43 @@ class Supervisor:
             judge=judge_for(options),
             act=self._over_budget,
         )
+        self._ending = Ending(
+            reactor,
+            self._chronicle,
+            self._keeper,
+            run_id=run_id,
+            guards=self._guards,
+            processes=self._processes.values,
+            tell=self._feed,
+            expects_more=self._expects_more,
+            on_stop=self._cancel_timers,
+            on_empty=self._close_agent,
+        )
         screen.on_pressure = lambda pressed: self._relay.pause(pressed, self._processes.values())
         # Not at once: it may be found out in the middle of reporting on a process.
-        screen.on_closed = lambda: self._stop_soon("nobody reads our output any more")
+        screen.on_closed = lambda: self._ending.stop_soon("nobody reads our output any more")
 
     # ---- the run
 
     def run(self) -> ExitCode:
         """Start, serve, stop. Whatever happens, nothing is left when this returns."""
-        self._reactor.on_signals(STOP_SIGNALS, self._signalled)
+        self._reactor.on_signals(STOP_SIGNALS, self._ending.signalled)
         try:
             if self._folder.path is not None:
                 self._say("INFO", "launch", f"All log files can be found below {self._folder.path}")
             self._begin()
-            self._finish_if_done()
+            self._ending.finish_if_done()
             self._reactor.run()
-            if self._first_death is not None:
-                self._say("ERROR", "launch", self._first_death)
+            if self._ending.first_death is not None:
+                self._say("ERROR", "launch", self._ending.first_death)
         finally:
             self._clean_up()
-        return self._exit_code()
+        return self._ending.exit_code()
 
     def _begin(self) -> None:
         """Carry out the static part as a whole before the first answer is handled."""
         if self._options.timeout_s is not None:
-            text = f"the time of {self._options.timeout_s:g} s is over"
-            self._reactor.call_later(self._options.timeout_s, lambda: self._time_is_over(text))
+            self._reactor.call_later(self._options.timeout_s, self._time_is_over)
         self._busy = True
         self._carry_out(self._core.start())
         self._busy = False
@@ -164,14 +169,6 @@ class Supervisor:
         self._reactor.call_later(0, self._write_plan)
         self._reactor.call_later(0, self._folder.prune)
         self._caretaker.start()
-
-    def _exit_code(self) -> ExitCode:
-        if self._first_death is None and not self._keeper.has_killed:
-            return ExitCode.OK
-        if self._stop_signal is None:
-            return ExitCode.PROCESS_FAILED
-        is_interrupt = self._stop_signal == signal.SIGINT
-        return ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
 
     def _clean_up(self) -> None:
         for process in self._processes.values():
@@ -183,7 +180,7 @@ class Supervisor:
         self._caretaker.close()
         self._guards.close()
         self._write_plan()
-        self._chronicle.note("finished", exit_code=int(self._exit_code()))
+        self._chronicle.note("finished", exit_code=int(self._ending.exit_code()))
         self._screen.finish(LAST_WORDS_S)
         if self._screen.dropped_bytes:
             text = f"{self._screen.dropped_bytes} bytes of output found no room on their disk"
@@ -231,7 +228,7 @@ class Supervisor:
                 case LoadComponent() | ChangeState() | WatchLifecycle():
                     self._ask_ros(effect)
                 case RequestShutdown():
-                    self._stop_all(effect.reason)
+                    self._ending.stop_all(effect.reason)
                 case SignalProcess() | StopProcess() | WriteStdin():
                     process = self._processes.get(effect.process_id)
                     if process is not None:  # else: a stop came before its start
@@ -256,7 +253,7 @@ class Supervisor:
 
     def _ros_answered(self, event: Event) -> None:
         self._feed(event)
-        self._finish_if_done()
+        self._ending.finish_if_done()
 
     def _log_dir(self) -> dict[str, str]:
         path = self._folder.path
@@ -265,7 +262,7 @@ class Supervisor:
     def _fire(self, timer_id: int) -> None:
         self._timers.pop(timer_id, None)
         self._feed(TimerFired(timer_id=timer_id))
-        self._finish_if_done()
+        self._ending.finish_if_done()
 
     def _is_watched(self, process: Process) -> bool:
         """Asked for each read; the interpreter's answer holds until its next event."""
@@ -306,14 +303,14 @@ class Supervisor:
             self._caretaker.died_by_signal()
         is_final = end.retry_in_s is None and not end.asked
         died = is_final and end.outcome.failed
-        if died and self._first_death is None:
+        if died and self._ending.first_death is None:
             last_lines = process.last_lines(LAST_LINES)
             what = str(end.outcome)
-            self._first_death = report.first_death(process.name, what, last_lines)
+            self._ending.first_death = report.first_death(process.name, what, last_lines)
         if is_final and self._options.is_required(process.spec):
-            self._stop_soon(f"{process.name} is required and has ended")
+            self._ending.stop_soon(f"{process.name} is required and has ended")
         elif died and self._options.exit_when_any_dies:
-            self._stop_soon(f"{process.name} died")
+            self._ending.stop_soon(f"{process.name} died")
 
     def _over_budget(self, process: Process, verdict: Verdict) -> None:
         from launcher.engine.budgets import BudgetAction
@@ -323,79 +320,24 @@ class Supervisor:
         if verdict.action is BudgetAction.RESTART:
             self._keeper.advance(process, Restart())
         elif verdict.action is BudgetAction.STOP:
-            self._first_death = self._first_death or str(verdict)
-            self._stop_soon(f"{process.name} is over its budget")
+            self._ending.first_death = self._ending.first_death or str(verdict)
+            self._ending.stop_soon(f"{process.name} is over its budget")
 
     # ---- the end
 
-    def _signalled(self, signum: int) -> None:
-        self._stop_signal = self._stop_signal or signum
-        name = signal.Signals(signum).name
-        how = "ctrl-c (SIGINT)" if signum == signal.SIGINT else name
-        if not self._stopping:
-            self._say("WARNING", "launch", f"user interrupted with {how}")
-            self._feed(SignalReceived(signum=signum))
-            self._stop_all(how)
-            return
-        self._say("WARNING", "launch", f"user interrupted with {how} again, not waiting any longer")
-        for process in list(self._processes.values()):
-            # One that an OnShutdown handler started has not been asked to stop yet.
-            is_new = process.machine.state is ProcessState.RUNNING
-            self._keeper.advance(process, Stop() if is_new else Hurry())
-        if self._remnants is not None:
-            self._remnants.hurry()
-
-    def _time_is_over(self, text: str) -> None:
+    def _time_is_over(self) -> None:
+        text = f"the time of {self._options.timeout_s:g} s is over"
         self._say("INFO", "launch", text)
-        self._stop_all(text)
+        self._ending.stop_all(text)
 
-    def _stop_soon(self, reason: str) -> None:
-        self._reactor.call_later(0, lambda: self._stop_and_say(reason))
+    def _expects_more(self) -> bool:
+        """Whether something but the processes may still bring about a start."""
+        if self._timers or self._inbox or self._busy:
+            return True
+        is_loading = self._agent is not None and self._agent.is_loading
+        return is_loading and not self._ending.has_begun
 
-    def _stop_and_say(self, reason: str) -> None:
-        if not self._stopping:
-            self._say("INFO", "launch", f"{reason}: shutting down")
-        self._stop_all(reason)
-
-    def _stop_all(self, reason: str) -> None:
-        """Stop everything, the last started first."""
-        if self._stopping:
-            return
-        self._stopping = True
-        self._chronicle.note("stopping", reason=reason)
+    def _cancel_timers(self) -> None:
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()
-        for process in reversed(list(self._processes.values())):
-            self._keeper.advance(process, Stop())
-        self._reactor.call_later(WAITING_NOTE_S, self._say_who_lives)
-        self._reactor.call_later(0, self._finish_if_done)
-
-    def _say_who_lives(self) -> None:
-        alive = [p.name for p in self._processes.values() if p.machine.state.is_alive]
-        if alive:
-            self._say("INFO", "launch", f"still waiting for {', '.join(alive)}")
-            self._reactor.call_later(WAITING_NOTE_S, self._say_who_lives)
-
-    def _finish_if_done(self) -> None:
-        """When nothing runs and nothing can start any more, end what processes left behind."""
-        if self._timers or self._inbox or self._busy or self._remnants is not None:
-            return
-        if any(_is_pending(p.machine.state) for p in self._processes.values()):
-            return
-        if self._agent is not None and self._agent.is_loading and not self._stopping:
-            return
-        self._stopping = True
-        self._close_agent()
-        self._remnants = Remnants(
-            self._run_id,
-            reactor=self._reactor,
-            ignore=self._guards.pids,
-            say=lambda level, text: self._say(level, "launch", text),
-            on_done=self._reactor.stop,
-        )
-        self._remnants.check()
-
-
-def _is_pending(state: ProcessState) -> bool:
-    return state.is_alive or state is ProcessState.BACKOFF

@@ -1,0 +1,138 @@
+"""Ending: how a run comes to its end, and with which exit code."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Collection
+
+from launcher.engine.chronicle import Chronicle
+from launcher.engine.guard import Guards
+from launcher.engine.keeper import Keeper
+from launcher.engine.machine import Hurry, ProcessState, Stop
+from launcher.engine.process import Process
+from launcher.engine.reactor import Reactor
+from launcher.engine.remnants import Remnants
+from launcher.errors import ExitCode
+from launcher.model.events import Event, SignalReceived
+
+WAITING_NOTE_S = 1.0  # a stop that takes longer says for whom it waits
+
+
+class Ending:
+    """Stops everything when it has to be, says for whom it waits, and knows when all is over.
+
+    `processes` is what the supervisor knows, in order of start. `tell` hands the interpreter an
+    event; `expects_more()` says whether something but the processes may still bring about a
+    start; `on_stop()` is called when a stop begins, `on_empty()` when no process is left.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        chronicle: Chronicle,
+        keeper: Keeper,
+        *,
+        run_id: str,
+        guards: Guards,
+        processes: Callable[[], Collection[Process]],
+        tell: Callable[[Event], None],
+        expects_more: Callable[[], bool],
+        on_stop: Callable[[], None],
+        on_empty: Callable[[], None],
+    ) -> None:
+        self._reactor = reactor
+        self._chronicle = chronicle
+        self._keeper = keeper
+        self._run_id = run_id
+        self._guards = guards
+        self._processes = processes
+        self._tell = tell
+        self._expects_more = expects_more
+        self._on_stop = on_stop
+        self._on_empty = on_empty
+        self._stop_signal: int | None = None
+        self._remnants: Remnants | None = None
+        self.has_begun = False
+        self.first_death: str | None = None
+
+    def exit_code(self) -> ExitCode:
+        """What the run ends with, as things stand."""
+        if self.first_death is None and not self._keeper.has_killed:
+            return ExitCode.OK
+        if self._stop_signal is None:
+            return ExitCode.PROCESS_FAILED
+        is_interrupt = self._stop_signal == signal.SIGINT
+        return ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
+
+    # ---- reasons
+
+    def signalled(self, signum: int) -> None:
+        """A signal asks us to stop; each further one not to wait."""
+        self._stop_signal = self._stop_signal or signum
+        name = signal.Signals(signum).name
+        how = "ctrl-c (SIGINT)" if signum == signal.SIGINT else name
+        if not self.has_begun:
+            self._say("WARNING", f"user interrupted with {how}")
+            self._tell(SignalReceived(signum=signum))
+            self.stop_all(how)
+            return
+        self._say("WARNING", f"user interrupted with {how} again, not waiting any longer")
+        for process in list(self._processes()):
+            # One that an OnShutdown handler started has not been asked to stop yet.
+            is_new = process.machine.state is ProcessState.RUNNING
+            self._keeper.advance(process, Stop() if is_new else Hurry())
+        if self._remnants is not None:
+            self._remnants.hurry()
+
+    def stop_soon(self, reason: str) -> None:
+        """Stop everything, but not in the middle of what is going on now."""
+        self._reactor.call_later(0, lambda: self._stop_and_say(reason))
+
+    def _stop_and_say(self, reason: str) -> None:
+        if not self.has_begun:
+            self._say("INFO", f"{reason}: shutting down")
+        self.stop_all(reason)
+
+    # ---- the course of the end
+
+    def stop_all(self, reason: str) -> None:
+        """Stop everything, the last started first."""
+        if self.has_begun:
+            return
+        self.has_begun = True
+        self._chronicle.note("stopping", reason=reason)
+        self._on_stop()
+        for process in reversed(list(self._processes())):
+            self._keeper.advance(process, Stop())
+        self._reactor.call_later(WAITING_NOTE_S, self._say_who_lives)
+        self._reactor.call_later(0, self.finish_if_done)
+
+    def _say_who_lives(self) -> None:
+        alive = [p.name for p in self._processes() if p.machine.state.is_alive]
+        if alive:
+            self._say("INFO", f"still waiting for {', '.join(alive)}")
+            self._reactor.call_later(WAITING_NOTE_S, self._say_who_lives)
+
+    def finish_if_done(self) -> None:
+        """When nothing runs and nothing can start any more, end what processes left behind."""
+        if self._remnants is not None or self._expects_more():
+            return
+        if any(_is_pending(p.machine.state) for p in self._processes()):
+            return
+        self.has_begun = True
+        self._on_empty()
+        self._remnants = Remnants(
+            self._run_id,
+            reactor=self._reactor,
+            ignore=self._guards.pids,
+            say=self._say,
+            on_done=self._reactor.stop,
+        )
+        self._remnants.check()
+
+    def _say(self, level: str, text: str) -> None:
+        self._chronicle.say(level, "launch", text)
+
+
+def _is_pending(state: ProcessState) -> bool:
+    return state.is_alive or state is ProcessState.BACKOFF
