@@ -2,29 +2,39 @@
 
 from __future__ import annotations
 
+from launcher.engine.journal import Journal
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
 from launcher.engine.report import Line
+from launcher.engine.ring import LogRing
 from launcher.engine.runfolder import RunFolder
 from launcher.engine.screen import Screen
 
 
 class Chronicle:
-    """One voice for a run."""
+    """One voice for a run; `ring` holds the last lines of its own."""
 
     def __init__(self, reactor: Reactor, screen: Screen, folder: RunFolder) -> None:
         self._reactor = reactor
         self._screen = screen
         self._folder = folder
+        self.ring = LogRing()
 
     def say(self, level: str, logger: str, text: str) -> None:
         """A line of our own, on the screen and in the log."""
+        line = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
+        self.ring.append("", self._reactor.now(), line)
         self._screen.log(level, logger, text)
         self._folder.log(level, logger, text)
 
     def tell(self, process: Process, line: Line) -> None:
         """A line about a process."""
         self.say(line.level, process.name, line.text)
+
+    @property
+    def journal(self) -> Journal:
+        """Where the entries go."""
+        return self._folder.journal
 
     def note(self, event: str, process: Process | None = None, **details: object) -> None:
         """An entry of the journal, written when this pass of the loop is done."""

@@ -119,6 +119,8 @@ class Ending:
             return
         if any(_is_pending(p.machine.state) for p in self._processes()):
             return
+        if not self.has_begun and any(p.held for p in self._processes()):
+            return  # a person stopped it, and may start it again
         self.has_begun = True
         self._on_empty()
         self._remnants = Remnants(

@@ -7,19 +7,25 @@ belongs to the event: `process`, `pid`, `returncode`, `signal`, `delay_s`, `reas
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable
+
+RECENT = 4000  # entries that are kept in memory, for whoever asks for the story so far
 
 
 class Journal:
     """Collects entries and hands them on as lines; `json` is imported with the first flush.
 
     The first process of a run does not wait for that: the supervisor flushes when it has nothing
-    better to do.
+    better to do. `listeners` get each line when it is written.
     """
 
     def __init__(self, write: Callable[[bytes], None]) -> None:
         self._write = write
         self._entries: list[dict[str, object]] = []
+        self._recent: deque[str] = deque(maxlen=RECENT)
+        self._resources = ""
+        self.listeners: list[Callable[[str], None]] = []
 
     @property
     def is_empty(self) -> bool:
@@ -37,6 +43,21 @@ class Journal:
             return
         import json
 
-        lines = "".join(json.dumps(entry) + "\n" for entry in self._entries)
-        self._entries.clear()
-        self._write(lines.encode())
+        entries, self._entries = self._entries, []
+        lines = []
+        for entry in entries:
+            line = json.dumps(entry)
+            lines.append(line + "\n")
+            if entry["event"] == "resources":
+                self._resources = line
+            else:
+                self._recent.append(line)
+        self._write("".join(lines).encode())
+        for listener in self.listeners:
+            for line in lines:
+                listener(line[:-1])
+
+    def history(self) -> list[str]:
+        """The last entries so far, a line each; of the samples of resources, the newest alone."""
+        self.flush()
+        return [*self._recent, *([self._resources] if self._resources else [])]

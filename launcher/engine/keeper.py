@@ -6,17 +6,20 @@ import errno
 import functools
 import os
 import signal
+import time
 from collections.abc import Callable
 
 from launcher.engine import report
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.machine import (
+    POLITE,
     Ended,
     Escalate,
     Exited,
     MachineEvent,
     Outcome,
     ProcessState,
+    Sent,
     Signal,
     Spawn,
     SpawnError,
@@ -87,6 +90,17 @@ class Keeper:
         self._chronicle.tell(process, report.signalled(process.name, signum))
         self._chronicle.note("signal", process, pid=process.child.pid, signal=int(signum))
         process.child.signal_group(signum)
+        if process.paused and signum in POLITE:
+            # What is paused would notice nothing but SIGKILL.
+            process.child.signal_group(signal.SIGCONT)
+            process.paused = False
+
+    def send(self, process: Process, signum: int) -> None:
+        """Send a signal because a person wants it: an end by it is asked and not repeated."""
+        if signum == signal.SIGKILL:
+            self._before_kill()
+        process.machine.handle(Sent(signum), self._reactor.now())
+        self.signal(process, signum)
 
     def write_stdin(self, process: Process, data: bytes) -> None:
         """Hand data to the standard input of a process, if it lives and reads."""
@@ -105,6 +119,7 @@ class Keeper:
             self._reactor.remove(process.child.pidfd)
             process.child.close()
             process.child = None
+            process.paused = False
 
     def _set_timer(self, process: Process) -> None:
         if process.timer is not None:
@@ -139,7 +154,7 @@ class Keeper:
     def _exited(self, process: Process) -> None:
         child = process.child
         assert child is not None
-        if process.machine.may_restart:
+        if process.machine.may_restart or process.held:
             # What it leaves in its group would run beside its successor. The group is safe to
             # signal only now, while the leader is not reaped and its number cannot be given away.
             child.signal_group(signal.SIGTERM)
@@ -156,6 +171,8 @@ class Keeper:
 
     def _ended(self, process: Process, end: Ended) -> None:
         pid = -1 if process.child is None else process.child.pid
+        process.last_end, process.ended_wall_s = end, time.time()
+        process.held = process.held or end.sent
         returncode = end.outcome.returncode
         if returncode is not None:
             self._chronicle.tell(process, report.ended(process.spec, pid, end))
@@ -170,7 +187,7 @@ class Keeper:
         self._tell_what_follows(process, end)
         self.let_go(process)
         self._on_end(process, end)
-        self._on_event(_event_of(process.process_id, pid, end))
+        self._on_event(_event_of(process, pid, end))
 
     def _tell_what_follows(self, process: Process, end: Ended) -> None:
         machine = process.machine
@@ -183,14 +200,15 @@ class Keeper:
             self._chronicle.tell(process, report.gave_up(machine.restart, machine.restarts))
 
 
-def _event_of(process_id: int, pid: int, end: Ended) -> Event:
+def _event_of(process: Process, pid: int, end: Ended) -> Event:
     outcome = end.outcome
     if outcome.returncode is None:
         number = outcome.spawn_errno or errno.EIO
-        return SpawnFailed(process_id=process_id, errno=number, reason=os.strerror(number))
+        reason = os.strerror(number)
+        return SpawnFailed(process_id=process.process_id, errno=number, reason=reason)
     return ProcessExited(
-        process_id=process_id,
+        process_id=process.process_id,
         pid=pid,
         returncode=outcome.returncode,
-        will_restart=end.retry_in_s is not None,
+        will_restart=end.retry_in_s is not None or process.held,
     )

@@ -24,6 +24,8 @@ from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
 # Refusals of the system that may be over soon: too many processes or files, too little memory.
 TRANSIENT = frozenset({errno.EAGAIN, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
+# Signals that ask a program to end; it may catch them and clean up.
+POLITE = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT})
 SPAWN_RETRY_S = 1.0  # such a refusal is not asked for again at once
 
 
@@ -81,11 +83,17 @@ class Hurry(Record):
     """Do not wait for the deadline: take the next step of the stop now."""
 
 
+class Sent(Record):
+    """Somebody has sent it this signal once; if it ends of it, that was asked for."""
+
+    signum: int
+
+
 class Tick(Record):
     """Time has passed."""
 
 
-MachineEvent = Union[Start, Started, SpawnError, Exited, Stop, Restart, Hurry, Tick]
+MachineEvent = Union[Start, Started, SpawnError, Exited, Stop, Restart, Hurry, Sent, Tick]
 
 
 # ---- actions
@@ -110,11 +118,15 @@ class Escalate(Record):
 
 
 class Ended(Record):
-    """Say how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted."""
+    """Say how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted.
+
+    `sent`: it ended of a signal that somebody had sent it (`Sent`); then it was asked, too.
+    """
 
     outcome: Outcome
     asked: bool
     retry_in_s: float | None
+    sent: bool = False
 
 
 Action = Union[Spawn, Signal, Escalate, Ended]
@@ -176,10 +188,16 @@ class ProcessMachine:
         self.last: Outcome | None = None
         self._chance = chance
         self._step = 0
+        self._sent: dict[int, float] = {}
         self._quick_ends = 0
         self._starts_again = False
-        self._running_since = 0.0
+        self.running_since = 0.0
         self._recent: deque[float] = deque(maxlen=restart.max_restarts or 0)
+
+    @property
+    def stop_signal(self) -> signal.Signals:
+        """The signal of the step that its last stop came to."""
+        return self.stop.steps[self._step][0]
 
     @property
     def may_restart(self) -> bool:
@@ -194,7 +212,8 @@ class ProcessMachine:
                 return self._start()
             case Started(), ProcessState.STARTING:
                 # STARTING -> RUNNING
-                self._running_since = now
+                self.running_since = now
+                self._sent.clear()
                 self._enter(ProcessState.RUNNING)
             case Started(), ProcessState.STOPPING:
                 return self._signal(0, now)
@@ -213,6 +232,8 @@ class ProcessMachine:
             case Stop(), ProcessState.BACKOFF:
                 # BACKOFF -> STOPPED
                 self._enter(ProcessState.STOPPED)
+            case Sent(signum=signum), ProcessState.RUNNING:
+                self._sent[signum] = now
             case Hurry(), ProcessState.STOPPING:
                 return self._escalate(now)
             case Tick(), _ if self.deadline is not None and now >= self.deadline:
@@ -267,6 +288,10 @@ class ProcessMachine:
             # STOPPING -> STOPPED
             self._enter(ProcessState.STOPPED)
             return [Ended(outcome, asked=True, retry_in_s=None)]
+        if self._ends_of_what_was_sent(outcome, now):
+            # RUNNING -> STOPPED
+            self._enter(ProcessState.STOPPED)
+            return [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
         if self._retries(outcome, now):
             # RUNNING, STARTING -> BACKOFF, even without a delay: a stop must find its way in
             delay_s = self._delay_s(outcome, now)
@@ -278,6 +303,17 @@ class ProcessMachine:
         self._enter(ProcessState.FATAL if is_fatal else ProcessState.EXITED)
         return [Ended(outcome, asked=False, retry_in_s=None)]
 
+    def _ends_of_what_was_sent(self, outcome: Outcome, now: float) -> bool:
+        if not self._sent or outcome.returncode is None:
+            return False
+        if any(outcome.returncode in (-signum, 128 + signum) for signum in self._sent):
+            return True
+        # One that cleans up after a polite signal ends with whatever code it likes.
+        patience_s = self.stop.sigterm_timeout_s + self.stop.sigkill_timeout_s
+        return any(
+            signum in POLITE and now - when <= patience_s for signum, when in self._sent.items()
+        )
+
     def _retries(self, outcome: Outcome, now: float) -> bool:
         if outcome.spawn_errno is not None and outcome.spawn_errno not in TRANSIENT:
             return False  # a program that is not there will not be there in a second
@@ -285,7 +321,7 @@ class ProcessMachine:
         return wanted and self.restart.allows(self.restarts, self._recent, now)
 
     def _delay_s(self, outcome: Outcome, now: float) -> float:
-        if outcome.spawn_errno is None and now - self._running_since >= self.restart.quiet_s:
+        if outcome.spawn_errno is None and now - self.running_since >= self.restart.quiet_s:
             self._quick_ends = 0
         delay_s = self.restart.delay_after(self._quick_ends, self._chance())
         self._quick_ends += 1

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from launcher.engine.lines import LineBuffer
 from launcher.engine.machine import ProcessMachine
 from launcher.engine.reactor import Timer
+from launcher.engine.ring import LogRing
 from launcher.engine.spawn import Child
 from launcher.engine.tracebacks import TracebackGate
 from launcher.model.spec import ProcessSpec, Sink
 
-TAIL_BYTES = 4096  # of its last output, for the report on its death
+if TYPE_CHECKING:
+    from launcher.engine.machine import Ended
+    from launcher.engine.view import View
+
+LAST_BYTES = 4096  # of each of its last lines, in the report on its death
 
 
 class Stream:
@@ -30,7 +36,10 @@ class Stream:
 class Process:
     """A spec, the machine that decides about it, and the child that runs now (if one does).
 
-    `number` counts from 0 in order of first start; it picks the colour.
+    `number` counts from 0 in order of first start; it picks the colour. `view` is what a person
+    wants to see of its output (None: everything), `paused` that a person has paused it, `held`
+    that a person stopped it and may start it again. `last_end` is how its last life ended, at
+    `ended_wall_s`.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -41,7 +50,12 @@ class Process:
         self.machine = ProcessMachine(spec.restart, spec.stop)
         self.child: Child | None = None
         self.streams: dict[int, Stream] = {}
-        self.tail = b""
+        self.ring = LogRing()
+        self.view: View | None = None
+        self.paused = False
+        self.held = False
+        self.last_end: Ended | None = None
+        self.ended_wall_s = 0.0
         self.timer: Timer | None = None
         self.idle_timer: Timer | None = None
 
@@ -50,13 +64,9 @@ class Process:
         """`robot_1-2`."""
         return self.spec.name
 
-    def remember(self, lines: bytes) -> None:
-        """Keep the end of its output."""
-        self.tail = (self.tail + lines[-TAIL_BYTES:])[-TAIL_BYTES:]
-
     def last_lines(self, most: int) -> list[str]:
-        """The last lines of its output, as text."""
-        return self.tail.decode(errors="replace").splitlines()[-most:]
+        """The last lines of its output, as text, the longest ones cut."""
+        return [text[:LAST_BYTES] for text in self.ring.texts(most)]
 
     def shows(self, stream: str) -> bool:
         """Whether this stream goes to the screen."""

@@ -107,7 +107,7 @@ class Relay:
     def _deliver(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
-        process.remember(lines)
+        process.ring.append(stream.name, stream.heard_s, lines)
         if stream.shown:  # before the files: a person waits for it
             stopping = process.machine.state is ProcessState.STOPPING
             passed = stream.gate.feed(lines, stopping=stopping)
@@ -117,6 +117,11 @@ class Relay:
         self._folder.write_lines(process.name, process.spec.output, stream.name, lines)
 
     def _show(self, process: Process, fd: int, lines: bytes, shown: int = 0) -> None:
+        if process.view is not None:
+            chosen = process.view.choose(fd, lines)
+            if not chosen:
+                return
+            lines, shown = chosen, 0
         self._screen.write_lines((process.process_id, fd), process.prefix, lines, shown)
 
     def _finish(self, process: Process, fd: int, stream: Stream) -> None:
@@ -145,7 +150,7 @@ class Relay:
             if stream.gate.holds:
                 self._show(process, fd, stream.gate.flush())
             buffer = stream.buffer
-            if buffer.partial:
+            if buffer.partial and process.view is None:
                 source = (process.process_id, fd)
                 buffer.shown = self._screen.write_partial(
                     source, process.prefix, buffer.partial, buffer.shown

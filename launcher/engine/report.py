@@ -45,7 +45,7 @@ def ended(spec: ProcessSpec, pid: int, end: Ended) -> Line:
     if code == 0:
         return Line("INFO", f"process has finished cleanly [pid {pid}]")
     detail = "" if code is None or code >= 0 else f" ({end.outcome})"
-    if end.asked and code != -9:
+    if end.asked and (end.sent or code != -9):
         return Line("INFO", f"process was stopped [pid {pid}, {end.outcome}]")
     return Line(
         "ERROR",

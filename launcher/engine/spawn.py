@@ -61,9 +61,12 @@ class Child:
         except OSError:
             return b""  # a pseudo-terminal ends with EIO
 
-    def write_stdin(self, data: bytes) -> None:
-        """Hand `data` to the process; BrokenPipeError or BlockingIOError if it does not read."""
-        os.write(self._stdin, data)
+    def write_stdin(self, data: bytes) -> int:
+        """Hand `data` to the process; how many bytes of it found room.
+
+        BrokenPipeError or BlockingIOError if it does not read.
+        """
+        return os.write(self._stdin, data)
 
     def close_stream(self, fd: int) -> None:
         """Close one output stream."""

@@ -45,6 +45,7 @@ from launcher.model.options import RunOptions
 
 if TYPE_CHECKING:
     from launcher.engine.budgets import Verdict
+    from launcher.engine.desk import Desk
     from launcher.engine.ros_agent import RosAgent
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -94,6 +95,7 @@ class Supervisor:
         self._inbox: deque[Event] = deque()
         self._busy = False
         self._agent: RosAgent | None = None
+        self._desk: Desk | None = None
         trouble = functools.partial(screen.log, "WARNING", "launch")
         self._folder = RunFolder(run_path, trouble)
         self._chronicle = Chronicle(reactor, screen, self._folder)
@@ -140,6 +142,23 @@ class Supervisor:
         screen.on_pressure = lambda pressed: self._relay.pause(pressed, self._processes.values())
         # Not at once: it may be found out in the middle of reporting on a process.
         screen.on_closed = lambda: self._ending.stop_soon("nobody reads our output any more")
+
+    @property
+    def desk(self) -> Desk:
+        """Where a person steers the run; made when it is asked for, since most runs need none."""
+        if self._desk is None:
+            from launcher.engine.desk import Desk
+
+            self._desk = Desk(
+                self._reactor,
+                self._chronicle,
+                self._keeper,
+                self._ending,
+                processes=self._processes,
+                samples=lambda: self._caretaker.samples,
+                log_path=self._folder.path,
+            )
+        return self._desk
 
     # ---- the run
 
@@ -283,6 +302,8 @@ class Supervisor:
         prefix = self._screen.prefix(spec.name, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process
+        if self._desk is not None:
+            self._desk.adopt(process)
         self._keeper.advance(process, Start())
 
     def _start_child(self, process: Process) -> Child:
@@ -301,6 +322,8 @@ class Supervisor:
     def _process_ended(self, process: Process, end: Ended) -> None:
         if end.outcome.returncode is not None and end.outcome.returncode < 0:
             self._caretaker.died_by_signal()
+        if self._desk is not None:
+            self._desk.operator.changed()
         is_final = end.retry_in_s is None and not end.asked
         died = is_final and end.outcome.failed
         if died and self._ending.first_death is None:

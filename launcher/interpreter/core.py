@@ -149,7 +149,9 @@ class Interpreter:
                 if callback is not None:
                     callback()
             case model.ProcessStarted(process_id=process_id, pid=pid):
-                details = self.host.processes[process_id].action._started(pid)
+                process = self.host.processes[process_id]
+                process.alive = True  # again, if a person has started what had ended
+                details = process.action._started(pid)
                 self.context.emit_event_sync(process_events.ProcessStarted(**details))
             case model.ProcessExited():
                 self._process_exited(event)

@@ -124,7 +124,8 @@ class ProcessStarted(Record):
 class ProcessExited(Record):
     """The process ended; `returncode` is negative for a signal, as in `subprocess`.
 
-    `will_restart` tells that its RestartPolicy starts it again.
+    `will_restart` tells that its RestartPolicy starts it again, or that somebody may who stopped it
+    by hand.
     """
 
     process_id: int

@@ -16,6 +16,7 @@ from launcher.engine.machine import (
     ProcessMachine,
     ProcessState,
     Restart,
+    Sent,
     Signal,
     Spawn,
     SpawnError,
@@ -278,3 +279,32 @@ def test_there_are_never_two_children_and_every_stop_ends_dead(commands, mode, m
     assert world.alive == 0
     assert not world.one.state.is_alive
     assert world.one.state is not ProcessState.BACKOFF
+
+
+@pytest.mark.parametrize(
+    ("signum", "code"), [(KILL, -9), (TERM, -15), (TERM, 143), (INT, 0), (INT, 1)]
+)
+def test_an_end_by_a_signal_that_a_person_sent_is_asked_and_not_repeated(signum: int, code: int):
+    one = running(mode=RestartMode.ALWAYS)
+    assert one.handle(Sent(signum), 1.0) == []
+    outcome = Outcome(returncode=code)
+    assert one.handle(exited(code), 1.5) == [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
+    assert one.state is ProcessState.STOPPED
+
+
+def test_a_death_long_after_a_signal_or_of_another_one_is_no_wish():
+    for signum, code, later_s in [(INT, 1, 60.0), (signal.SIGUSR1, -11, 1.0)]:
+        one = running()
+        one.handle(Sent(signum), 1.0)
+        (end,) = one.handle(exited(code), 1.0 + later_s)
+        assert end == Ended(Outcome(returncode=code), asked=False, retry_in_s=None)
+
+
+def test_a_signal_of_an_earlier_life_is_forgotten():
+    one = running(mode=RestartMode.ALWAYS)
+    one.handle(Sent(signal.SIGUSR1), 1.0)
+    one.handle(exited(3), 2.0)
+    one.handle(Tick(), 3.0)
+    one.handle(Started(8), 3.0)
+    (end,) = one.handle(exited(-signal.SIGUSR1), 4.0)
+    assert not end.asked

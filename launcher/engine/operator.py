@@ -1,0 +1,296 @@
+"""Operator: what a person wants done with the processes of a running run, and what became of it."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+
+from launcher.engine.chronicle import Chronicle
+from launcher.engine.keeper import Keeper
+from launcher.engine.machine import POLITE, ProcessState, Start, Stop, signal_name
+from launcher.engine.process import Process
+from launcher.engine.reactor import Reactor
+from launcher.model.record import Record
+from launcher.model.spec import RestartMode
+
+LOOK_S = 0.02  # nobody tells us that a process was paused
+PAUSE_PATIENCE_S = 1.0
+SIGNAL_PATIENCE_S = 1.0  # how long an end is waited for after a single signal
+FATAL_BY_DEFAULT = POLITE | {
+    signal.SIGKILL,
+    signal.SIGABRT,
+    signal.SIGSEGV,
+    signal.SIGUSR1,
+    signal.SIGUSR2,
+    signal.SIGALRM,
+    signal.SIGPIPE,
+    signal.SIGBUS,
+    signal.SIGFPE,
+    signal.SIGILL,
+}
+
+
+class Outcome(Record):
+    """What became of a wish for one process: a sentence, and whether it was fulfilled.
+
+    `stopping`: it was not, because the run as a whole is being stopped.
+    """
+
+    process: str
+    done: bool
+    text: str
+    stopping: bool = False
+
+
+Done = Callable[[Outcome], None]
+
+
+class Operator:
+    """Stops, starts, pauses and signals single processes; `done(outcome)` comes when it happened.
+
+    `is_stopping()` tells that the run is being stopped, when nothing may start any more.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        keeper: Keeper,
+        chronicle: Chronicle,
+        *,
+        is_stopping: Callable[[], bool],
+    ) -> None:
+        self._reactor = reactor
+        self._keeper = keeper
+        self._chronicle = chronicle
+        self._is_stopping = is_stopping
+        self._waiting: list[Callable[[], bool]] = []
+
+    # ---- stop and start
+
+    def stop(self, process: Process, done: Done) -> None:
+        """Stop it by its stop policy; it stays, and may be started again."""
+        state = process.machine.state
+        began_s = self._reactor.now()
+        if not state.is_alive and state is not ProcessState.BACKOFF:
+            done(_failed(process, f"does not run ({state.value})"))
+            return
+        self._note("stop", process)
+        process.held = True
+        self._keeper.advance(process, Stop())
+        if state is ProcessState.BACKOFF:
+            done(_done(process, "was waiting for its restart, which is off because you asked"))
+            return
+
+        def look() -> bool:
+            if process.machine.state.is_alive:
+                return False
+            text = self._how_it_stopped(process, began_s)
+            done(_done(process, f"{text}{_restart_is_off(process)}"))
+            return True
+
+        self._wait(look)
+
+    def _how_it_stopped(self, process: Process, began_s: float) -> str:
+        elapsed_s = self._reactor.now() - began_s
+        last = process.last_end
+        end = "" if last is None or last.outcome.returncode is None else str(last.outcome)
+        signum = process.machine.stop_signal.name
+        how = signum if end == signum else f"{signum}, {end}"
+        return f"stopped in {elapsed_s:.2f} s ({how})"
+
+    def start(self, process: Process, done: Done) -> None:
+        """Start what has ended; its restarts count afresh."""
+        state = process.machine.state
+        if self._is_stopping():
+            done(_failed(process, "is not started: the run is being stopped", stopping=True))
+        elif state is ProcessState.STOPPING:
+            self._when_it_has_ended(process, lambda: self.start(process, done))
+        elif state.is_alive:
+            pid = "" if process.child is None else f" (pid {process.child.pid})"
+            done(_failed(process, f"runs already{pid}"))
+        else:
+            self._note("start", process)
+            done(self._started(process))
+
+    def _started(self, process: Process) -> Outcome:
+        process.held = False
+        self._keeper.advance(process, Start())
+        if process.child is not None:
+            return _done(process, f"started with pid {process.child.pid}")
+        process.held = True  # or the run might end with this attempt
+        reason = process.machine.last
+        return _failed(process, str(reason) if reason is not None else "could not be started")
+
+    def restart(self, process: Process, done: Done) -> None:
+        """Stop it if it runs, then start it."""
+        if not process.machine.state.is_alive:
+            self.start(process, done)
+            return
+        if self._is_stopping():
+            done(_failed(process, "is not restarted: the run is being stopped", stopping=True))
+            return
+        self._note("restart", process)
+        before = None if process.child is None else process.child.pid
+        began_s = self._reactor.now()
+
+        def again() -> None:
+            stopped = self._how_it_stopped(process, began_s)
+            if self._is_stopping():
+                text = f"{stopped}, and not started again: the run is being stopped"
+                done(_failed(process, text, stopping=True))
+                return
+            outcome = self._started(process)
+            pid = None if process.child is None else process.child.pid
+            text = f"{stopped}, {outcome.text.partition(' ')[2]} (before: {before})"
+            done(_done(process, text) if pid is not None else _failed(process, text))
+
+        process.held = True
+        self._keeper.advance(process, Stop())
+        self._when_it_has_ended(process, again)
+
+    def _when_it_has_ended(self, process: Process, then: Callable[[], None]) -> None:
+        def look() -> bool:
+            if process.machine.state.is_alive:
+                return False
+            then()
+            return True
+
+        self._wait(look)
+
+    # ---- single signals
+
+    def kill(self, process: Process, signum: int, done: Done) -> None:
+        """Send it exactly this signal; if it ends of it, it stays ended."""
+        child = process.child
+        if child is None:
+            done(_failed(process, f"does not run ({process.machine.state.value})"))
+            return
+        name = signal_name(signum)
+        self._note("kill", process, signal=name)
+        began_s = self._reactor.now()
+        self._keeper.send(process, signum)
+        if signum == signal.SIGCONT:
+            process.paused = False
+        if signum == signal.SIGSTOP:
+            process.paused = True
+        if signum not in FATAL_BY_DEFAULT:
+            done(_done(process, f"got {name}"))
+            return
+
+        def look() -> bool:
+            elapsed_s = self._reactor.now() - began_s
+            if process.child is child:
+                if elapsed_s < SIGNAL_PATIENCE_S:
+                    return False
+                done(_done(process, f"got {name} and still runs"))
+                return True
+            last = process.last_end
+            how = "" if last is None or str(last.outcome) == name else f", {last.outcome}"
+            text = f"ended in {elapsed_s:.2f} s ({name}{how}){_restart_is_off(process)}"
+            done(_done(process, text))
+            return True
+
+        self._wait(look, patience_s=SIGNAL_PATIENCE_S)
+
+    def pause(self, process: Process, done: Done) -> None:
+        """Let it stand still, with its whole group, until it is resumed."""
+        self._halt_or_go(process, signal.SIGSTOP, done)
+
+    def resume(self, process: Process, done: Done) -> None:
+        """Let it go on."""
+        self._halt_or_go(process, signal.SIGCONT, done)
+
+    def _halt_or_go(self, process: Process, signum: signal.Signals, done: Done) -> None:
+        child = process.child
+        pausing = signum == signal.SIGSTOP
+        if child is None:
+            done(_failed(process, f"does not run ({process.machine.state.value})"))
+            return
+        if not pausing and not is_halted(child.pid):
+            done(_failed(process, "is not paused"))
+            return
+        self._note("pause" if pausing else "resume", process)
+        self._keeper.signal(process, signum)
+        process.paused = pausing
+        deadline_s = self._reactor.now() + PAUSE_PATIENCE_S
+        what = f"paused with {signum.name}" if pausing else f"goes on after {signum.name}"
+
+        def look() -> bool:
+            if process.child is not child:
+                done(_failed(process, "has ended"))
+            elif is_halted(child.pid) is pausing:
+                done(_done(process, what))
+            elif self._reactor.now() >= deadline_s:
+                done(_failed(process, f"got {signum.name}, which has no effect so far"))
+            else:
+                self._reactor.call_later(LOOK_S, look)
+            return True
+
+        look()
+
+    def send(self, process: Process, data: bytes, done: Done) -> None:
+        """Hand data to its standard input."""
+        if process.child is None:
+            done(_failed(process, f"does not run ({process.machine.state.value})"))
+            return
+        try:
+            written = process.child.write_stdin(data)
+        except OSError as error:
+            done(_failed(process, f"takes nothing on its standard input: {error.strerror}"))
+            return
+        if written < len(data):
+            text = f"took {written} of {len(data)} bytes: it does not read its standard input"
+            done(_failed(process, text))
+            return
+        done(_done(process, f"got {_count(written, 'byte')} on its standard input"))
+
+    # ---- waiting
+
+    def changed(self) -> None:
+        """A process has ended: see whether somebody has waited for that."""
+        if self._waiting:
+            self._reactor.call_later(0, self._look)
+
+    def _wait(self, look: Callable[[], bool], *, patience_s: float | None = None) -> None:
+        """Ask `look` now, after each end, and when the time is over, until it says yes."""
+        self._waiting.append(look)
+        self._reactor.call_later(0, self._look)
+        if patience_s is not None:
+            self._reactor.call_later(patience_s, self._look)
+
+    def _look(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        self._waiting = [look for look in waiting if not look()] + self._waiting
+
+    def _note(self, verb: str, process: Process, **details: object) -> None:
+        self._chronicle.note("asked", process, verb=verb, **details)
+
+
+def is_halted(pid: int) -> bool:
+    """Whether the process stands still because of SIGSTOP or the like."""
+    try:
+        with open(f"/proc/{pid}/stat", "rb") as file:
+            text = file.read()
+    except OSError:
+        return False
+    return text[text.rindex(b")") + 2 :][:1] in (b"T", b"t")
+
+
+def _restart_is_off(process: Process) -> str:
+    if process.spec.restart.mode is RestartMode.NEVER:
+        return ""
+    return "; restart is off because you asked"
+
+
+def _done(process: Process, text: str) -> Outcome:
+    return Outcome(process=process.name, done=True, text=f"{process.name} {text}")
+
+
+def _failed(process: Process, text: str, *, stopping: bool = False) -> Outcome:
+    return Outcome(
+        process=process.name, done=False, text=f"{process.name} {text}", stopping=stopping
+    )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
