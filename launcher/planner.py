@@ -16,7 +16,6 @@ import sys
 from collections import deque
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from launcher.errors import LaunchFileError
 from launcher.interpreter.core import Interpreter
@@ -27,7 +26,10 @@ from launcher.model.lifecycle import transition_steps
 from launcher.model.record import Record, replace
 from launcher.model.spec import ParameterSource, ProcessSpec
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.interpreter.host import Surprise
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription

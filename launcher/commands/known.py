@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable, Iterator, Mapping
 from types import CodeType, FunctionType, MethodType
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.compat import vocabulary
@@ -19,7 +18,10 @@ from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.language.substitutions.text import TextSubstitution
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.planner import Plan
 
 _MAX_OBJECTS = 200_000  # a launch file that made more of them is not searched to the end

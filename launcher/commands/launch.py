@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from launcher.commands import words as command_line
 from launcher.commands.patience import Patience, limited
@@ -15,6 +14,7 @@ from launcher.commands.run_options import take_run_options
 from launcher.commands.words import Request
 from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription

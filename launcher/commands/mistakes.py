@@ -10,7 +10,6 @@ import contextlib
 import difflib
 import linecache
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
 
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
 from launcher.language.actions.include import IncludeLaunchDescription
@@ -24,7 +23,10 @@ from launcher.language.utilities import (
 )
 from launcher.packages import find_executable
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription

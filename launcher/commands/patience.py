@@ -8,11 +8,14 @@ import signal
 import sys
 from collections.abc import Iterator
 from types import FrameType
-from typing import Any, NoReturn
 
 from launcher.errors import ExitCode, LaunchFileError, UsageError
 from launcher.language.origin import Origin
 from launcher.model.record import Record
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 _AGAIN_S = 1.0  # a launch file that catches everything is interrupted again
 _ATTEMPTS = 3  # then the launcher ends at once; nothing was started yet

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from launcher.commands import words as command_line
 from launcher.commands.patience import Patience, limited
 from launcher.commands.quiet import say, stdout_to_stderr
 from launcher.errors import ExitCode, LauncherError, LaunchFileError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.planner import Plan
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
 
 from launcher.errors import ExitCode, UsageError
 from launcher.packages import executables, find_executable
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
 
 USAGE = "usage: python -m launcher run PACKAGE EXECUTABLE [ARG ...]"
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
 
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor, Timer
 from launcher.model.options import RunOptions
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.budgets import Judge, Verdict
     from launcher.engine.resources import Sample, Sampler

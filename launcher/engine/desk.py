@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.ending import Ending
@@ -13,6 +12,7 @@ from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
 from launcher.engine.views import Views
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pathlib import Path
 

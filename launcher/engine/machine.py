@@ -17,7 +17,6 @@ import os
 import signal
 from collections import deque
 from collections.abc import Callable
-from typing import Union
 
 from launcher.model.record import Record
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
@@ -93,7 +92,7 @@ class Tick(Record):
     """Time has passed."""
 
 
-MachineEvent = Union[Start, Started, SpawnError, Exited, Stop, Restart, Hurry, Sent, Tick]
+MachineEvent = Start | Started | SpawnError | Exited | Stop | Restart | Hurry | Sent | Tick
 
 
 # ---- actions
@@ -129,7 +128,7 @@ class Ended(Record):
     sent: bool = False
 
 
-Action = Union[Spawn, Signal, Escalate, Ended]
+Action = Spawn | Signal | Escalate | Ended
 
 
 class Outcome(Record):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from launcher.engine.lines import LineBuffer
 from launcher.engine.machine import ProcessMachine
@@ -13,6 +12,7 @@ from launcher.engine.spawn import Child
 from launcher.engine.tracebacks import TracebackGate
 from launcher.model.spec import ProcessSpec, Sink
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.machine import Ended
     from launcher.engine.view import View

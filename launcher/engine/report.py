@@ -7,13 +7,13 @@ for them.
 from __future__ import annotations
 
 import os
-from typing import NamedTuple
 
 from launcher.engine.machine import Ended, Escalate, signal_name
+from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec, RestartPolicy
 
 
-class Line(NamedTuple):
+class Line(Record):
     """A level (INFO, WARNING, ERROR) and a text without a newline."""
 
     level: str

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 from launcher.model.record import Record
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     import psutil
 

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 LIMIT_BYTES = 256 * 1024
 LIMIT_BLOCKS = 1000  # a process that writes line by line makes a block of each
 
 
-class Block(NamedTuple):
+class Block:
     """Whole lines of one stream (`stdout`, `stderr`, `both`), and when they were read.
 
-    `heard_s` is on the monotonic clock.
+    `heard_s` is on the monotonic clock. Not a Record: one is made for every read.
     """
 
-    stream: str
-    heard_s: float
-    lines: bytes
+    __slots__ = ("heard_s", "lines", "stream")
+
+    def __init__(self, stream: str, heard_s: float, lines: bytes) -> None:
+        self.stream = stream
+        self.heard_s = heard_s
+        self.lines = lines
 
 
 class LogRing:
@@ -51,7 +53,7 @@ class LogRing:
                 break
             lines = block.lines[:-1].split(b"\n")[-missing:]
             missing -= len(lines)
-            found.append(block._replace(lines=b"\n".join(lines) + b"\n"))
+            found.append(Block(block.stream, block.heard_s, b"\n".join(lines) + b"\n"))
         return found[::-1]
 
     def texts(self, most: int) -> list[str]:

@@ -10,7 +10,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from typing import Any, Union
 
 from launcher.engine.reactor import Reactor
 from launcher.model.events import (
@@ -23,9 +22,13 @@ from launcher.model.events import (
     WatchLifecycle,
 )
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 GOODBYE_S = 2.0  # an agent that does not end with its input is killed after this
 
-Request = Union[LoadComponent, ChangeState, WatchLifecycle]
+Request = LoadComponent | ChangeState | WatchLifecycle
 
 
 class RosAgent:

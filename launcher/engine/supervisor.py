@@ -7,7 +7,6 @@ import signal
 from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
 
 from launcher.engine import report
 from launcher.engine.caretaker import Caretaker, judge_for
@@ -43,27 +42,16 @@ from launcher.model.events import (
 )
 from launcher.model.options import RunOptions
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.budgets import Verdict
+    from launcher.engine.core import Core
     from launcher.engine.desk import Desk
     from launcher.engine.ros_agent import RosAgent
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 LAST_LINES = 10  # of the process that died first, in the summary
 LAST_WORDS_S = 2.0  # how long a slow reader of our output is waited for at the end
-
-
-class Core(Protocol):
-    """What drives the run: `launcher.interpreter.Interpreter`, or a test's own."""
-
-    def start(self) -> Sequence[Effect]:
-        """The effects of the launch file's static part."""
-
-    def handle(self, event: Event) -> Sequence[Effect]:
-        """The effects of what happened."""
-
-    def watches_output(self, process_id: int) -> bool:
-        """Whether ProcessOutput is wanted for this process."""
 
 
 class Supervisor:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
 from launcher.frontends import python
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.description import LaunchDescription
 
 _MARKUP = {"xml": "launcher.frontends.xml", "yaml": "launcher.frontends.yaml"}

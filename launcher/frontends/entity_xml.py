@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Any, NoReturn
 from xml.parsers import expat
 
 from launcher.frontends.entity import Entity, SourceText
@@ -24,6 +23,10 @@ from launcher.frontends.entity_errors import (
     shown,
 )
 from launcher.frontends.types import coerce_text, is_entity_list
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 MAX_TEXT = 1024 * 1024  # characters; the largest launch files of the field have some 100 KiB
 MAX_DEPTH = 60  # nested tags; each level costs Python frames while actions are parsed

@@ -6,7 +6,6 @@ Values are made by YAML's own rules and kept beside their nodes, which know line
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NoReturn
 
 import yaml
 
@@ -23,6 +22,10 @@ from launcher.frontends.entity_errors import (
 )
 from launcher.frontends.types import is_entity_list
 from launcher.language.type_utils import is_instance_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 MAX_TEXT = 512 * 1024  # characters; YAML is read at some 100 KiB a second
 MAX_NUMBER = 1000  # digits; numbers to base 60 take quadratic time

@@ -8,20 +8,22 @@ that nobody knows.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
 
 from launcher.frontends import parsers
 from launcher.frontends.entity import Entity
 from launcher.frontends.entity_errors import StructureError, did_you_mean
 from launcher.language import frontend_registry
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.frontends.parser import Parser
     from launcher.language.action import Action
 
-EXTENSION_GROUP = "launch.frontend.launch_extension"
+    _ParseMethod = Callable[..., Any]
 
-_ParseMethod = Callable[..., Any]
+EXTENSION_GROUP = "launch.frontend.launch_extension"
 
 # What people who come from ROS 1 write, and what they want.
 _ROS_1_TAGS = {

@@ -10,7 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NoReturn, Union
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
 
 MAX_DEPTH = 40  # of calls in calls; a recursive parser needs a bound, no person comes near it
 
@@ -47,7 +50,7 @@ class Call:
     position: int
 
 
-Part = Union[Text, Call]
+Part = Text | Call
 
 
 class GrammarError(ValueError):

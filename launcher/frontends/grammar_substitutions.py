@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from launcher.frontends import expose
 from launcher.frontends.entity_errors import FrontendError, Place, did_you_mean, locate, shown
@@ -11,6 +10,10 @@ from launcher.frontends.grammar import Call, GrammarError, Part, Text, parse_tem
 from launcher.language.origin import Origin
 from launcher.language.substitution import Substitution
 from launcher.language.substitutions.text import TextSubstitution
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 # What people who come from ROS 1 write, and what they want.
 _ROS_1_WORDS = {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.frontends import expose, grammar, grammar_substitutions
@@ -22,7 +21,10 @@ from launcher.language.naming import public
 from launcher.language.origin import Origin
 from launcher.language.sources import InvalidLaunchFileError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.action import Action
     from launcher.language.substitution import Substitution
 

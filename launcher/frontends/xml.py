@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity_xml import XmlEntity, parse_xml
 from launcher.frontends.parser import Parser, read_text
 from launcher.language.description import LaunchDescription
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 class XmlParser(Parser):

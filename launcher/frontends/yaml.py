@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity_errors import AttributeTypeError, StructureError
 from launcher.frontends.entity_yaml import YamlEntity, key_of, node_of_key, parse_yaml
 from launcher.frontends.parser import Parser, read_text
 from launcher.language.description import LaunchDescription
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 class YamlParser(Parser):

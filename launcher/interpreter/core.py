@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from launcher.errors import LaunchFileError
 from launcher.interpreter.host import Answer, RunHost, Surprise
@@ -23,6 +22,10 @@ from launcher.language.utilities import (
     visit_all_entities_and_collect_futures,
 )
 from launcher.model import events as model
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _STREAMS = {
     "stdout": process_events.ProcessStdout,

@@ -6,9 +6,11 @@ import asyncio
 import contextvars
 from asyncio import events
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.interpreter.host import RunHost
 
 

@@ -6,13 +6,17 @@ import contextlib
 import os
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from launcher.interpreter.specs import make_spec
 from launcher.language.events import Shutdown
 from launcher.model import events as model
+from launcher.model.record import Record
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.interpreter.watcher import Watcher
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
     from launcher.language.event import Event
@@ -31,24 +35,11 @@ class Process:
         self.alive = True
 
 
-class Surprise(NamedTuple):
+class Surprise(Record):
     """Behaviour copied from ROS 2 that surprises people, and where it happens."""
 
     text: str
     origin: Origin | None
-
-
-class Watcher(Protocol):
-    """Somebody who wants to see the visits, for a picture of the launch file."""
-
-    def visiting(self, entity: Any, depth: int) -> None:
-        """The visit of an entity begins, `depth` levels below an event (from 1)."""
-
-    def skipped(self, action: Any) -> None:
-        """The condition of the action that is being visited said no."""
-
-    def configured(self, name: str, value: Any, origin: Origin | None) -> None:
-        """A launch configuration got a value; origin None: from the command line."""
 
 
 class RunHost:

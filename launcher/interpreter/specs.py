@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.utilities import perform_substitutions
 from launcher.model.record import replace
@@ -16,7 +15,10 @@ from launcher.model.spec import (
     StopPolicy,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
 

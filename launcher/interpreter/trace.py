@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 from launcher.language.condition import Condition
 from launcher.language.conditions import LaunchConfigurationEquals
@@ -12,6 +11,10 @@ from launcher.language.origin import Origin
 from launcher.language.substitution import Substitution
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.language.substitutions.text import TextSubstitution
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _MAX_NESTING = 20  # of substitutions in each other; deeper ones are not looked into
 
@@ -73,7 +76,7 @@ class Visit:
 
 
 class Trace:
-    """Collects visits (a Watcher of launcher.interpreter.host); `stamp` says when it is."""
+    """Collects visits (a launcher.interpreter.watcher.Watcher); `stamp` says when it is."""
 
     def __init__(self, context: LaunchContext, stamp: Callable[[], Any]) -> None:
         self._context = context

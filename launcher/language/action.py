@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
-
 from launcher.language import frontend_registry
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.events import ExecutionComplete
 from launcher.language.naming import public
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.condition import Condition
     from launcher.language.context import LaunchContext
 
@@ -43,7 +44,8 @@ class Action(LaunchDescriptionEntity):
             context._host.skipped(self)
             return None
         try:
-            return cast("list[LaunchDescriptionEntity] | None", self.execute(context))
+            below: list[LaunchDescriptionEntity] | None = self.execute(context)
+            return below
         finally:
             self._tell_completion(context)
 

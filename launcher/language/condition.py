@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from launcher.language.naming import public
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 from launcher.language.condition import Condition
 from launcher.language.naming import public
 from launcher.language.utilities import (
@@ -11,7 +9,10 @@ from launcher.language.utilities import (
     perform_substitutions,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
     from launcher.language.substitution import Substitution
 

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, ItemsView, Iterator, KeysView, ValuesView
-from typing import Any
 
 from launcher.language.origin import Origin, caller_origin
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    _Table = dict[str, Any]
+else:
+    _Table = dict
 
 _ABSENT = object()
 ALL_NAMES = "*"  # what is noted when a launch file looks at all of them
 
 
-class Configurations(dict[str, Any]):
+class Configurations(_Table):
     """A dictionary that knows where each value was set.
 
     `read` is called with each name that is asked for, so that the launcher knows which arguments

@@ -5,16 +5,18 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Iterable, Mapping, MutableMapping
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.configurations import ALL_NAMES, Configurations
-from launcher.language.host import Host, NoHost
 from launcher.language.naming import public
 from launcher.language.session import replace_environment
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.event import Event
     from launcher.language.event_handler import BaseEventHandler
+    from launcher.language.host import Host
     from launcher.language.origin import Origin
     from launcher.language.substitution import Substitution
 
@@ -52,7 +54,7 @@ class LaunchContext:
         self._event_queue: deque[Event] = deque()
         self._event_handlers: deque[BaseEventHandler] = deque()
         self._completion_futures: list[Any] = []
-        self._host: Host = NoHost()
+        self.__host: Host | None = None
         self.__globals: dict[str, Any] = {}
         self.__locals: dict[str, Any] = {}
         self.__locals_stack: list[dict[str, Any]] = []
@@ -63,6 +65,19 @@ class LaunchContext:
         self.__environment_stack: list[Mapping[str, str]] = []
         self.__environment_reset: Mapping[str, str] = dict(os.environ)
         self.__is_shutdown = False
+
+    @property
+    def _host(self) -> Host:
+        """Whoever runs the entities; somebody who does nothing where nobody has said."""
+        if self.__host is None:
+            from launcher.language.no_host import NoHost
+
+            self.__host = NoHost()
+        return self.__host
+
+    @_host.setter
+    def _host(self, host: Host) -> None:
+        self.__host = host
 
     @property
     def argv(self) -> Any:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.configuration import ResetLaunchConfigurations
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.action import Action
     from launcher.language.context import LaunchContext
     from launcher.language.origin import Origin

@@ -6,13 +6,13 @@ import os
 import re
 from collections.abc import Iterator
 from types import TracebackType
-from typing import TYPE_CHECKING
 
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.language import hints
 from launcher.language.origin import Origin, is_own_file
 from launcher.language.sources import InvalidLaunchFileError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 

@@ -9,12 +9,15 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable
 from types import FunctionType, MethodType
-from typing import Any, TypeVar
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, TypeVar
+
+    _T = TypeVar("_T", bound=Callable[..., Any])
 
 _PARSERS_MODULE = "launcher.frontends.parsers"
 _GRAMMAR_MODULE = "launcher.frontends.grammar_substitutions"
-
-_T = TypeVar("_T", bound=Callable[..., Any])
 
 # Tag or substitution name -> parse function: (entity, parser) or (data,) -> (class, kwargs).
 action_parse_methods: dict[str, Callable[..., Any]] = {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.event import Event
@@ -13,7 +12,10 @@ from launcher.language.naming import public
 from launcher.language.process_events import ProcessExited, ProcessIO, ProcessStarted
 from launcher.language.utilities import is_a_subclass
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, LogInfo, RegisterEventHandler
@@ -12,10 +11,13 @@ from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
 from launcher.language.utilities import normalize_to_list_of_substitutions
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.description import LaunchDescription
 
-_Tree = tuple[str, list[Any]]
+    _Tree = tuple[str, list[Any]]
 
 
 @public("launch.launch_introspector")

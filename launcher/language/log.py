@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
 
 from launcher.language import session
 from launcher.language.actions.output import output_policy
 from launcher.language.naming import public
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _ROOT = "launch"
 _LEVELS = {"WARN": "WARNING", "FATAL": "CRITICAL"}

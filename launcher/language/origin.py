@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import NamedTuple
+
+from launcher.model.record import Record
 
 _OWN_FILES = str(Path(__file__).resolve().parent.parent) + "/"
 _MAX_FRAMES = 40  # deeper than any helper library; bounds the cost of a runaway recursion
 
 
-class Origin(NamedTuple):
+class Origin(Record):
     """A file and a line in it, from 1."""
 
     path: str

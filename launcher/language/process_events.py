@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import signal as signals
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.event import Event
 from launcher.language.naming import public
 from launcher.language.utilities import ensure_argument_type
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.actions.process import ExecuteLocal
 
-ProcessMatcher = Callable[[Any], bool]
+    ProcessMatcher = Callable[[Any], bool]
 
 
 @public("launch.events.process.running_process_event")

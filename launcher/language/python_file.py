@@ -5,9 +5,12 @@ from __future__ import annotations
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from types import ModuleType
-from typing import Any
 
 from launcher.language.naming import public
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _MODULE_NAME = "python_launch_file"  # what launch files find in their __name__
 _REQUIRED = "generate_launch_description"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import python_file
 from launcher.language.context import LaunchContext
@@ -13,7 +12,10 @@ from launcher.language.utilities import (
     perform_substitutions,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.description import LaunchDescription
 
 _FRONTENDS = "launcher.frontends"  # above the language, so it is looked up when needed

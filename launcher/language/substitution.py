@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry
 from launcher.language.naming import public
 from launcher.language.origin import Origin, caller_origin
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 

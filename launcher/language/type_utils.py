@@ -3,49 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Text, Type, Union  # noqa: UP035
 
 from launcher.language.substitution import Substitution
 from launcher.language.utilities import (
-    SomeSubstitutionsType,
     ensure_argument_type,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
-# `typing.List[int]` is how launch files spell a list type, so that is what we compare with.
 ScalarTypesTuple = (int, float, bool, str)
-ListTypesTuple = (List[int], List[float], List[bool], List[str])  # noqa: UP006
-AllowedTypesTuple = ScalarTypesTuple + ListTypesTuple
-
-ScalarTypesType = Type[Union[int, float, bool, str]]  # noqa: UP006
-ListTypesType = Any
-AllowedTypesType = Any
-ScalarValueType = Union[int, float, bool, str]
-ListValueType = Union[List[int], List[float], List[bool], List[str]]  # noqa: UP006
-SequenceValueType = Union[Sequence[int], Sequence[float], Sequence[bool], Sequence[str]]
-AllowedValueType = Union[ScalarValueType, SequenceValueType]
-SomeScalarType = Union[SomeSubstitutionsType, ScalarValueType]
-SomeSequenceType = Sequence[Union[ScalarValueType, SomeSubstitutionsType]]
-SomeValueType = Union[SomeScalarType, SomeSequenceType]
-NormalizedScalarType = Union[List[Substitution], ScalarValueType]  # noqa: UP006
-NormalizedSequenceType = List[Union[ScalarValueType, List[Substitution]]]  # noqa: UP006
-NormalizedValueType = Union[NormalizedScalarType, NormalizedSequenceType]
-StrSomeScalarType = SomeScalarType
-StrSomeSequenceType = Sequence[ScalarValueType]
-StrSomeValueType = Union[StrSomeScalarType, StrSomeSequenceType]
-
-__all__ = ["Optional", "Text"]
 
 
 def is_typing_list(data_type: Any) -> bool:
     """Whether it is `typing.List` or `typing.List[...]`."""
-    if data_type is List:  # noqa: UP006
-        return True
-    return bool(getattr(data_type, "__origin__", None) is list and data_type.__args__)
+    if getattr(data_type, "__origin__", None) is not list:
+        return False
+    return bool(getattr(data_type, "__args__", True))
 
 
 def is_valid_scalar_type(data_type: Any) -> bool:

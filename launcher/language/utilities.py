@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Union
 
 from launcher.language.substitution import Substitution
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
 
-SomeSubstitutionsType = Union[str, Substitution, Iterable[Union[str, Substitution]]]
 SomeSubstitutionsType_types_tuple = (str, Substitution, Iterable)
-FilePath = Union[bytes, str, "os.PathLike[str]"]
 
 
 def is_a(obj: Any, entity_type: type) -> bool:
@@ -131,4 +130,6 @@ def create_future(loop: Any) -> Any:
 
 def class_tuple_to_type_hint(types: Sequence[Any]) -> Any:
     """`Union` of the types."""
+    from typing import Union
+
     return Union[tuple(types)]

@@ -8,8 +8,6 @@ not pids.
 
 from __future__ import annotations
 
-from typing import Union
-
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec
 
@@ -190,27 +188,27 @@ class TransitionSeen(Record):
     goal_state: str
 
 
-Effect = Union[
-    StartProcess,
-    SignalProcess,
-    StopProcess,
-    WriteStdin,
-    CallLater,
-    CancelTimer,
-    LogMessage,
-    RequestShutdown,
-    LoadComponent,
-    ChangeState,
-    WatchLifecycle,
-]
-Event = Union[
-    ProcessStarted,
-    ProcessExited,
-    SpawnFailed,
-    ProcessOutput,
-    TimerFired,
-    SignalReceived,
-    ComponentLoaded,
-    StateChanged,
-    TransitionSeen,
-]
+Effect = (
+    StartProcess
+    | SignalProcess
+    | StopProcess
+    | WriteStdin
+    | CallLater
+    | CancelTimer
+    | LogMessage
+    | RequestShutdown
+    | LoadComponent
+    | ChangeState
+    | WatchLifecycle
+)
+Event = (
+    ProcessStarted
+    | ProcessExited
+    | SpawnFailed
+    | ProcessOutput
+    | TimerFired
+    | SignalReceived
+    | ComponentLoaded
+    | StateChanged
+    | TransitionSeen
+)

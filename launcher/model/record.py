@@ -7,18 +7,18 @@ Type checkers see dataclasses.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
-
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, ClassVar, TypeVar
+
     from typing_extensions import dataclass_transform
+
+    R = TypeVar("R", bound="Record")
 else:
 
     def dataclass_transform(**options: object) -> Any:
         """What it is for type checkers alone."""
         return lambda cls: cls
-
-
-R = TypeVar("R", bound="Record")
 
 
 @dataclass_transform(frozen_default=True, eq_default=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import ENTITIES, Parsed, parse_action, parse_texts
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def parse_argument(cls: type, entity: Entity, parser: Any) -> Parsed:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import (
     ENTITIES,
@@ -14,6 +12,10 @@ from launcher.frontends.parsers.base import (
     parse_condition,
 )
 from launcher.frontends.parsers.node import parse_node, parse_parameters
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def parse_container(cls: Any, entity: Entity, parser: Any) -> Parsed:

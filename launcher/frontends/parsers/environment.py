@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import Parsed, add_texts, parse_texts
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _NAME_AND_VALUE = {"name": "name", "value": "value"}
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import Parsed, parse_action, parse_texts
 from launcher.language.substitutions.text import TextSubstitution
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:

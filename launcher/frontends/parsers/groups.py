@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import (
     Parsed,
@@ -12,6 +10,10 @@ from launcher.frontends.parsers.base import (
     name_value_pairs,
     parse_action,
 )
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def parse_group(cls: type, entity: Entity, parser: Any) -> Parsed:

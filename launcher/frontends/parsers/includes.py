@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import Parsed, name_value_pairs, parse_action
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def parse_include(cls: type, entity: Entity, parser: Any) -> Parsed:

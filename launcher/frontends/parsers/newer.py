@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import (
     Parsed,
@@ -13,6 +11,10 @@ from launcher.frontends.parsers.base import (
     parse_action,
     parse_texts,
 )
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:

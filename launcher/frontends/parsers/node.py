@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 from launcher.frontends.entity import Entity
 from launcher.frontends.entity_errors import (
@@ -14,6 +13,10 @@ from launcher.frontends.entity_errors import (
 from launcher.frontends.parsers.base import ENTITIES, Parsed, add_texts, name_value_pairs
 from launcher.frontends.parsers.process import parse_process
 from launcher.frontends.types import get_data_type_from_identifier
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 # Keyword of the constructor -> attribute.
 _TEXTS = {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Collection
-from typing import Any
 
 from launcher.frontends.entity import Entity
 from launcher.frontends.entity_errors import AttributeTypeError, UnexpectedContentError, shown
@@ -15,6 +14,10 @@ from launcher.frontends.parsers.base import (
     parse_action,
 )
 from launcher.language.substitutions.text import TextSubstitution
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 # Keyword of the constructor -> attribute, for those that are texts with substitutions.
 _TEXTS = {

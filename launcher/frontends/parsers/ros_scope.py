@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import Parsed, parse_texts
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def parse_namespace(cls: type, entity: Entity, parser: Any) -> Parsed:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
@@ -20,7 +19,10 @@ from launcher.language.utilities import (
     perform_substitutions,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
 

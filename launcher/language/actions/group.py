@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry
 from launcher.language.action import Action
@@ -18,7 +17,10 @@ from launcher.language.actions.configuration import (
 )
 from launcher.language.naming import public
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
 

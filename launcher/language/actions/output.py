@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from launcher.model.spec import OutputPolicy, Sink
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _SINKS = {"screen": Sink.SCREEN, "log": Sink.LOG, "own_log": Sink.OWN_LOG}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry
 from launcher.language.action import Action
@@ -36,7 +35,10 @@ from launcher.language.utilities import (
 from launcher.model import events as model
 from launcher.model.spec import RosIdentity
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
 

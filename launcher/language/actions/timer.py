@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
@@ -21,7 +20,10 @@ from launcher.language.type_utils import (
 )
 from launcher.language.utilities import ensure_argument_type, is_a_subclass
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 _INSTALLED = "_timer_event_handler_is_installed"

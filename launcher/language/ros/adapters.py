@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
-
 from launcher.language.description import LaunchDescription
 from launcher.language.naming import public
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 
 @public("launch_ros.ros_adapters")

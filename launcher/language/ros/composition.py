@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry
 from launcher.language.action import Action
@@ -29,7 +28,10 @@ from launcher.language.utilities import (
 )
 from launcher.model.events import ComponentLoaded, LoadRequest
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.condition import Condition
     from launcher.language.context import LaunchContext
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
@@ -20,7 +19,10 @@ from launcher.language.utilities import (
 from launcher.model import lifecycle
 from launcher.model.events import StateChanged, StateRequest, TransitionSeen, WatchLifecycle
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 _LOGGER = "launch_ros.actions.lifecycle_node"

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import NoReturn
 
 from launcher.language.naming import public
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
 
 _MAX_NODE_NAME = 255
 _MAX_NAMESPACE = 245  # what rmw leaves for a namespace

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry, surprises
 from launcher.language.actions.process import ExecuteProcess
@@ -31,7 +30,10 @@ from launcher.language.utilities import (
 )
 from launcher.model.spec import ParameterSource, RosIdentity
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 _LOGGER = "launch_ros.actions.node"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
@@ -21,7 +20,10 @@ from launcher.language.utilities import (
     perform_substitutions,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 

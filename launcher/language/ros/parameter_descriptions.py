@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from launcher.language import frontend_registry
 from launcher.language.naming import public
@@ -21,7 +20,10 @@ from launcher.language.utilities import (
     perform_substitutions,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 

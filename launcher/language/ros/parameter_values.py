@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.ros.parameter_descriptions import Parameter, ParameterFile, ParameterValue
 from launcher.language.substitution import Substitution
@@ -16,7 +15,10 @@ from launcher.language.utilities import (
     perform_substitutions,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 _SCALARS = (bool, int, float, str)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 from launcher.language.substitution import Substitution
 from launcher.language.utilities import ensure_argument_type, normalize_to_list_of_substitutions
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 RemapRule = tuple[tuple[Substitution, ...], tuple[Substitution, ...]]
 

@@ -10,8 +10,8 @@ from launcher.language.ros.parameter_descriptions import Parameter
 from launcher.language.ros.parameter_descriptions import ParameterFile as ParameterFileDescription
 from launcher.language.ros.parameter_descriptions import ParameterValue as ValueDescription
 from launcher.language.ros.remappings import RemapRule
+from launcher.language.some_types import SomeSubstitutionsType
 from launcher.language.substitution import Substitution
-from launcher.language.utilities import SomeSubstitutionsType
 
 SingleValueType = Union[str, int, float, bool]
 MultiValueType = Union[Sequence[str], Sequence[int], Sequence[float], Sequence[bool], bytes]

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 from launcher.language import frontend_registry
 from launcher.language.actions.timer import TimerAction
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
 from launcher.language.type_utils import normalize_typed_substitution
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 @public("launch_ros.actions.ros_timer")

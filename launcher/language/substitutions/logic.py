@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.naming import public
 from launcher.language.substitution import Substitution, SubstitutionFailure
@@ -14,7 +13,10 @@ from launcher.language.utilities import (
     perform_substitutions,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.language.context import LaunchContext
 
 _MODULE = "launch.substitutions.boolean_substitution"

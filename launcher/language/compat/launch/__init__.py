@@ -16,7 +16,7 @@ _SOURCES = {
     "LaunchService": "launcher.language.service",
     "SomeEntitiesType": "launcher.language.some_types",
     "SomeEntitiesType_types_tuple": "launcher.language.some_types",
-    "SomeSubstitutionsType": "launcher.language.utilities",
+    "SomeSubstitutionsType": "launcher.language.some_types",
     "SomeSubstitutionsType_types_tuple": "launcher.language.utilities",
     "Substitution": "launcher.language.substitution",
 }

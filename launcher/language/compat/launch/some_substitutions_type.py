@@ -3,7 +3,7 @@
 from launcher.language.compat.names import reexport
 
 _SOURCES = {
-    "SomeSubstitutionsType": "launcher.language.utilities",
+    "SomeSubstitutionsType": "launcher.language.some_types",
     "SomeSubstitutionsType_types_tuple": "launcher.language.utilities",
 }
 

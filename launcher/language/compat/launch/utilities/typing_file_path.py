@@ -3,7 +3,7 @@
 from launcher.language.compat.names import reexport
 
 _SOURCES = {
-    "FilePath": "launcher.language.utilities",
+    "FilePath": "launcher.language.some_types",
 }
 
 __all__ = list(_SOURCES)
