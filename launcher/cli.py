@@ -42,6 +42,31 @@ VERBS = (
     Verb("graph", "[OPTIONS]", "show who talks to whom: tree, drawing, page, difference"),
 )
 
+# Verbs about a run that is going on: launcher.control.verbs has their table, which is not imported
+# on the way to the first process of a run.
+CONTROL_MODULE = "launcher.commands.control"
+CONTROL_VERBS = (
+    "ps",
+    "top",
+    "kill",
+    "stop",
+    "start",
+    "restart",
+    "pause",
+    "resume",
+    "mute",
+    "unmute",
+    "solo",
+    "level",
+    "grep",
+    "logs",
+    "info",
+    "send",
+    "events",
+    "quit",
+    "runs",
+)
+
 
 def main(words: Sequence[str]) -> int:
     """Run one command line (without the program's name); the exit code."""
@@ -69,7 +94,9 @@ def _wants_traceback(words: list[str]) -> bool:
     if verb == "run":
         words = words[:2]  # what follows the executable is not ours to read
     # As with `ros2 launch`; elsewhere -d is something else.
-    has_short = verb in ("plan", "args", "launch") or verb not in {v.name for v in VERBS}
+    has_short = verb in ("plan", "args", "launch") or verb not in {v.name for v in VERBS} | set(
+        CONTROL_VERBS
+    )
     return "--debug" in words or (has_short and "-d" in words)
 
 
@@ -80,6 +107,9 @@ def _dispatch(words: list[str]) -> int:
     if words[0] == "--version":
         print(importlib.import_module("launcher").__version__)
         return ExitCode.OK
+    if words[0] in CONTROL_VERBS:
+        steered: int = importlib.import_module(CONTROL_MODULE).main(words)
+        return steered
     verb = next((v for v in VERBS if v.name == words[0]), None)
     if verb is None:
         verb, rest = VERBS[0], words
@@ -101,10 +131,21 @@ def overview() -> str:
         "verbs:",
         *(f"  {verb.name:9} {verb.help}" for verb in VERBS),
         "",
+        "verbs about a run that is going on, from any shell:",
+        *(f"  {name:9} {text}" for name, text in control_verbs()),
+        "",
         "exit codes:",
         *(f"  {code.value:<8} {code.meaning}" for code in ExitCode),
     ]
     return "\n".join(lines)
+
+
+def control_verbs() -> list[tuple[str, str]]:
+    """(name, one line of help) of the verbs about a run that is going on."""
+    from launcher.control.verbs import VERBS as CONTROL
+
+    table = [(verb.name, verb.help) for verb in CONTROL if verb.shell]
+    return [*table, ("runs", "list the runs that are going on")]
 
 
 __all__ = ["VERBS", "UsageError", "Verb", "main", "overview"]

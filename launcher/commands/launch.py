@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,6 +17,8 @@ from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.control.server import Server
+    from launcher.engine.supervisor import Supervisor
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
     from launcher.model.events import Effect, Event
@@ -128,7 +131,7 @@ def launch(request: Request, options: RunOptions, patience: Patience) -> int:
         try:
             core = _SoundCore(interpreter, description, request, patience)
             core.evaluate()
-            code = _supervise(core, options, run_path)
+            code = _supervise(core, options, run_path, request)
         finally:
             interpreter.close()
     if interpreter.failure is not None:
@@ -225,23 +228,70 @@ class _SoundCore:
         return self._interpreter.watches_output(process_id)
 
 
-def _supervise(core: _SoundCore, options: RunOptions, run_path: Path | None) -> ExitCode:
+def _supervise(
+    core: _SoundCore, options: RunOptions, run_path: Path | None, request: Request
+) -> ExitCode:
     from launcher.engine.reactor import Reactor
     from launcher.engine.screen import Screen, wants_colour
     from launcher.engine.supervisor import Supervisor
 
     environment = dict(os.environ)
+    run_id = _new_run_id()
     with Reactor() as reactor:
         screen = Screen(reactor, colour=wants_colour(1, environment))
-        return Supervisor(
+        supervisor = Supervisor(
             core,
             env=environment,
             reactor=reactor,
             screen=screen,
-            run_id=_new_run_id(),
+            run_id=run_id,
             run_path=run_path,
             options=options,
-        ).run()
+        )
+        if not options.control:
+            return supervisor.run()
+        # Not on the way to the first process.
+        control = _Control(supervisor, request, run_id, environment)
+        reactor.call_later(0, control.open)
+        try:
+            return supervisor.run()
+        finally:
+            control.close()
+
+
+class _Control:
+    """What other shells steer the run through; opened when the first processes have started."""
+
+    def __init__(
+        self, supervisor: Supervisor, request: Request, run_id: str, environment: dict[str, str]
+    ) -> None:
+        self._supervisor = supervisor
+        self._request = request
+        self._run_id = run_id
+        self._environment = environment
+        self._started = time.time()
+        self._server: Server | None = None
+
+    def open(self) -> None:
+        """Listen, if that is possible."""
+        from launcher import __version__
+        from launcher.control.opening import open_control
+        from launcher.control.service import Identity
+
+        identity = Identity(
+            run_id=self._run_id,
+            launcher=__version__,
+            target=str(self._request.path),
+            arguments=tuple(f"{name}:={value}" for name, value in self._request.arguments),
+            started=self._started,
+            environment=self._environment,
+        )
+        self._server = open_control(self._supervisor.desk, identity)
+
+    def close(self) -> None:
+        """Say goodbye to all clients."""
+        if self._server is not None:
+            self._server.close()
 
 
 def _new_run_id() -> str:

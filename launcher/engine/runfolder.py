@@ -99,7 +99,7 @@ class RunFolder:
             return
         import json
 
-        plan = {"processes": [_planned(spec, environment) for spec in processes]}
+        plan = {"processes": [planned(spec, environment) for spec in processes]}
         try:
             (self.path / "plan.json").write_text(json.dumps(plan, indent=1), encoding="utf-8")
         except OSError as error:
@@ -142,7 +142,7 @@ class RunFolder:
         self._on_trouble(f"no log files from here on: {error.strerror}: {error.filename or 'disk'}")
 
 
-def _planned(spec: ProcessSpec, environment: Mapping[str, str]) -> dict[str, object]:
+def planned(spec: ProcessSpec, environment: Mapping[str, str]) -> dict[str, object]:
     """A spec in the words of the plan document; the environment as the difference to ours."""
     ros = spec.ros
     return {

@@ -13,7 +13,8 @@ class RunOptions(Record):
 
     `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
     time; `exit_when_any_dies` after the first death that is not followed by a restart. `budgets`
-    and `budget_file` are limits on resources (`engine.budget_reader` reads them).
+    and `budget_file` are limits on resources (`engine.budget_reader` reads them). `control`: other
+    shells may look at the run and steer it.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -21,6 +22,7 @@ class RunOptions(Record):
     exit_when_any_dies: bool = False
     timeout_s: float | None = None
     log_files: bool = True
+    control: bool = True
     budgets: tuple[str, ...] = ()
     budget_file: str | None = None
 

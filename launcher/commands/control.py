@@ -1,0 +1,258 @@
+"""`ps`, `top`, `kill`, `stop`, `logs` and so on: a running run, from any other shell."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from launcher.control import verbs
+from launcher.control.client import Connection
+from launcher.control.runs import find_run, live_runs
+from launcher.control.verbs import Call, Verb
+from launcher.errors import ExitCode, UsageError
+from launcher.model.record import Record
+
+RUNS_USAGE = "runs [--json]"
+COMMON = """\
+  --run ID             which run, where there are several: its id, pid or target, or the
+                       beginning of one of them
+  --json               for programs: one JSON object, or one a line
+  -h, --help           this text"""
+NAMES = """\
+NAME is a process (`robot_2-4`), its label (`robot_2`), its node (`/fleet/robot_2`), a pattern of
+these (`robot_*`), or a namespace, which means all below it (`/fleet`)."""
+
+
+class Settings(Record):
+    """The words that every command takes."""
+
+    run: str | None = None
+    as_json: bool = False
+
+
+def main(words: Sequence[str]) -> int:
+    """Carry out the command that `words[0]` names; the exit code."""
+    name, *rest = words
+    verb = verbs.find(name)
+    if _wants_help(rest):
+        print(usage(name, verb))
+        return ExitCode.OK
+    settings, rest = _take_settings(name, rest)
+    if verb is None:
+        return _runs(settings, rest)
+    call = verbs.parse(verb, rest)
+    with find_run(settings.run, _complain).connect() as connection:
+        try:
+            return _SHOWS.get(name, _tell)(connection, call, settings)
+        except KeyboardInterrupt:
+            if verb.streams:
+                return ExitCode.OK  # nothing else ends it
+            raise
+
+
+def usage(name: str, verb: Verb | None) -> str:
+    """What `--help` prints."""
+    if verb is None:
+        return f"usage: python -m launcher {RUNS_USAGE}\n\nList the runs that are going on."
+    lines = [f"usage: python -m launcher {verb.usage} [--run ID] [--json]", ""]
+    lines += [f"{verb.help[0].upper()}{verb.help[1:]}."]
+    if verb.names != "none":
+        lines += ["", NAMES]
+    lines += ["", "options:"]
+    for option in verb.options:
+        if option.flags:
+            words = ", ".join(option.flags) + (f" {option.metavar}" if option.metavar else "")
+            lines.append(f"  {words:<20} {option.help}")
+    return "\n".join([*lines, COMMON])
+
+
+def _wants_help(words: Sequence[str]) -> bool:
+    before = words[: words.index("--")] if "--" in words else words
+    return any(word in ("-h", "--help") for word in before)
+
+
+def _take_settings(name: str, words: Sequence[str]) -> tuple[Settings, list[str]]:
+    """(what every command takes, the other words); UsageError."""
+    run, as_json = None, False
+    rest: list[str] = []
+    queue = list(words)
+    while queue:
+        word = queue.pop(0)
+        if word == "--":
+            rest += [word, *queue]
+            break
+        if word == "--run" or word.startswith("--run="):
+            if word == "--run" and not queue:
+                raise UsageError("--run needs the id of a run", hint="python -m launcher runs")
+            run = queue.pop(0) if word == "--run" else word.partition("=")[2]
+        elif word == "--json":
+            as_json = True
+        elif word != "--debug":
+            rest.append(word)
+        if name == "send" and len(rest) == 1:
+            rest += queue  # the text is not ours to read
+            break
+    return Settings(run=run, as_json=as_json), rest
+
+
+def _complain(text: str) -> None:
+    print(f"note: {text}", file=sys.stderr)
+
+
+def _print_json(document: Mapping[str, Any]) -> None:
+    print(json.dumps(document), flush=True)
+
+
+def _runs(settings: Settings, words: Sequence[str]) -> int:
+    if words:
+        raise UsageError(f"runs takes no '{words[0]}'", hint=f"usage: {RUNS_USAGE}")
+    found = [_as_document(run) for run in live_runs(_complain)]
+    if settings.as_json:
+        _print_json({"runs": found})
+    elif found:
+        from launcher.render.run_tables import run_table
+
+        _print_table(run_table(found))
+    else:
+        print("no run of yours is going on")
+    return ExitCode.OK
+
+
+def _as_document(run: Any) -> dict[str, Any]:
+    return {
+        "id": run.run_id,
+        "pid": run.pid,
+        "target": run.target,
+        "arguments": list(run.arguments),
+        "started": run.started,
+        "log_dir": run.log_dir,
+        "domain_id": run.domain_id,
+        "processes": list(run.processes),
+        "socket": str(run.path),
+    }
+
+
+def _print_table(table: Any) -> None:
+    from rich.console import Console
+
+    # Through a pipe, rich would cut at 80 columns what somebody wants to read as a whole.
+    Console(width=None if sys.stdout.isatty() else 200).print(table, highlight=False)
+
+
+# ---- one way to show each kind of answer
+
+
+def _tell(connection: Connection, call: Call, settings: Settings) -> int:
+    reply = connection.ask(call.verb.name, call.names, **call.options)
+    if settings.as_json:
+        _print_json(reply.result)
+    else:
+        print("\n".join(reply.text))
+    processes = reply.result.get("processes", [])
+    is_done = all(one.get("done", True) for one in processes)
+    return ExitCode.OK if is_done else ExitCode.PROCESS_FAILED
+
+
+def _quit(connection: Connection, call: Call, settings: Settings) -> int:
+    code = _tell(connection, call, settings)
+    connection.wait_for_end()
+    if not settings.as_json:
+        print("the run has ended")
+    return code
+
+
+def _ps(connection: Connection, call: Call, settings: Settings) -> int:
+    result = connection.ask("ps", call.names).result
+    if settings.as_json:
+        _print_json(result)
+    else:
+        from launcher.render.run_tables import process_table
+
+        _print_table(process_table(result["processes"]))
+    return ExitCode.OK
+
+
+def _top(connection: Connection, call: Call, settings: Settings) -> int:
+    looks = connection.follow("top", call.names, **call.options)
+    if settings.as_json:
+        for result in looks:
+            _print_json(result)
+        return ExitCode.OK
+    from rich.console import Console
+    from rich.live import Live
+
+    from launcher.render.run_tables import process_table
+
+    console = Console()
+    if not console.is_terminal:
+        for result in looks:
+            _print_table(process_table(result["processes"]))
+        return ExitCode.OK
+    with Live(console=console, auto_refresh=False) as live:
+        for result in looks:
+            if "processes" in result:
+                live.update(process_table(result["processes"]), refresh=True)
+    return ExitCode.OK
+
+
+def _logs(connection: Connection, call: Call, settings: Settings) -> int:
+    _print_all(connection, call, "lines", _log_line, settings)
+    return ExitCode.OK
+
+
+def _events(connection: Connection, call: Call, settings: Settings) -> int:
+    _print_all(connection, call, "events", _event_line, settings)
+    return ExitCode.OK
+
+
+def _print_all(
+    connection: Connection,
+    call: Call,
+    key: str,
+    as_line: Callable[[Mapping[str, Any]], str],
+    settings: Settings,
+) -> None:
+    items: Iterable[dict[str, Any]]
+    if call.options.get("follow"):
+        items = connection.follow(call.verb.name, call.names, **call.options)
+    else:
+        items = connection.ask(call.verb.name, call.names, **call.options).result[key]
+    for item in items:
+        print(json.dumps(item) if settings.as_json else as_line(item), flush=True)
+
+
+def _log_line(item: Mapping[str, Any]) -> str:
+    if "dropped" in item:
+        return f"({item['dropped']} lines were not read in time)"
+    name = item["process"]
+    return str(item["text"]) if name is None else f"[{name}] {item['text']}"
+
+
+def _event_line(item: Mapping[str, Any]) -> str:
+    if "dropped" in item:
+        return f"({item['dropped']} events were not read in time)"
+    details = dict(item)
+    clock = time.strftime("%H:%M:%S", time.localtime(details.pop("wall_s")))
+    details.pop("monotonic_s")
+    event, process = details.pop("event"), details.pop("process", None)
+    if event == "resources":
+        details = {name: _used(sample) for name, sample in details["processes"].items()}
+    words = [clock, event, *([process] if process else [])]
+    return " ".join([*words, *(f"{key}={value}" for key, value in details.items())])
+
+
+def _used(sample: Mapping[str, Any]) -> str:
+    cpu = "-" if sample["cpu_percent"] is None else f"{sample['cpu_percent']:.0f}%"
+    return f"{cpu},{sample['rss_bytes'] / 1e6:.0f}MB"
+
+
+_SHOWS: dict[str, Callable[[Connection, Call, Settings], int]] = {
+    "ps": _ps,
+    "top": _top,
+    "logs": _logs,
+    "events": _events,
+    "quit": _quit,
+}

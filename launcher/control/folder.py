@@ -1,0 +1,95 @@
+"""Folder: where the sockets of our runs are, and why nobody else can be behind one of them."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Mapping
+from pathlib import Path
+
+from launcher.errors import LauncherError
+
+PATH_LIMIT = 107  # bytes of a socket's path in Linux, without the zero behind it
+SUFFIX = ".sock"
+
+
+class ControlError(LauncherError):
+    """There is no run to talk to, or it does not answer as it should."""
+
+
+def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
+    """Folders in the order in which they are tried."""
+    found = []
+    runtime = env.get("XDG_RUNTIME_DIR", "")
+    if runtime.startswith("/") and _is_ours(Path(runtime), uid):
+        found.append(Path(runtime) / "ros-launcher")
+    for temporary in (env.get("TMPDIR", ""), "/tmp"):
+        if temporary.startswith("/"):
+            found.append(Path(temporary) / f"ros-launcher-{uid}")
+    return list(dict.fromkeys(found))
+
+
+def _is_ours(path: Path, uid: int) -> bool:
+    try:
+        return path.stat().st_uid == uid and os.access(path, os.W_OK | os.X_OK)
+    except OSError:
+        return False
+
+
+def problem_of(path: Path, uid: int) -> str | None:
+    """Why this folder is not to be trusted; None if it is ours alone. OSError if it is not there.
+
+    A link is not followed: somebody else may have made it, in a folder that all may write to.
+    """
+    found = os.lstat(path)
+    if not stat.S_ISDIR(found.st_mode):
+        return f"{path} is not a folder"
+    if found.st_uid != uid:
+        return f"{path} belongs to somebody else"
+    if stat.S_IMODE(found.st_mode) & 0o077:
+        return f"{path} is open to others; chmod 700 mends it"
+    return None
+
+
+def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
+    """The path for the socket of a run, in a folder that is ours alone; ControlError."""
+    problems = []
+    for folder in candidates(env, uid):
+        path = folder / f"{run_id}{SUFFIX}"
+        if len(os.fsencode(not_yet(path))) > PATH_LIMIT:
+            problems.append(f"{folder} is too long for the path of a socket")
+            continue
+        try:
+            folder.mkdir(mode=0o700, exist_ok=True)
+            problem = problem_of(folder, uid)
+        except OSError as error:
+            problem = f"{folder}: {error.strerror}"
+        if problem is None:
+            return path
+        problems.append(problem)
+    raise ControlError("; ".join(problems) or "no folder for a socket")
+
+
+def not_yet(path: Path) -> Path:
+    """Where a socket is until it listens; on its own path it would be taken for a dead one."""
+    return path.with_name(f".{path.name}")
+
+
+def sockets(env: Mapping[str, str], uid: int) -> list[Path]:
+    """The sockets in our folders, the oldest run first; folders that are not ours are left out."""
+    found = []
+    for folder in candidates(env, uid):
+        try:
+            if problem_of(folder, uid) is None:
+                paths = (path for path in folder.iterdir() if path.suffix == SUFFIX)
+                found += [path for path in paths if not path.name.startswith(".")]
+        except OSError:
+            continue  # it is not there, or went while we looked
+    return sorted(found, key=_when)
+
+
+def _when(path: Path) -> tuple[float, str]:
+    try:
+        return path.stat().st_mtime, path.name
+    except OSError:
+        return 0.0, path.name

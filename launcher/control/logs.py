@@ -1,0 +1,86 @@
+"""Logs: the last lines of processes, and those that come, for whoever follows them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from functools import partial
+from typing import Any
+
+from launcher.control.peer import Exchange
+from launcher.engine.desk import Desk
+from launcher.engine.lines import for_screen
+from launcher.engine.process import Process
+from launcher.engine.ring import Block, LogRing, texts_of
+from launcher.model.record import Record
+
+Item = dict[str, Any]
+
+
+class Follower(Record):
+    """Who follows, and whom: process ids, or None for everybody and the launcher itself."""
+
+    exchange: Exchange
+    chosen: frozenset[int] | None
+
+
+class Logs:
+    """Reads the rings. It listens to them only while somebody follows."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._followers: list[Follower] = []
+        desk.on_process = lambda process: self._listen()
+
+    def last(self, processes: Sequence[Process] | None, most: int) -> list[Item]:
+        """The last lines, in order of time; None stands for everybody and the launcher itself."""
+        found: list[tuple[str | None, Block]] = []
+        if processes is None:
+            processes = self._desk.processes
+            found += [(None, block) for block in self._desk.chronicle.ring.last(most)]
+        for process in processes:
+            found += [(process.name, block) for block in process.ring.last(most)]
+        found.sort(key=lambda one: one[1].heard_s)
+        items = [item for name, block in found for item in self._items(name, block)]
+        return items[-most:] if most else []
+
+    def follow(self, processes: Sequence[Process] | None, exchange: Exchange) -> None:
+        """Hand on what comes until the exchange ends."""
+        chosen = None if processes is None else frozenset(p.process_id for p in processes)
+        follower = Follower(exchange=exchange, chosen=chosen)
+        self._followers.append(follower)
+
+        def leave() -> None:
+            self._followers = [one for one in self._followers if one is not follower]
+            self._listen()
+
+        exchange.on_end = leave
+        self._listen()
+
+    def _listen(self) -> None:
+        """Tap the rings of those who are followed, and no others."""
+        everybody = [one for one in self._followers if one.chosen is None]
+        _tap(self._desk.chronicle.ring, None, everybody, self._tell)
+        for process in self._desk.processes:
+            chosen = [
+                one
+                for one in self._followers
+                if one.chosen is None or process.process_id in one.chosen
+            ]
+            _tap(process.ring, process.name, chosen, self._tell)
+
+    def _tell(self, name: str | None, followers: Sequence[Follower], block: Block) -> None:
+        for item in self._items(name, block):
+            for follower in followers:
+                follower.exchange.item(item)
+
+    def _items(self, name: str | None, block: Block) -> Iterable[Item]:
+        wall_s = time.time() - (self._desk.reactor.now() - block.heard_s)
+        stream = block.stream or None
+        clean = block._replace(lines=for_screen(block.lines))
+        for text in texts_of(clean):
+            yield {"process": name, "stream": stream, "time": wall_s, "text": text}
+
+
+def _tap(ring: LogRing, name: str | None, followers: list[Follower], tell: Any) -> None:
+    ring.tap = partial(tell, name, followers) if followers else None

@@ -1,0 +1,103 @@
+"""Names: which processes a person means by a word."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+
+from launcher.control.verbs import BadCallError
+from launcher.model.record import Record
+from launcher.model.spec import ProcessSpec
+
+_PATTERN = "*?["
+_SHOWN = 12  # names in a message
+
+
+class Named(Record):
+    """A process by all its names. `nodes` are full names of ROS nodes (`/fleet/robot_1`)."""
+
+    name: str
+    label: str
+    nodes: tuple[str, ...] = ()
+    namespace: str | None = None
+
+    @classmethod
+    def of(cls, spec: ProcessSpec) -> Named:
+        """The names of a process."""
+        ros = spec.ros
+        if ros is None:
+            return cls(spec.name, spec.label)
+        namespace = ros.namespace or "/"
+        node = ros.node_name
+        nodes = () if node is None else (_full_name(namespace, node),)
+        return cls(spec.name, spec.label, nodes, namespace)
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """Every word that means it."""
+        short = tuple(node.rpartition("/")[2] for node in self.nodes)
+        return (self.name, self.label, *short, *self.nodes)
+
+
+def _full_name(namespace: str, node: str) -> str:
+    return node if node.startswith("/") else f"{namespace.rstrip('/')}/{node}"
+
+
+def resolve(words: Iterable[str], everybody: Sequence[Named]) -> list[int]:
+    """The places in `everybody` that the words mean, in order, each once; BadCallError.
+
+    A word is the name of a process, its label, the name of its node with or without namespace, a
+    pattern of any of these (`robot_*`), or a namespace (`/fleet`), which means all below it.
+    """
+    found: dict[int, None] = {}
+    for word in words:
+        found.update(dict.fromkeys(_meant(word, everybody)))
+    return sorted(found)
+
+
+def _meant(word: str, everybody: Sequence[Named]) -> list[int]:
+    exact = [i for i, one in enumerate(everybody) if one.name == word]
+    if exact:
+        return exact
+    if any(character in word for character in _PATTERN):
+        found = [i for i, one in enumerate(everybody) if any(fnmatchcase(n, word) for n in one.all)]
+        return found or _unknown(word, everybody)
+    found = [i for i, one in enumerate(everybody) if word in one.all]
+    if len(found) > 1:
+        _ambiguous(word, [everybody[i].name for i in found])
+    if not found and word.startswith("/"):
+        found = [i for i, one in enumerate(everybody) if _is_below(word, one)]
+    return found or _unknown(word, everybody)
+
+
+def _is_below(group: str, one: Named) -> bool:
+    if one.namespace is None:
+        return False
+    root = group.rstrip("/") + "/"
+    return (one.namespace.rstrip("/") + "/").startswith(root)
+
+
+def _ambiguous(word: str, names: Sequence[str]) -> None:
+    raise BadCallError(
+        "ambiguous-name",
+        f"'{word}' may be {_listed(names, 'or')}",
+        f"say which, or '{word}*' for all of them",
+    )
+
+
+def _unknown(word: str, everybody: Sequence[Named]) -> list[int]:
+    import difflib
+
+    spellings = {spelling: one.name for one in everybody for spelling in one.all}
+    near = difflib.get_close_matches(word, spellings, n=1)
+    meant = f"did you mean {spellings[near[0]]}? " if near else ""
+    there = _listed([one.name for one in everybody], "and") or "no processes yet"
+    raise BadCallError("unknown-name", f"there is no process '{word}'", f"{meant}there are {there}")
+
+
+def _listed(names: Sequence[str], word: str) -> str:
+    if len(names) > _SHOWN:
+        return f"{', '.join(names[:_SHOWN])} {word} {len(names) - _SHOWN} more"
+    if len(names) > 1:
+        return f"{', '.join(names[:-1])} {word} {names[-1]}"
+    return "".join(names)

@@ -1,0 +1,23 @@
+"""Opening: makes a run listen, or says why it does not."""
+
+from __future__ import annotations
+
+from launcher.control.folder import ControlError
+from launcher.control.server import Server, socket_path
+from launcher.control.service import Identity, Service
+from launcher.engine.desk import Desk
+
+
+def open_control(desk: Desk, identity: Identity) -> Server | None:
+    """The server of a run; None, after a warning, where there is no place for its socket."""
+
+    def warn(text: str) -> None:
+        desk.chronicle.say("WARNING", "launch", text)
+
+    service = Service(desk, identity)
+    try:
+        path = socket_path(identity.run_id)
+        return Server(desk.reactor, path, hello=service.hello, serve=service.serve, warn=warn)
+    except ControlError as error:
+        warn(f"this run cannot be steered from elsewhere: {error.message}")
+        return None

@@ -1,0 +1,98 @@
+"""Protocol: JSON objects, one a line; what is said in which words (docs/control.md)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from launcher.control.verbs import BadCallError
+from launcher.model.record import Record
+
+VERSION = 1
+REQUEST_LIMIT = 64 * 1024  # bytes of a request with its newline
+
+
+class Request(Record):
+    """What a client asks; `id` comes back with every answer to it."""
+
+    id: Any
+    verb: str
+    names: tuple[str, ...]
+    options: Mapping[str, Any]
+
+
+class RequestError(Exception):
+    """A line that is no request; `id` is the one that it has, if it got that far."""
+
+    def __init__(self, cause: BadCallError, request_id: Any = None) -> None:
+        super().__init__(cause.message)
+        self.cause = cause
+        self.id = request_id
+
+
+def parse_request(line: bytes) -> Request:
+    """The request on a line; RequestError."""
+    try:
+        document = json.loads(line.decode(), parse_constant=_no_constant)
+    except (ValueError, RecursionError):
+        raise _bad("a request is one JSON object on a line, in UTF-8") from None
+    if not isinstance(document, dict):
+        raise _bad("a request is a JSON object")
+    request_id = document.get("id")
+    if isinstance(request_id, (dict, list)):
+        raise _bad("'id' is a number, a text or null")
+    version = document.get("protocol", VERSION)
+    if isinstance(version, bool) or version != VERSION:
+        cause = BadCallError(
+            "version",
+            f"this run speaks protocol {VERSION}, and was asked in {json.dumps(version)[:20]}",
+            "use the launcher that started it: its version is in the first line it sends",
+        )
+        raise RequestError(cause, request_id)
+    return _request(document, request_id)
+
+
+def _request(document: dict[str, Any], request_id: Any) -> Request:
+    verb = document.get("verb")
+    names = document.get("names") or []
+    options = document.get("options") or {}
+    if not isinstance(verb, str):
+        raise _bad("'verb' is a text", request_id)
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise _bad("'names' is a list of texts", request_id)
+    if not isinstance(options, dict):
+        raise _bad("'options' is an object", request_id)
+    return Request(request_id, verb, tuple(names), options)
+
+
+def _bad(message: str, request_id: Any = None) -> RequestError:
+    return RequestError(BadCallError("bad-request", message), request_id)
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is not JSON")
+
+
+# ---- what the server says
+
+
+def encode(document: Mapping[str, Any]) -> bytes:
+    """One line."""
+    return json.dumps(document, separators=(",", ":"), default=str).encode() + b"\n"
+
+
+def reply(request_id: Any, result: Mapping[str, Any], text: Sequence[str]) -> bytes:
+    """It was done, or here it is."""
+    return encode({"id": request_id, "ok": True, "result": result, "text": list(text)})
+
+
+def item(request_id: Any, value: Mapping[str, Any]) -> bytes:
+    """One of a stream."""
+    return encode({"id": request_id, "item": value})
+
+
+def failure(request_id: Any, problem: BadCallError) -> bytes:
+    """It was not done."""
+    error = {"code": problem.code, "message": problem.message, "hint": problem.hint}
+    return encode({"id": request_id, "ok": False, "error": error})

@@ -1,0 +1,137 @@
+"""Server: listens for the clients of a run, and lets in whoever may steer it."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import socket
+import struct
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from launcher.control import folder, protocol
+from launcher.control.folder import ControlError
+from launcher.control.peer import Exchange, Peer
+from launcher.control.protocol import Request
+from launcher.control.verbs import BadCallError
+from launcher.engine.descriptors import keep_free
+from launcher.engine.reactor import Reactor, Timer
+
+BACKLOG = 128
+MOST_PEERS = 512
+RESERVE = 32  # file descriptors that clients leave free, more than processes and log files do
+REST_S = 0.5  # before the next look, when there are no descriptors left for clients
+LAST_WORDS_S = 0.2  # how long each client is waited for at the end
+_CREDENTIALS = struct.Struct("3i")  # pid, uid, gid
+
+
+class Server:
+    """Owns the socket file. `hello()` is the first line for each client, `serve` answers."""
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        path: Path,
+        *,
+        hello: Callable[[], Mapping[str, Any]],
+        serve: Callable[[Request, Exchange], None],
+        warn: Callable[[str], None],
+    ) -> None:
+        self._reactor = reactor
+        self._path = path
+        self._hello = hello
+        self._serve = serve
+        self._warn = warn
+        self._peers: list[Peer] = []
+        self._rest: Timer | None = None
+        self._has_warned = False
+        self._socket = _listening(path)
+        reactor.add_reader(self._socket.fileno(), self._accept)
+
+    def _accept(self) -> None:
+        try:
+            connection, _ = self._socket.accept()
+        except (BlockingIOError, ConnectionAbortedError):
+            return
+        except OSError as error:
+            self._take_a_rest(error)
+            return
+        try:
+            keep_free(connection.fileno(), RESERVE)
+        except OSError as error:
+            connection.close()
+            self._take_a_rest(error)
+            return
+        self._welcome(connection)
+
+    def _welcome(self, connection: socket.socket) -> None:
+        pid, uid = _credentials(connection)
+        peer = Peer(self._reactor, connection, serve=self._serve, on_close=self._gone)
+        if uid not in (os.getuid(), 0):
+            self._warn(f"refused to be steered by user {uid} (pid {pid})")
+            peer.refuse(BadCallError("refused", "this run belongs to somebody else"))
+            return
+        self._peers.append(peer)
+        if len(self._peers) > MOST_PEERS:
+            peer.refuse(BadCallError("refused", f"{MOST_PEERS} clients are connected already"))
+            return
+        peer.write(protocol.encode(self._hello()))
+
+    def _gone(self, peer: Peer) -> None:
+        if peer in self._peers:
+            self._peers.remove(peer)
+
+    def _take_a_rest(self, error: OSError) -> None:
+        """Without descriptors, the socket would call again and again for nothing."""
+        if not self._has_warned:
+            self._has_warned = True
+            reason = os.strerror(error.errno or errno.EMFILE)
+            self._warn(f"a client has to wait: {reason}")
+        self._reactor.remove(self._socket.fileno())
+        self._rest = self._reactor.call_later(REST_S, self._go_on)
+
+    def _go_on(self) -> None:
+        self._rest = None
+        self._reactor.add_reader(self._socket.fileno(), self._accept)
+
+    def close(self) -> None:
+        """Answer what is open, close everything and remove the socket."""
+        if self._rest is not None:
+            self._rest.cancel()
+        self._reactor.remove(self._socket.fileno())
+        with contextlib.suppress(OSError):
+            self._path.unlink()
+        self._socket.close()
+        for peer in list(self._peers):
+            peer.conclude(BadCallError("stopping", "the run has ended"), LAST_WORDS_S)
+
+
+def _listening(path: Path) -> socket.socket:
+    """A socket at `path` for our user alone; ControlError."""
+    listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    before = os.umask(0o177)  # nobody else may connect, not even for a moment
+    try:
+        listening.bind(os.fsencode(folder.not_yet(path)))
+        listening.listen(BACKLOG)
+        listening.setblocking(False)
+        folder.not_yet(path).rename(path)
+    except OSError as error:
+        listening.close()
+        raise ControlError(f"{path}: {error.strerror or error}") from None
+    finally:
+        os.umask(before)
+    return listening
+
+
+def _credentials(connection: socket.socket) -> tuple[int, int]:
+    """(pid, uid) of who has connected, as the kernel knows them."""
+    raw = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    pid, uid, _ = _CREDENTIALS.unpack(raw)
+    return pid, uid
+
+
+def socket_path(run_id: str) -> Path:
+    """Where the socket of this run goes; ControlError."""
+    return folder.prepare(run_id, os.environ, os.getuid())

@@ -1,0 +1,257 @@
+"""Service: answers requests about a run."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from launcher.control import facts, verbs
+from launcher.control.logs import Logs
+from launcher.control.names import Named, resolve
+from launcher.control.peer import Exchange
+from launcher.control.protocol import VERSION, Request
+from launcher.control.verbs import BadCallError, Call
+from launcher.engine.desk import Desk
+from launcher.engine.operator import Done, Outcome
+from launcher.engine.process import Process
+from launcher.engine.runfolder import planned
+from launcher.engine.view import level_named
+from launcher.engine.views import Shown
+from launcher.model.record import Record
+
+LAST_LINES = 100
+SHORTEST_PERIOD_S = 0.1
+
+
+class Identity(Record):
+    """Which run this is. `started` is the time of day in seconds since 1970."""
+
+    run_id: str
+    launcher: str
+    target: str
+    arguments: tuple[str, ...]
+    started: float
+    environment: Mapping[str, str]
+
+
+class Service:
+    """One for a run: `serve(request, exchange)` answers now or when it has happened."""
+
+    def __init__(self, desk: Desk, identity: Identity) -> None:
+        self._desk = desk
+        self._identity = identity
+        self._logs = Logs(desk)
+
+    def hello(self) -> dict[str, Any]:
+        """The first line for each client."""
+        identity = self._identity
+        log_path = self._desk.log_path
+        return {
+            "protocol": VERSION,
+            "launcher": identity.launcher,
+            "run": {
+                "id": identity.run_id,
+                "pid": os.getpid(),
+                "target": identity.target,
+                "arguments": list(identity.arguments),
+                "started": identity.started,
+                "log_dir": None if log_path is None else str(log_path),
+                "domain_id": _domain_id(identity.environment),
+                "processes": [process.name for process in self._desk.processes],
+            },
+        }
+
+    def serve(self, request: Request, exchange: Exchange) -> None:
+        """Answer a request."""
+        try:
+            call = verbs.check(request.verb, request.names, request.options)
+            handler: Callable[[Call, Exchange], None] = getattr(self, f"_do_{call.verb.name}")
+            handler(call, exchange)
+        except BadCallError as problem:
+            exchange.fail(problem)
+
+    # ---- who is meant
+
+    def _chosen(self, call: Call) -> list[Process]:
+        """Those that are named; all of them where nobody is."""
+        everybody = self._desk.processes
+        if not call.names:
+            return everybody
+        places = resolve(call.names, [Named.of(process.spec) for process in everybody])
+        return [everybody[place] for place in places]
+
+    # ---- looking
+
+    def _rows(self, call: Call) -> dict[str, Any]:
+        return {"processes": [facts.row(self._desk, p) for p in self._chosen(call)]}
+
+    def _do_ps(self, call: Call, exchange: Exchange) -> None:
+        result = self._rows(call)
+        exchange.reply(result, facts.table(result["processes"]))
+
+    def _do_top(self, call: Call, exchange: Exchange) -> None:
+        if not call.options.get("follow"):
+            self._do_ps(call, exchange)
+            return
+        self._chosen(call)  # names are wrong now or never
+        period_s = max(SHORTEST_PERIOD_S, call.options.get("period_s", 1.0))
+        exchange.is_stream = True
+
+        def look() -> None:
+            if exchange.is_open:
+                exchange.item(self._rows(call))
+                self._desk.reactor.call_later(period_s, look)
+
+        look()
+
+    def _do_info(self, call: Call, exchange: Exchange) -> None:
+        base = self._identity.environment
+        found = [facts.info(self._desk, process, base) for process in self._chosen(call)]
+        text = [line for one in found for line in facts.info_lines(one)]
+        exchange.reply({"processes": found}, text)
+
+    def _do_plan(self, call: Call, exchange: Exchange) -> None:
+        specs = [process.spec for process in self._desk.processes]
+        text = [f"{spec.name}: {spec.command_line}" for spec in specs]
+        environment = self._identity.environment
+        exchange.reply({"processes": [planned(spec, environment) for spec in specs]}, text)
+
+    def _do_help(self, call: Call, exchange: Exchange) -> None:
+        table = [{"name": v.name, "usage": v.usage, "help": v.help} for v in verbs.VERBS]
+        width = max(len(verb.usage) for verb in verbs.VERBS)
+        text = [f"{verb.usage:<{width}}  {verb.help}" for verb in verbs.VERBS]
+        exchange.reply({"verbs": table}, text)
+
+    def _do_logs(self, call: Call, exchange: Exchange) -> None:
+        chosen = self._chosen(call) if call.names else None
+        items = self._logs.last(chosen, call.options.get("lines", LAST_LINES))
+        if not call.options.get("follow"):
+            text = [_with_name(item) for item in items]
+            exchange.reply({"lines": items}, text)
+            return
+        exchange.is_stream = True
+        for item in items:
+            exchange.item(item)
+        self._logs.follow(chosen, exchange)
+
+    def _do_events(self, call: Call, exchange: Exchange) -> None:
+        journal = self._desk.chronicle.journal
+        history = journal.history() if call.options.get("history", True) else []
+        entries = [json.loads(line) for line in history]
+        if not call.options.get("follow"):
+            exchange.reply({"events": entries}, history)
+            return
+        exchange.is_stream = True
+        for entry in entries:
+            exchange.item(entry)
+
+        def tell(line: str) -> None:
+            exchange.item(json.loads(line))
+
+        journal.listeners.append(tell)
+        exchange.on_end = lambda: journal.listeners.remove(tell)
+
+    # ---- steering
+
+    def _each(self, call: Call, exchange: Exchange, do: Callable[[Process, Done], None]) -> None:
+        """Do it to each, and answer when it has happened to all."""
+        chosen = self._chosen(call)
+        outcomes: dict[str, Outcome] = {}
+
+        def done(outcome: Outcome) -> None:
+            outcomes[outcome.process] = outcome
+            if len(outcomes) == len(chosen):
+                _answer(exchange, [outcomes[process.name] for process in chosen])
+
+        for process in chosen:
+            do(process, done)
+
+    def _do_stop(self, call: Call, exchange: Exchange) -> None:
+        self._each(call, exchange, self._desk.operator.stop)
+
+    def _do_start(self, call: Call, exchange: Exchange) -> None:
+        self._each(call, exchange, self._desk.operator.start)
+
+    def _do_restart(self, call: Call, exchange: Exchange) -> None:
+        self._each(call, exchange, self._desk.operator.restart)
+
+    def _do_pause(self, call: Call, exchange: Exchange) -> None:
+        self._each(call, exchange, self._desk.operator.pause)
+
+    def _do_resume(self, call: Call, exchange: Exchange) -> None:
+        self._each(call, exchange, self._desk.operator.resume)
+
+    def _do_kill(self, call: Call, exchange: Exchange) -> None:
+        operator = self._desk.operator
+        signum = call.options.get("signal")
+        if signum is None:
+            self._each(call, exchange, operator.stop)
+        else:
+            self._each(call, exchange, lambda process, done: operator.kill(process, signum, done))
+
+    def _do_send(self, call: Call, exchange: Exchange) -> None:
+        data = (call.options["text"] + "\n").encode(errors="surrogateescape")
+        operator = self._desk.operator
+        self._each(call, exchange, lambda process, done: operator.send(process, data, done))
+
+    def _do_quit(self, call: Call, exchange: Exchange) -> None:
+        running = sum(process.child is not None for process in self._desk.processes)
+        self._desk.quit("somebody asked for it")
+        what = "1 process" if running == 1 else f"{running} processes"
+        exchange.reply({"running": running}, [f"the run is being stopped: {what} to go"])
+
+    # ---- what is shown
+
+    def _do_mute(self, call: Call, exchange: Exchange) -> None:
+        _show(exchange, self._desk.views.mute(self._chosen(call)))
+
+    def _do_unmute(self, call: Call, exchange: Exchange) -> None:
+        _show(exchange, self._desk.views.unmute(self._chosen(call)))
+
+    def _do_solo(self, call: Call, exchange: Exchange) -> None:
+        _show(exchange, self._desk.views.solo(self._chosen(call)))
+
+    def _do_level(self, call: Call, exchange: Exchange) -> None:
+        try:
+            level = level_named(call.options["level"])
+        except ValueError as error:
+            hint = "there are DEBUG, INFO, WARN, ERROR, FATAL, and ALL"
+            raise BadCallError("bad-option", str(error), hint) from None
+        _show(exchange, self._desk.views.level(level, self._chosen(call)))
+
+    def _do_grep(self, call: Call, exchange: Exchange) -> None:
+        text = call.options.get("pattern")
+        try:
+            pattern = re.compile(text.encode()) if text else None
+        except (re.error, ValueError, OverflowError, RecursionError) as error:
+            raise BadCallError("bad-option", f"'{text}' is no pattern: {error}") from None
+        _show(exchange, self._desk.views.grep(pattern, self._chosen(call)))
+
+
+def _answer(exchange: Exchange, outcomes: Sequence[Outcome]) -> None:
+    """An error only if nothing at all was done."""
+    text = [outcome.text for outcome in outcomes]
+    if any(outcome.done for outcome in outcomes):
+        entries = [{"name": o.process, "done": o.done, "text": o.text} for o in outcomes]
+        exchange.reply({"processes": entries}, text)
+        return
+    is_stopping = any(outcome.stopping for outcome in outcomes)
+    exchange.fail(BadCallError("stopping" if is_stopping else "wrong-state", "; ".join(text)))
+
+
+def _show(exchange: Exchange, shown: Sequence[Shown]) -> None:
+    entries = [{"name": s.process, "text": s.text, "hidden_lines": s.hidden_lines} for s in shown]
+    exchange.reply({"processes": entries}, [one.text for one in shown])
+
+
+def _with_name(item: Mapping[str, Any]) -> str:
+    return item["text"] if item["process"] is None else f"[{item['process']}] {item['text']}"
+
+
+def _domain_id(environment: Mapping[str, str]) -> int | None:
+    """The ROS domain of the run; None if it is no number."""
+    text = environment.get("ROS_DOMAIN_ID") or "0"
+    return int(text) if text.isdecimal() and len(text) < 10 else None

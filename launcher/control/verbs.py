@@ -1,0 +1,270 @@
+"""Verbs: the one table of what a person can ask of a running run, and how its words are read."""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from launcher.errors import UsageError
+from launcher.model.record import Record
+
+
+class Option(Record):
+    """An option of a verb. `kind`: flag, text, count, seconds or signal.
+
+    `name` is its name in a request, `flags` are its words on a command line, of which a flag sets
+    `value`. Without flags it is an argument of the verb, or for programs alone.
+    """
+
+    name: str
+    kind: str
+    help: str
+    flags: tuple[str, ...] = ()
+    metavar: str = ""
+    value: bool = True
+
+
+class Verb(Record):
+    """A verb: how it is written, and what it takes.
+
+    `names` says how many processes it wants: none, one, some (at least one) or any (none stands
+    for all). `argument` is the option that the first word gives (it may be left out where
+    `argument_optional`), `text` the one that all words behind the name give. `streams`: with the
+    option `follow` it does not end. `shell`: it is a command of its own, too.
+    """
+
+    name: str
+    usage: str
+    help: str
+    names: str = "none"
+    options: tuple[Option, ...] = ()
+    argument: str | None = None
+    argument_optional: bool = False
+    text: str | None = None
+    streams: bool = False
+    shell: bool = True
+
+    def option(self, name: str) -> Option | None:
+        """The option with this name in requests."""
+        return next((option for option in self.options if option.name == name), None)
+
+
+FOLLOW = Option("follow", "flag", "go on with what comes", ("-f", "--follow"))
+SIGNAL = Option("signal", "signal", "exactly this signal, once", ("-s", "--signal"), "SIGNAL")
+LINES = Option("lines", "count", "the last N lines (100)", ("-n", "--lines"), "N")
+PERIOD = Option("period_s", "seconds", "seconds between two looks (1)", ("-p", "--period"), "S")
+NEW = Option("history", "flag", "only what comes from now on", ("--new",), value=False)
+LEVEL = Option("level", "text", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
+PATTERN = Option("pattern", "text", "a regular expression")
+TEXT = Option("text", "text", "a line for its standard input")
+
+VERBS = (
+    Verb("ps", "ps [NAME ...]", "list processes with state, restarts, CPU and memory", "any"),
+    Verb("top", "top [NAME ...]", "the same, live", "any", (FOLLOW, PERIOD), streams=True),
+    Verb(
+        "kill",
+        "kill NAME ... [-s SIGNAL]",
+        "stop processes, or send them exactly one signal",
+        "some",
+        (SIGNAL,),
+    ),
+    Verb("stop", "stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL", "some"),
+    Verb("start", "start NAME ...", "start processes that have ended", "some"),
+    Verb("restart", "restart NAME ...", "stop processes and start them again", "some"),
+    Verb("pause", "pause NAME ...", "let processes stand still (SIGSTOP)", "some"),
+    Verb("resume", "resume NAME ...", "let paused processes go on (SIGCONT)", "some"),
+    Verb("mute", "mute NAME ...", "show nothing of processes; their files go on", "some"),
+    Verb("unmute", "unmute [NAME ...]", "show them again, and end `solo`", "any"),
+    Verb("solo", "solo NAME ...", "show these processes alone", "some"),
+    Verb(
+        "level",
+        "level LEVEL [NAME ...]",
+        "show only lines of this level and above; ALL shows all",
+        "any",
+        (LEVEL,),
+        argument="level",
+    ),
+    Verb(
+        "grep",
+        "grep [PATTERN [NAME ...]]",
+        "show only lines in which this is found; without it, all",
+        "any",
+        (PATTERN,),
+        argument="pattern",
+        argument_optional=True,
+    ),
+    Verb(
+        "logs",
+        "logs [NAME ...] [-n N] [-f]",
+        "the last lines of processes, whatever is shown of them",
+        "any",
+        (LINES, FOLLOW),
+        streams=True,
+    ),
+    Verb("info", "info NAME ...", "all that is known of a process", "some"),
+    Verb("send", "send NAME TEXT", "a line for its standard input", "one", (TEXT,), text="text"),
+    Verb(
+        "events",
+        "events [-f] [--new]",
+        "starts, ends, restarts, signals and resources",
+        options=(FOLLOW, NEW),
+        streams=True,
+    ),
+    Verb("plan", "plan", "the processes that the launch file asked for", shell=False),
+    Verb("quit", "quit", "stop everything and end the run"),
+    Verb("help", "help", "this table", shell=False),
+)
+
+
+class Call(Record):
+    """A verb with what it is asked about: the body of a request."""
+
+    verb: Verb
+    names: tuple[str, ...]
+    options: Mapping[str, Any]
+
+
+class BadCallError(Exception):
+    """What was asked for makes no sense; `code` is the protocol's."""
+
+    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.hint = hint
+
+
+def find(name: str) -> Verb | None:
+    """The verb with this name."""
+    return next((verb for verb in VERBS if verb.name == name), None)
+
+
+# ---- from a program
+
+
+def check(name: str, names: Sequence[str], options: Mapping[str, Any]) -> Call:
+    """The call that a request asks for; BadCallError."""
+    verb = find(name)
+    if verb is None:
+        known = ", ".join(verb.name for verb in VERBS)
+        raise BadCallError("unknown-verb", f"there is no verb '{name}'", f"there are {known}")
+    _check_names(verb, names)
+    checked = {}
+    for key, value in options.items():
+        option = verb.option(key)
+        if option is None:
+            raise BadCallError(
+                "bad-option", f"{name} has no option '{key}'", f"usage: {verb.usage}"
+            )
+        if value is not None:
+            checked[key] = _checked(verb, option, value)
+    for needed in (verb.text, None if verb.argument_optional else verb.argument):
+        if needed is not None and needed not in checked:
+            raise BadCallError("bad-option", f"{name} needs '{needed}'", f"usage: {verb.usage}")
+    return Call(verb, tuple(names), checked)
+
+
+def _check_names(verb: Verb, names: Sequence[str]) -> None:
+    problem = None
+    if verb.names == "none" and names:
+        problem = f"{verb.name} takes no names"
+    elif verb.names in ("one", "some") and not names:
+        problem = f"{verb.name} needs the name of a process"
+    elif verb.names == "one" and len(names) > 1:
+        problem = f"{verb.name} takes one name"
+    if problem is not None:
+        raise BadCallError("bad-request", problem, f"usage: {verb.usage}")
+
+
+def _checked(verb: Verb, option: Option, value: Any) -> Any:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    match option.kind:
+        case "flag" if isinstance(value, bool):
+            return value
+        case "text" if isinstance(value, str):
+            return value
+        case "count" if is_number and isinstance(value, int) and value >= 0:
+            return value
+        case "seconds" if is_number and value > 0 and math.isfinite(value):
+            return float(value)
+        case "signal" if isinstance(value, (int, str)) and not isinstance(value, bool):
+            return signal_number(str(value))
+    raise BadCallError("bad-option", f"{verb.name}: '{option.name}' is {_MEANT[option.kind]}")
+
+
+_MEANT = {
+    "flag": "true or false",
+    "text": "a text",
+    "count": "a whole number, not negative",
+    "seconds": "a number of seconds above 0",
+    "signal": "a signal",
+}
+
+
+def signal_number(word: str) -> int:
+    """15 for `SIGTERM`, `TERM`, `term` and `15`; BadCallError."""
+    name = word.upper()
+    if word.isdecimal() and len(word) < 4 and int(word) in signal.valid_signals():
+        return int(word)
+    for spelling in (name, f"SIG{name}"):
+        if spelling in signal.Signals.__members__:
+            return int(signal.Signals[spelling])
+    known = ", ".join(one.name for one in signal.Signals)
+    raise BadCallError("bad-option", f"there is no signal '{word}'", f"there are {known}")
+
+
+# ---- from a person
+
+
+def parse(verb: Verb, words: Iterable[str]) -> Call:
+    """The call that the words behind a verb stand for; UsageError."""
+    queue = deque(words)
+    plain: list[str] = []
+    options: dict[str, Any] = {}
+    while queue:
+        word = queue.popleft()
+        if word == "--" or (plain and verb.text is not None):
+            plain += queue if word == "--" else [word, *queue]
+            break
+        if word.startswith("-") and len(word) > 1:
+            _take(verb, word, queue, options)
+        else:
+            plain.append(word)
+    if verb.argument is not None and plain:
+        options[verb.argument] = plain.pop(0)
+    if verb.text is not None and len(plain) > 1:
+        options[verb.text] = " ".join(plain[1:])
+        del plain[1:]
+    try:
+        return check(verb.name, plain, options)
+    except BadCallError as error:
+        raise UsageError(error.message, hint=error.hint) from None
+
+
+def _take(verb: Verb, word: str, queue: deque[str], options: dict[str, Any]) -> None:
+    flag, has_value, value = word.partition("=")
+    option = next((one for one in verb.options if flag in one.flags), None)
+    if option is None or (has_value and option.kind == "flag"):
+        raise UsageError(f"{verb.name} has no option '{word}'", hint=f"usage: {verb.usage}")
+    if option.kind == "flag":
+        options[option.name] = option.value
+        return
+    if not has_value:
+        if not queue:
+            raise UsageError(f"{flag} needs a value: {option.metavar}", hint=f"usage: {verb.usage}")
+        value = queue.popleft()
+    options[option.name] = _from_text(option, flag, value)
+
+
+def _from_text(option: Option, flag: str, text: str) -> Any:
+    try:
+        if option.kind == "count":
+            return int(text)
+        if option.kind == "seconds":
+            return float(text)
+    except ValueError:
+        raise UsageError(f"{flag} is {_MEANT[option.kind]}, not '{text}'") from None
+    return text
