@@ -77,7 +77,7 @@ class Logs:
     def _items(self, name: str | None, block: Block) -> Iterable[Item]:
         wall_s = time.time() - (self._desk.reactor.now() - block.heard_s)
         stream = block.stream or None
-        clean = block._replace(lines=for_screen(block.lines))
+        clean = Block(block.stream, block.heard_s, for_screen(block.lines))
         for text in texts_of(clean):
             yield {"process": name, "stream": stream, "time": wall_s, "text": text}
 
