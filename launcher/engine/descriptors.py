@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import errno
 import os
-import resource
 
 FOR_PROCESSES = 16  # left free by the streams of processes
 FOR_FILES = 8  # left free by log files, too
@@ -20,7 +19,7 @@ def keep_free(fd: int, reserve: int) -> int:
     The kernel gives out the lowest number that is free, so a high one tells that few are left.
     The descriptor stays open in either case.
     """
-    limit = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-    if limit != resource.RLIM_INFINITY and fd >= limit - reserve:
+    limit = os.sysconf("SC_OPEN_MAX")  # below 0 where there is none
+    if 0 < limit <= fd + reserve:
         raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
     return fd

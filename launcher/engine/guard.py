@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-import subprocess
+import select
+import signal
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
+from launcher.engine.execution import execute, reap
 from launcher.engine.reactor import Reactor
 from launcher.engine.watchdog import GOODBYE
 
@@ -22,40 +24,43 @@ class Guard:
     """
 
     def __init__(self, run_id: str) -> None:
-        script = Path(__file__).with_name("watchdog.py")
-        # No run id in its own environment: it must not find itself.
-        self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", str(script), run_id],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env={k: v for k, v in os.environ.items() if k == "LD_LIBRARY_PATH"},
-            cwd="/",
-            start_new_session=True,
-            bufsize=0,
-        )
-        self.pidfd = os.pidfd_open(self._process.pid)
-
-    @property
-    def pid(self) -> int:
-        """The watchdog's pid."""
-        return self._process.pid
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "watchdog.py")
+        theirs, self._line = os.pipe()
+        nowhere = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
+        try:
+            self.pid = execute(
+                (sys.executable, "-I", "-S", script, run_id),
+                # No run id in its own environment: it must not find itself.
+                env={k: v for k, v in os.environ.items() if k == "LD_LIBRARY_PATH"},
+                stdin=theirs,
+                stdout=nowhere,
+                stderr=nowhere,
+            )
+            self.pidfd = os.pidfd_open(self.pid)
+        except OSError:
+            os.close(self._line)
+            raise
+        finally:
+            os.close(nowhere)
+            os.close(theirs)
 
     def close(self) -> None:
         """The run ended in order: nothing is to be killed."""
-        assert self._process.stdin is not None
-        try:
-            os.write(self._process.stdin.fileno(), GOODBYE)
-        except BrokenPipeError:
-            pass  # somebody killed the watchdog; there is nothing to say goodbye to
-        finally:
-            self._process.stdin.close()
-        try:
-            self._process.wait(GOODBYE_S)
-        except subprocess.TimeoutExpired:  # somebody has stopped it
-            self._process.kill()
-            self._process.wait()
+        # Somebody may have killed the watchdog; then there is nothing to say goodbye to.
+        with contextlib.suppress(BrokenPipeError):
+            os.write(self._line, GOODBYE)
+        os.close(self._line)
+        if not _ends(self.pidfd, GOODBYE_S):  # somebody has stopped it
+            os.kill(self.pid, signal.SIGKILL)
+        reap(self.pidfd)
         os.close(self.pidfd)
+
+
+def _ends(pidfd: int, patience_s: float) -> bool:
+    """Whether the process ends within so many seconds."""
+    poll = select.poll()
+    poll.register(pidfd, select.POLLIN)
+    return bool(poll.poll(patience_s * 1000))
 
 
 class Guards:

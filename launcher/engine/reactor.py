@@ -10,7 +10,7 @@ import contextlib
 import heapq
 import itertools
 import os
-import selectors
+import select
 import signal
 import time
 from collections.abc import Callable, Iterable
@@ -34,10 +34,11 @@ class Timer:
 
 
 class Reactor:
-    """A selector, a heap of timers and a wake-up pipe for signals. Close it, or use `with`."""
+    """epoll, a heap of timers and a wake-up pipe for signals. Close it, or use `with`."""
 
     def __init__(self) -> None:
-        self._selector = selectors.DefaultSelector()
+        self._epoll = select.epoll()
+        self._callbacks: dict[int, Callback] = {}
         self._timers: list[tuple[float, int, Timer]] = []
         self._order = itertools.count()
         self._stopped = False
@@ -60,16 +61,21 @@ class Reactor:
 
     def add_reader(self, fd: int, callback: Callback) -> None:
         """Call back whenever `fd` can be read."""
-        self._selector.register(fd, selectors.EVENT_READ, callback)
+        self._add(fd, select.EPOLLIN, callback)
 
     def add_writer(self, fd: int, callback: Callback) -> None:
         """Call back whenever `fd` can be written to."""
-        self._selector.register(fd, selectors.EVENT_WRITE, callback)
+        self._add(fd, select.EPOLLOUT, callback)
+
+    def _add(self, fd: int, events: int, callback: Callback) -> None:
+        self._epoll.register(fd, events)
+        self._callbacks[fd] = callback
 
     def remove(self, fd: int) -> None:
         """Forget `fd`; not an error if it is not known."""
-        with contextlib.suppress(KeyError):
-            self._selector.unregister(fd)
+        if self._callbacks.pop(fd, None) is not None:
+            with contextlib.suppress(OSError):  # closed before it was removed
+                self._epoll.unregister(fd)
 
     def call_later(self, delay_s: float, callback: Callback) -> Timer:
         """Call back once, `delay_s` seconds from now, or as soon as possible if that is past."""
@@ -104,11 +110,13 @@ class Reactor:
     def run(self) -> None:
         """Serve until `stop()` is called; not at all if it was called before."""
         while not self._stopped:
-            for key, _ in self._selector.select(self._patience_s()):
+            callbacks = self._callbacks
+            ready = self._epoll.poll(self._patience_s())
+            for fd, callback in [(fd, callbacks.get(fd)) for fd, _ in ready]:
                 # An earlier callback of this round may have removed this one, or closed the file
                 # and opened another that got the same number.
-                if self._selector.get_map().get(key.fd) is key:
-                    key.data()
+                if callback is not None and callbacks.get(fd) is callback:
+                    callback()
             self._fire_timers()
 
     def stop(self) -> None:
@@ -139,7 +147,7 @@ class Reactor:
             for fd in self._wakeup:
                 os.close(fd)
             self._wakeup = None
-        self._selector.close()
+        self._epoll.close()
 
 
 def _noted(signum: int, frame: FrameType | None) -> None:

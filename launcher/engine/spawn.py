@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
-import pty
-import struct
-import subprocess
-import termios
+import signal
 from collections.abc import Mapping
 
 from launcher.engine.descriptors import FOR_PROCESSES, keep_free
+from launcher.engine.execution import SHELL, execute, reap
 from launcher.model.spec import ProcessSpec
 
 READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
@@ -28,18 +25,11 @@ class Child:
     the terminal's Ctrl-C reaches only us. Owns every descriptor; `close()` is idempotent.
     """
 
-    def __init__(
-        self, popen: subprocess.Popen[bytes], streams: dict[int, str], pidfd: int, stdin: int
-    ) -> None:
-        self._popen = popen
+    def __init__(self, pid: int, streams: dict[int, str], pidfd: int, stdin: int) -> None:
+        self.pid = pid  # also the id of its process group and session
         self.streams = streams
         self.pidfd = pidfd
         self._stdin = stdin
-
-    @property
-    def pid(self) -> int:
-        """Also the id of its process group and session."""
-        return self._popen.pid
 
     def signal_group(self, signum: int) -> None:
         """Signal the process and what it started; a group that is gone is not an error."""
@@ -48,9 +38,7 @@ class Child:
 
     def reap(self) -> tuple[int, bool]:
         """(return code, whether it left a core dump); call it when the pidfd is readable."""
-        end = os.waitid(os.P_PIDFD, self.pidfd, os.WEXITED | os.WNOWAIT)
-        has_dumped = end is not None and end.si_code == os.CLD_DUMPED
-        return self._popen.wait(), has_dumped
+        return reap(self.pidfd)
 
     def read(self, fd: int) -> bytes | None:
         """What one read returns: b'' at the end of the stream, None if there is nothing yet."""
@@ -103,21 +91,20 @@ def spawn(
             os.set_blocking(read_end, False)
             if spec.emulate_tty:
                 _set_terminal_size(write_end, terminal_size)
+        stdout, stderr = theirs[0], theirs[-1]
         stdin_read, stdin_write = os.pipe()
         theirs.append(stdin_read)
         ours[stdin_write] = "stdin"
         keep_free(max(*theirs, *ours), FOR_PROCESSES)
-        popen = subprocess.Popen(
-            " ".join(spec.argv) if spec.shell else spec.argv,
+        pid = execute(
+            (SHELL, "-c", " ".join(spec.argv)) if spec.shell else spec.argv,
+            env=env,
             stdin=stdin_read,
-            stdout=theirs[0],
-            stderr=theirs[0] if merge else theirs[1],
-            env=dict(env),
+            stdout=stdout,
+            stderr=stderr,
             cwd=spec.cwd,
-            shell=spec.shell,
-            start_new_session=True,
         )
-        pidfd = os.pidfd_open(popen.pid)
+        pidfd = _pidfd_of(pid)
     except BaseException:
         for fd in ours:
             os.close(fd)
@@ -127,12 +114,24 @@ def spawn(
             os.close(fd)
     del ours[stdin_write]
     os.set_blocking(stdin_write, False)
-    return Child(popen, ours, pidfd, stdin_write)
+    return Child(pid, ours, pidfd, stdin_write)
+
+
+def _pidfd_of(pid: int) -> int:
+    """The pidfd of a child that has just been started; it does not outlive a failure."""
+    try:
+        return os.pidfd_open(pid)
+    except OSError:
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        raise
 
 
 def _open_pty() -> tuple[int, int]:
     """(our end, the child's end), without output processing: lines end in \\n, not in \\r\\n."""
-    ours, theirs = pty.openpty()
+    import termios  # most processes write to pipes
+
+    ours, theirs = os.openpty()
     attributes = termios.tcgetattr(theirs)
     attributes[1] &= ~termios.OPOST
     termios.tcsetattr(theirs, termios.TCSANOW, attributes)
@@ -140,6 +139,10 @@ def _open_pty() -> tuple[int, int]:
 
 
 def _set_terminal_size(fd: int, size: tuple[int, int]) -> None:
+    import fcntl
+    import struct
+    import termios
+
     columns, rows = size
     fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
 

@@ -12,6 +12,7 @@ from launcher.engine import report
 from launcher.engine.caretaker import Caretaker, judge_for
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.ending import Ending
+from launcher.engine.execution import keep_to_ourselves
 from launcher.engine.guard import Guards
 from launcher.engine.keeper import Keeper
 from launcher.engine.machine import Ended, Restart, Start, Stop
@@ -153,6 +154,7 @@ class Supervisor:
     def run(self) -> ExitCode:
         """Start, serve, stop. Whatever happens, nothing is left when this returns."""
         self._reactor.on_signals(STOP_SIGNALS, self._ending.signalled)
+        keep_to_ourselves()
         try:
             if self._folder.path is not None:
                 self._say("INFO", "launch", f"All log files can be found below {self._folder.path}")

@@ -31,6 +31,7 @@ def end_run(run_id: str) -> None:
 
 def main() -> None:
     """Wait for the end of standard input."""
+    os.chdir("/")  # nobody's file system is kept in use by it
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(signum, signal.SIG_IGN)
     if os.read(0, 1) != GOODBYE:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
 from collections.abc import Iterable, Mapping
 
 from launcher.language.naming import public
@@ -135,7 +134,12 @@ class Executable:
             pattern = perform_substitutions(context, self.__prefix_filter)
             if re.match(pattern, os.path.basename(cmd[0])) is None:
                 return []
-        return shlex.split(perform_substitutions(context, self.__prefix))
+        prefix = perform_substitutions(context, self.__prefix)
+        if not prefix:
+            return []
+        import shlex  # most commands have no prefix
+
+        return shlex.split(prefix)
 
 
 def _pairs(env: Mapping[Any, Any] | None) -> Any:
