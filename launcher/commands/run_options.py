@@ -80,6 +80,12 @@ def seconds(text: str) -> float:
 HELP = """\
   --restart NAME=MODE[,max=N][,window=S][,delay=S][,backoff=A..B][,quiet=S]
                        start it again: never, on-failure, always; NAME may be a pattern
+  --stop NAME=SIGNAL:S,SIGNAL:S...
+                       how it is stopped, as in int:2,term:1; SIGKILL comes last
+  --nice NAME=N, --cpus NAME=0,2-3, --limit NAME:nofile=256,as=1G,core=0
+                       its priority, its processors, its limits (as ulimit has them)
+  --stagger S          at least S seconds from one start to the next
+  --max-starting N     no more than N processes are starting at the same time
   --required NAME      the run ends with this process
   --exit-when-any-dies the run ends with the first death that is not followed by a restart
   --timeout S          the run ends after S seconds
@@ -121,6 +127,35 @@ def _timeout(options: RunOptions, text: str) -> RunOptions:
         raise UsageError(f"--timeout takes seconds, not '{text}'") from None
 
 
+def _stagger(options: RunOptions, text: str) -> RunOptions:
+    try:
+        return replace(options, stagger_s=seconds(text))
+    except ValueError:
+        raise UsageError(f"--stagger takes seconds, not '{text}'") from None
+
+
+def _max_starting(options: RunOptions, text: str) -> RunOptions:
+    if not text.isascii() or not text.isdigit() or int(text) == 0:
+        raise UsageError(f"--max-starting takes a number of processes, not '{text}'")
+    return replace(options, max_starting=int(text))
+
+
+def _stop(options: RunOptions, word: str) -> RunOptions:
+    from launcher.commands.process_options import parse_stop
+
+    return replace(options, stop=(*options.stop, parse_stop(word)))
+
+
+def _limits(name: str) -> Callable[[RunOptions, str], RunOptions]:
+    def take(options: RunOptions, word: str) -> RunOptions:
+        from launcher.commands import process_options
+
+        parse = getattr(process_options, f"parse_{name}")
+        return replace(options, limits=(*options.limits, parse(word)))
+
+    return take
+
+
 _FLAGS: dict[str, Callable[[RunOptions], RunOptions]] = {
     "--exit-when-any-dies": lambda options: replace(options, exit_when_any_dies=True),
     "--no-log-files": lambda options: replace(options, log_files=False),
@@ -130,6 +165,12 @@ _OPTIONS: dict[str, Callable[[RunOptions, str], RunOptions]] = {
     "--restart": lambda options, word: replace(
         options, restart=(*options.restart, parse_restart(word))
     ),
+    "--stop": _stop,
+    "--nice": _limits("nice"),
+    "--cpus": _limits("cpus"),
+    "--limit": _limits("limit"),
+    "--stagger": _stagger,
+    "--max-starting": _max_starting,
     "--required": lambda options, word: replace(options, required=(*options.required, word)),
     "--timeout": _timeout,
     "--budget": lambda options, word: replace(options, budgets=(*options.budgets, word)),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.guard import Guards
 from launcher.engine.keeper import Keeper
-from launcher.engine.machine import Hurry, ProcessState, Stop
+from launcher.engine.machine import Hurry, ProcessMachine, ProcessState, Stop
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
 from launcher.engine.remnants import Remnants
@@ -117,7 +117,7 @@ class Ending:
         """When nothing runs and nothing can start any more, end what processes left behind."""
         if self._remnants is not None or self._expects_more():
             return
-        if any(_is_pending(p.machine.state) for p in self._processes()):
+        if any(_is_pending(p.machine, stopping=self.has_begun) for p in self._processes()):
             return
         if not self.has_begun and any(p.held for p in self._processes()):
             return  # a person stopped it, and may start it again
@@ -126,15 +126,22 @@ class Ending:
         self._remnants = Remnants(
             self._run_id,
             reactor=self._reactor,
-            ignore=self._guards.pids,
+            ignore=self._guards.pids | self._stuck_pids(),
             say=self._say,
             on_done=self._reactor.stop,
         )
         self._remnants.check()
 
+    def _stuck_pids(self) -> frozenset[int]:
+        """Those that were named already, and that no signal reaches."""
+        stuck = (p.child for p in self._processes() if p.machine.is_stuck)
+        return frozenset(child.pid for child in stuck if child is not None)
+
     def _say(self, level: str, text: str) -> None:
         self._chronicle.say(level, "launch", text)
 
 
-def _is_pending(state: ProcessState) -> bool:
-    return state.is_alive or state is ProcessState.BACKOFF
+def _is_pending(machine: ProcessMachine, *, stopping: bool) -> bool:
+    if machine.is_stuck and stopping:
+        return False  # nobody can end it, so nobody waits for its end
+    return machine.state.is_alive or machine.state is ProcessState.BACKOFF

@@ -24,21 +24,24 @@ def execute(
     stdout: int,
     stderr: int,
     cwd: str | None = None,
+    inherited: Sequence[int] = (),
 ) -> int:
     """The pid of a new process that runs `words`; OSError if the system refuses.
 
     A program without a slash is looked for in the PATH of `env`, which is complete. The process
-    gets the three descriptors and no other that this process has; each is above 2. Whoever
-    calls has to reap it.
+    gets the three descriptors, each of which is above 2, and those that are `inherited`, at their
+    numbers; no other that this process has. Whoever calls has to reap it.
     """
+    for fd in inherited:
+        os.set_inheritable(fd, True)
     if cwd is not None:
-        return _by_subprocess(words, env, (stdin, stdout, stderr), cwd)
+        return _by_subprocess(words, env, (stdin, stdout, stderr), cwd, inherited)
     refusal: OSError | None = None
     for program in _candidates(words[0], env):
         try:
             return _spawn(program, words, env, (stdin, stdout, stderr))
         except NotImplementedError:  # a Python that was built for an old C library
-            return _by_subprocess(words, env, (stdin, stdout, stderr), None)
+            return _by_subprocess(words, env, (stdin, stdout, stderr), None, inherited)
         except (FileNotFoundError, NotADirectoryError) as error:
             refusal = refusal or error
         except OSError as error:
@@ -76,14 +79,25 @@ def _spawn(
 
 
 def _by_subprocess(
-    words: Sequence[str], env: Mapping[str, str], streams: tuple[int, int, int], cwd: str | None
+    words: Sequence[str],
+    env: Mapping[str, str],
+    streams: tuple[int, int, int],
+    cwd: str | None,
+    inherited: Sequence[int],
 ) -> int:
     """The same in another working directory, or without the system's `posix_spawn`."""
     import subprocess
 
     stdin, stdout, stderr = streams
     popen = subprocess.Popen(
-        words, stdin=stdin, stdout=stdout, stderr=stderr, env=env, cwd=cwd, start_new_session=True
+        words,
+        stdin=stdin,
+        stdout=stdout,
+        stderr=stderr,
+        env=env,
+        cwd=cwd,
+        pass_fds=inherited,
+        start_new_session=True,
     )
     popen.returncode = 0  # it is reaped by its pidfd: Popen must not wait for it
     return popen.pid

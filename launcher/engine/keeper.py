@@ -8,11 +8,13 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from launcher.engine import report
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.machine import (
     POLITE,
+    Action,
     Ended,
     Escalate,
     Exited,
@@ -24,7 +26,9 @@ from launcher.engine.machine import (
     Spawn,
     SpawnError,
     Started,
+    Stuck,
     Tick,
+    Withdrawn,
 )
 from launcher.engine.oom import OomWatch
 from launcher.engine.process import Process
@@ -32,6 +36,9 @@ from launcher.engine.reactor import Reactor
 from launcher.engine.relay import Relay
 from launcher.engine.spawn import Child
 from launcher.model.events import Event, ProcessExited, ProcessStarted, SpawnFailed
+
+if TYPE_CHECKING:
+    from launcher.engine.pacing import Pacer
 
 
 class Keeper:
@@ -64,24 +71,55 @@ class Keeper:
         self._on_idle = on_idle
         self._before_kill = before_kill
         self._oom = OomWatch()
+        self._pacer: Pacer | None = None
         self.has_killed = False
+
+    def pace(self, *, stagger_s: float, most: int | None) -> None:
+        """From now on let processes start one after the other, as `Pacer` has it."""
+        from launcher.engine.pacing import Pacer
+
+        self._pacer = Pacer(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
 
     def advance(self, process: Process, event: MachineEvent) -> None:
         """Feed the machine, do what it says, and wake it at its deadline."""
         for action in process.machine.handle(event, self._reactor.now()):
-            match action:
-                case Spawn():
-                    self._spawn(process)
-                case Signal(signum=signum):
-                    if signum == signal.SIGKILL:
-                        self.has_killed = True
-                        self._before_kill()
-                    self.signal(process, signum)
-                case Escalate():
-                    self._chronicle.tell(process, report.escalated(process.name, action))
-                case Ended():
-                    self._ended(process, action)
+            self._do(process, action)
+        if self._pacer is not None and process.machine.state is ProcessState.STOPPING:
+            self._withdraw(process, self._pacer)
         self._set_timer(process)
+
+    def _do(self, process: Process, action: Action) -> None:
+        match action:
+            case Spawn():
+                (self._spawn if self._pacer is None else self._pacer.admit)(process)
+            case Signal(signum=signum):
+                if signum == signal.SIGKILL:
+                    self._before_kill()
+                self.signal(process, signum)
+            case Escalate(to=to):
+                self.has_killed = self.has_killed or to == signal.SIGKILL
+                self._chronicle.tell(process, report.escalated(process.name, action))
+            case Stuck():
+                self._stuck(process, action)
+            case Ended():
+                self._ended(process, action)
+
+    def _stuck(self, process: Process, stuck: Stuck) -> None:
+        from launcher.engine.sleepers import how_it_sleeps
+
+        pid = -1 if process.child is None else process.child.pid
+        how = how_it_sleeps(pid)
+        self._chronicle.tell(process, report.stuck(process.name, pid, stuck.waited_s, how))
+        self._chronicle.note("stuck", process, pid=pid, sleeps=how)
+        self._on_idle()
+
+    def _withdraw(self, process: Process, pacer: Pacer) -> None:
+        """A stop has come before its turn to start."""
+        if pacer.withdraw(process):
+            self.advance(process, Withdrawn())
+            if not process.held:
+                self._on_event(_spawn_failed(process, errno.ECANCELED))
+            self._on_idle()
 
     def signal(self, process: Process, signum: int) -> None:
         """Send a signal to the group of a process, if it lives."""
@@ -117,6 +155,8 @@ class Keeper:
         if process.child is not None:
             self._relay.detach(process)
             self._reactor.remove(process.child.pidfd)
+            if process.child.status >= 0:
+                self._reactor.remove(process.child.status)
             process.child.close()
             process.child = None
             process.paused = False
@@ -138,13 +178,30 @@ class Keeper:
         try:
             child = process.child = self._start_child(process)
         except OSError as error:
-            number = error.errno or errno.EIO
-            self._chronicle.tell(process, report.not_started(process.spec, number))
-            self._chronicle.note("not started", process, reason=os.strerror(number))
-            self.advance(process, SpawnError(number))
+            self._refused(process, error.errno or errno.EIO, "")
             return
         self._relay.attach(process)
         self._reactor.add_reader(child.pidfd, functools.partial(self._exited, process))
+        if child.status < 0:
+            self._runs(process, child)
+        else:
+            left = functools.partial(self._left_stage, process, child)
+            self._reactor.add_reader(child.status, left)
+
+    def _refused(self, process: Process, number: int, what: str) -> None:
+        self._chronicle.tell(process, report.not_started(process.spec, number, what))
+        reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
+        self._chronicle.note("not started", process, reason=reason)
+        self.advance(process, SpawnError(number, what))
+
+    def _left_stage(self, process: Process, child: Child) -> None:
+        """A process with limits has become its program, or is going to end because it cannot."""
+        self._reactor.remove(child.status)
+        child.leave_stage()
+        if not child.refusal:
+            self._runs(process, child)
+
+    def _runs(self, process: Process, child: Child) -> None:
         self._chronicle.tell(process, report.started(child.pid))
         restarts = process.machine.restarts
         self._chronicle.note("started", process, pid=child.pid, restarts=restarts)
@@ -154,12 +211,20 @@ class Keeper:
     def _exited(self, process: Process) -> None:
         child = process.child
         assert child is not None
+        if child.status >= 0:
+            self._left_stage(process, child)
         if process.machine.may_restart or process.held:
             # What it leaves in its group would run beside its successor. The group is safe to
             # signal only now, while the leader is not reaped and its number cannot be given away.
             child.signal_group(signal.SIGTERM)
         returncode, core_dumped = child.reap()
         self._relay.drain(process)
+        if child.refusal:
+            from launcher.engine.staging import refusal
+
+            self._refused(process, *refusal(child.refusal))
+            self._on_idle()
+            return
         was_killed = returncode == -signal.SIGKILL
         outcome = Outcome(
             returncode=returncode,
@@ -203,12 +268,15 @@ class Keeper:
 def _event_of(process: Process, pid: int, end: Ended) -> Event:
     outcome = end.outcome
     if outcome.returncode is None:
-        number = outcome.spawn_errno or errno.EIO
-        reason = os.strerror(number)
-        return SpawnFailed(process_id=process.process_id, errno=number, reason=reason)
+        return _spawn_failed(process, outcome.spawn_errno or errno.EIO)
     return ProcessExited(
         process_id=process.process_id,
         pid=pid,
         returncode=outcome.returncode,
         will_restart=end.retry_in_s is not None or process.held,
     )
+
+
+def _spawn_failed(process: Process, number: int) -> Event:
+    reason = os.strerror(number)
+    return SpawnFailed(process_id=process.process_id, errno=number, reason=reason)

@@ -59,9 +59,14 @@ class Started(Record):
 
 
 class SpawnError(Record):
-    """The spawn failed with this errno."""
+    """The spawn failed with this errno; `what` names the limit that was refused, if one was."""
 
     errno: int
+    what: str = ""
+
+
+class Withdrawn(Record):
+    """The spawn will not take place: it was still waiting for its turn."""
 
 
 class Exited(Record):
@@ -92,7 +97,9 @@ class Tick(Record):
     """Time has passed."""
 
 
-MachineEvent = Start | Started | SpawnError | Exited | Stop | Restart | Hurry | Sent | Tick
+MachineEvent = (
+    Start | Started | SpawnError | Withdrawn | Exited | Stop | Restart | Hurry | Sent | Tick
+)
 
 
 # ---- actions
@@ -116,6 +123,12 @@ class Escalate(Record):
     to: signal.Signals
 
 
+class Stuck(Record):
+    """Say that it is still there `waited_s` after SIGKILL."""
+
+    waited_s: float
+
+
 class Ended(Record):
     """Say how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted.
 
@@ -128,17 +141,19 @@ class Ended(Record):
     sent: bool = False
 
 
-Action = Spawn | Signal | Escalate | Ended
+Action = Spawn | Signal | Escalate | Stuck | Ended
 
 
 class Outcome(Record):
     """How one life of a process ended: exactly one of the first two is set.
 
-    `core_dumped` and `out_of_memory` tell more about a death by a signal.
+    `spawn_what` names the limit that was refused, if one was. `core_dumped` and `out_of_memory`
+    tell more about a death by a signal.
     """
 
     returncode: int | None = None
     spawn_errno: int | None = None
+    spawn_what: str = ""
     core_dumped: bool = False
     out_of_memory: bool = False
 
@@ -149,7 +164,8 @@ class Outcome(Record):
 
     def __str__(self) -> str:
         if self.spawn_errno is not None:
-            return f"could not be started: {os.strerror(self.spawn_errno)}"
+            what = f"{self.spawn_what}: " if self.spawn_what else ""
+            return f"could not be started: {what}{os.strerror(self.spawn_errno)}"
         if self.returncode is not None and self.returncode < 0:
             return signal_name(-self.returncode) + self._remark
         return f"exit code {self.returncode}"
@@ -190,6 +206,7 @@ class ProcessMachine:
         self._sent: dict[int, float] = {}
         self._quick_ends = 0
         self._starts_again = False
+        self._is_stuck = False
         self.running_since = 0.0
         self._recent: deque[float] = deque(maxlen=restart.max_restarts or 0)
 
@@ -204,6 +221,16 @@ class ProcessMachine:
         is_running = self.state is ProcessState.RUNNING
         return is_running and self.restart.mode is not RestartMode.NEVER
 
+    @property
+    def is_killing(self) -> bool:
+        """Whether the last signal that there is has been sent."""
+        return self.state is ProcessState.STOPPING and self.stop_signal == signal.SIGKILL
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether not even SIGKILL has ended it."""
+        return self._is_stuck and self.state is ProcessState.STOPPING
+
     def handle(self, event: MachineEvent, now: float) -> list[Action]:
         """What has to be done about `event`, in order. An event that does not fit is ignored."""
         match event, self.state:
@@ -216,8 +243,11 @@ class ProcessMachine:
                 self._enter(ProcessState.RUNNING)
             case Started(), ProcessState.STOPPING:
                 return self._signal(0, now)
-            case SpawnError(errno=number), ProcessState.STARTING | ProcessState.STOPPING:
-                return self._end(Outcome(spawn_errno=number), now)
+            case SpawnError(errno=number, what=what), ProcessState.STARTING | ProcessState.STOPPING:
+                return self._end(Outcome(spawn_errno=number, spawn_what=what), now)
+            case Withdrawn(), ProcessState.STARTING | ProcessState.STOPPING:
+                # STARTING, STOPPING -> STOPPED: there is nobody to wait for
+                self._enter(ProcessState.STOPPED)
             case Exited(outcome=outcome), state if state.is_alive:
                 return self._end(outcome, now)
             case Stop() | Restart(), ProcessState.RUNNING:
@@ -241,6 +271,7 @@ class ProcessMachine:
 
     def _enter(self, state: ProcessState, deadline: float | None = None) -> None:
         self.state = state
+        self._is_stuck = False
         self.deadline = deadline
 
     def _start(self) -> list[Action]:
@@ -258,14 +289,16 @@ class ProcessMachine:
             self._recent.append(now)
             self._enter(ProcessState.STARTING)
             return [Spawn()]
+        if self._step + 1 == len(self.stop.steps):
+            self._is_stuck, self.deadline = True, None
+            return [Stuck(self.stop.steps[-1][1])]
         return self._escalate(now)
 
     def _signal(self, step: int, now: float) -> list[Action]:
         """Take this step of the stop: RUNNING -> STOPPING, or on to the next signal."""
         self._step = step
         signum, wait_s = self.stop.steps[step]
-        last = step + 1 == len(self.stop.steps)
-        self._enter(ProcessState.STOPPING, None if last else now + wait_s)
+        self._enter(ProcessState.STOPPING, now + wait_s)
         return [Signal(signum)]
 
     def _escalate(self, now: float) -> list[Action]:
@@ -308,7 +341,7 @@ class ProcessMachine:
         if any(outcome.returncode in (-signum, 128 + signum) for signum in self._sent):
             return True
         # One that cleans up after a polite signal ends with whatever code it likes.
-        patience_s = self.stop.sigterm_timeout_s + self.stop.sigkill_timeout_s
+        patience_s = sum(wait_s for _, wait_s in self.stop.steps[:-1])
         return any(
             signum in POLITE and now - when <= patience_s for signum, when in self._sent.items()
         )

@@ -117,6 +117,8 @@ class Operator:
         self._keeper.advance(process, Start())
         if process.child is not None:
             return _done(process, f"started with pid {process.child.pid}")
+        if process.machine.state is ProcessState.STARTING:
+            return _done(process, "starts when its turn has come")
         process.held = True  # or the run might end with this attempt
         reason = process.machine.last
         return _failed(process, str(reason) if reason is not None else "could not be started")

@@ -8,10 +8,8 @@ from launcher.engine import sweep
 from launcher.engine.machine import (
     Action,
     Escalate,
-    Exited,
     Hurry,
     MachineEvent,
-    Outcome,
     ProcessMachine,
     Signal,
     Start,
@@ -48,7 +46,6 @@ class Remnants:
         self._say = say
         self._on_done = on_done
         self._machine = ProcessMachine(RestartPolicy(), PATIENCE)
-        self._kill_polls = 0
 
     def check(self) -> None:
         """Look, stop what is there, and look again until nothing is."""
@@ -62,14 +59,12 @@ class Remnants:
                 self._advance(event)
         else:
             self._advance(Tick())
-        if self._machine.deadline is None:
-            self._kill_polls += 1
-            sweep.signal_all(self._run_id, 9, ignore=self._ignore)  # something may have forked
-        if self._kill_polls * POLL_S > PATIENCE.sigkill_timeout_s:
-            self._say("ERROR", f"could not be killed: {_names(pids)}")
-            self._machine.handle(Exited(Outcome(returncode=-9)), self._reactor.now())
+        if self._machine.is_stuck:
+            self._say("ERROR", f"could not be killed: {_reasons(pids)}")
             self._on_done()
             return
+        if self._machine.is_killing:
+            sweep.signal_all(self._run_id, 9, ignore=self._ignore)  # something may have forked
         self._reactor.call_later(POLL_S, self.check)
 
     def hurry(self) -> None:
@@ -90,6 +85,12 @@ class Remnants:
 
 def _names(pids: list[int]) -> str:
     return ", ".join(f"{_command(pid)} [{pid}]" for pid in pids)
+
+
+def _reasons(pids: list[int]) -> str:
+    from launcher.engine.sleepers import how_it_sleeps
+
+    return ", ".join(f"{_command(pid)} [{pid}, {how_it_sleeps(pid)}]" for pid in pids)
 
 
 def _command(pid: int) -> str:

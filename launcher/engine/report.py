@@ -7,6 +7,7 @@ for them.
 from __future__ import annotations
 
 import os
+import signal
 
 from launcher.engine.machine import Ended, Escalate, signal_name
 from launcher.model.record import Record
@@ -39,13 +40,19 @@ def escalated(name: str, step: Escalate) -> Line:
     )
 
 
+def stuck(name: str, pid: int, waited_s: float, how: str) -> Line:
+    """Not even SIGKILL has helped."""
+    return Line("ERROR", f"process[{name}] [{pid}] is there {waited_s:.3g} s after SIGKILL: {how}")
+
+
 def ended(spec: ProcessSpec, pid: int, end: Ended) -> Line:
     """It is gone: cleanly, because we asked, or dead."""
     code = end.outcome.returncode
     if code == 0:
         return Line("INFO", f"process has finished cleanly [pid {pid}]")
     detail = "" if code is None or code >= 0 else f" ({end.outcome})"
-    if end.asked and (end.sent or code != -9):
+    is_wanted = end.sent or code != -9 or spec.stop.steps[0][0] == signal.SIGKILL
+    if end.asked and is_wanted:
         return Line("INFO", f"process was stopped [pid {pid}, {end.outcome}]")
     return Line(
         "ERROR",
@@ -53,11 +60,10 @@ def ended(spec: ProcessSpec, pid: int, end: Ended) -> Line:
     )
 
 
-def not_started(spec: ProcessSpec, errno: int) -> Line:
-    """The system refused to run it."""
-    return Line(
-        "ERROR", f"process could not be started: {os.strerror(errno)}, cmd '{spec.command_line}'"
-    )
+def not_started(spec: ProcessSpec, errno: int, what: str) -> Line:
+    """The system refused to run it, or `what` was to be its limit."""
+    reason = f"{what}: {os.strerror(errno)}" if what else os.strerror(errno)
+    return Line("ERROR", f"process could not be started: {reason}, cmd '{spec.command_line}'")
 
 
 def first_death(name: str, what: str, last_lines: list[str]) -> str:

@@ -22,13 +22,19 @@ class Child:
     `streams` maps the file descriptors that its output is read from to `stdout`, `stderr`, or
     `both` where one descriptor carries both in the order in which they were written. The child
     leads a session and a process group of its own, so that signals reach its children too and
-    the terminal's Ctrl-C reaches only us. Owns every descriptor; `close()` is idempotent.
+    the terminal's Ctrl-C reaches only us. `status` is -1, or becomes readable when a process with
+    limits has become its program, or cannot (`refusal` says why). Owns every descriptor;
+    `close()` is idempotent.
     """
 
-    def __init__(self, pid: int, streams: dict[int, str], pidfd: int, stdin: int) -> None:
+    def __init__(
+        self, pid: int, streams: dict[int, str], pidfd: int, stdin: int, status: int
+    ) -> None:
         self.pid = pid  # also the id of its process group and session
         self.streams = streams
         self.pidfd = pidfd
+        self.status = status
+        self.refusal = b""
         self._stdin = stdin
 
     def signal_group(self, signum: int) -> None:
@@ -56,6 +62,12 @@ class Child:
         """
         return os.write(self._stdin, data)
 
+    def leave_stage(self) -> None:
+        """Find out what keeps it from becoming its program; when `status` is readable."""
+        self.refusal = os.read(self.status, READ_BYTES)
+        os.close(self.status)
+        self.status = -1
+
     def close_stream(self, fd: int) -> None:
         """Close one output stream."""
         if self.streams.pop(fd, None) is not None:
@@ -65,7 +77,7 @@ class Child:
         """Close every descriptor that is left."""
         for fd in list(self.streams):
             self.close_stream(fd)
-        for name in ("pidfd", "_stdin"):
+        for name in ("pidfd", "_stdin", "status"):
             fd = getattr(self, name)
             if fd >= 0:
                 setattr(self, name, -1)
@@ -95,14 +107,24 @@ def spawn(
         stdin_read, stdin_write = os.pipe()
         theirs.append(stdin_read)
         ours[stdin_write] = "stdin"
+        command, status, inherited = _command(spec), -1, tuple[int, ...]()
+        if spec.limits is not None:
+            from launcher.engine.staging import words_before
+
+            status, write_end = os.pipe()
+            ours[status] = "status"
+            theirs.append(write_end)
+            inherited = (write_end,)
+            command = (*words_before(spec.limits, write_end, env), *command)
         keep_free(max(*theirs, *ours), FOR_PROCESSES)
         pid = execute(
-            (SHELL, "-c", " ".join(spec.argv)) if spec.shell else spec.argv,
+            command,
             env=env,
             stdin=stdin_read,
             stdout=stdout,
             stderr=stderr,
             cwd=spec.cwd,
+            inherited=inherited,
         )
         pidfd = _pidfd_of(pid)
     except BaseException:
@@ -112,9 +134,9 @@ def spawn(
     finally:
         for fd in theirs:
             os.close(fd)
-    del ours[stdin_write]
+    streams = {fd: name for fd, name in ours.items() if fd not in (stdin_write, status)}
     os.set_blocking(stdin_write, False)
-    return Child(pid, ours, pidfd, stdin_write)
+    return Child(pid, streams, pidfd, stdin_write, status)
 
 
 def _pidfd_of(pid: int) -> int:
@@ -125,6 +147,10 @@ def _pidfd_of(pid: int) -> int:
         os.kill(pid, signal.SIGKILL)
         os.waitpid(pid, 0)
         raise
+
+
+def _command(spec: ProcessSpec) -> tuple[str, ...]:
+    return (SHELL, "-c", " ".join(spec.argv)) if spec.shell else spec.argv
 
 
 def _open_pty() -> tuple[int, int]:

@@ -108,6 +108,8 @@ class Supervisor:
             on_idle=lambda: self._ending.finish_if_done(),
             before_kill=lambda: self._caretaker.note_shared_memory(),
         )
+        if options.stagger_s > 0 or options.max_starting is not None:
+            self._keeper.pace(stagger_s=options.stagger_s, most=options.max_starting)
         self._caretaker = Caretaker(
             reactor,
             self._chronicle,

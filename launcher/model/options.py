@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import fnmatch
+from typing import TYPE_CHECKING
 
 from launcher.model.record import Record, replace
-from launcher.model.spec import ProcessSpec, RestartPolicy
+from launcher.model.spec import ProcessSpec, RestartPolicy, StopPolicy
+
+if TYPE_CHECKING:
+    from launcher.model.limits import Limits
 
 
 class RunOptions(Record):
-    """`restart` are (pattern, policy) pairs, the last that matches counts.
+    """`restart` and `stop` are (pattern, policy) pairs, the last that matches counts.
 
+    `limits` are such pairs, too; of several that match, each says what the later ones do not.
+    `stagger_s` is the least time between two starts, `max_starting` how many processes may be
+    starting at the same time (None: any number).
     `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
     time; `exit_when_any_dies` after the first death that is not followed by a restart. `budgets`
     and `budget_file` are limits on resources (`engine.budget_reader` reads them). `control`: other
@@ -18,6 +25,10 @@ class RunOptions(Record):
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
+    stop: tuple[tuple[str, StopPolicy], ...] = ()
+    limits: tuple[tuple[str, Limits], ...] = ()
+    stagger_s: float = 0.0
+    max_starting: int | None = None
     required: tuple[str, ...] = ()
     exit_when_any_dies: bool = False
     timeout_s: float | None = None
@@ -31,6 +42,12 @@ class RunOptions(Record):
         for pattern, policy in self.restart:
             if matches(pattern, spec):
                 spec = replace(spec, restart=policy)
+        for pattern, stop in self.stop:
+            if matches(pattern, spec):
+                spec = replace(spec, stop=stop)
+        for pattern, limits in self.limits:
+            if matches(pattern, spec):
+                spec = replace(spec, limits=limits.over(spec.limits) if spec.limits else limits)
         return spec
 
     def is_required(self, spec: ProcessSpec) -> bool:

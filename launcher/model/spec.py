@@ -5,8 +5,12 @@ from __future__ import annotations
 import enum
 import signal
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from launcher.model.record import Record
+
+if TYPE_CHECKING:
+    from launcher.model.limits import Limits
 
 
 class Sink(enum.Flag):
@@ -103,24 +107,30 @@ class RestartPolicy(Record):
         return delay_s * (1.0 + self.jitter * chance)
 
 
+KILL_PATIENCE_S = 5.0  # who is there still after SIGKILL sleeps where no signal reaches
+
+
 class StopPolicy(Record):
     """The way from a polite request to SIGKILL; ROS 2's `sigterm_timeout`, `sigkill_timeout`.
 
     `sigterm_timeout_s` is the time from SIGINT to SIGTERM, `sigkill_timeout_s` that from SIGTERM
-    to SIGKILL, in seconds.
+    to SIGKILL, in seconds. `polite` replaces both: (signal, seconds until the next) in order.
     """
 
     sigterm_timeout_s: float = 5.0
     sigkill_timeout_s: float = 5.0
+    polite: tuple[tuple[signal.Signals, float], ...] | None = None
 
     @property
     def steps(self) -> tuple[tuple[signal.Signals, float], ...]:
-        """(signal, seconds until the next step) in order; the last step has no successor."""
-        return (
-            (signal.SIGINT, self.sigterm_timeout_s),
-            (signal.SIGTERM, self.sigkill_timeout_s),
-            (signal.SIGKILL, float("inf")),
-        )
+        """(signal, seconds until the next step) in order; SIGKILL is always the last."""
+        polite = self.polite
+        if polite is None:
+            polite = (
+                (signal.SIGINT, self.sigterm_timeout_s),
+                (signal.SIGTERM, self.sigkill_timeout_s),
+            )
+        return (*polite, (signal.SIGKILL, KILL_PATIENCE_S))
 
 
 class ParameterSource(Record):
@@ -169,6 +179,7 @@ class ProcessSpec(Record):
     output_given: str | Mapping[str, object] = "log"
     restart: RestartPolicy = RestartPolicy()
     stop: StopPolicy = StopPolicy()
+    limits: Limits | None = None
     ros: RosIdentity | None = None
     sigterm_timeout_given: str = "5"
     sigkill_timeout_given: str = "5"

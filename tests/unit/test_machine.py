@@ -23,7 +23,9 @@ from launcher.engine.machine import (
     Start,
     Started,
     Stop,
+    Stuck,
     Tick,
+    Withdrawn,
 )
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
@@ -59,7 +61,39 @@ def test_a_stubborn_process_is_killed_after_both_grace_periods():
     assert one.handle(Tick(), 5.9) == []
     assert one.handle(Tick(), 6.0) == [Escalate(INT, 5.0, TERM), Signal(TERM)]
     assert one.handle(Tick(), 11.0) == [Escalate(TERM, 5.0, KILL), Signal(KILL)]
+
+
+def test_what_not_even_sigkill_ends_is_told_once_and_may_still_end():
+    one = running()
+    one.handle(Stop(), 0.0)
+    one.handle(Tick(), 5.0)
+    one.handle(Tick(), 10.0)
+    assert one.is_killing and not one.is_stuck
+    assert one.handle(Tick(), 15.0) == [Stuck(5.0)]
+    assert one.is_stuck
     assert one.deadline is None
+    assert one.handle(Hurry(), 16.0) == []
+    assert one.handle(Start(), 16.0) == [], "there would be two"
+    one.handle(exited(-9), 20.0)
+    assert one.state is ProcessState.STOPPED and not one.is_stuck
+
+
+def test_a_start_that_waits_for_its_turn_can_be_withdrawn():
+    one = machine()
+    one.handle(Start(), 0.0)
+    one.handle(Stop(), 0.0)
+    assert one.handle(Withdrawn(), 0.0) == []
+    assert one.state is ProcessState.STOPPED
+    assert one.handle(Start(), 1.0) == [Spawn()]
+
+
+def test_a_policy_of_ones_own_is_followed_step_by_step():
+    policy = StopPolicy(polite=((signal.SIGUSR1, 0.5),))
+    one = ProcessMachine(RestartPolicy(), policy)
+    one.handle(Start(), 0.0)
+    one.handle(Started(7), 0.0)
+    assert one.handle(Stop(), 1.0) == [Signal(signal.SIGUSR1)]
+    assert one.handle(Tick(), 1.5) == [Escalate(signal.SIGUSR1, 0.5, KILL), Signal(KILL)]
 
 
 def test_hurrying_takes_the_next_step_at_once_and_says_how_long_it_waited():

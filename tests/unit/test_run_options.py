@@ -1,11 +1,16 @@
 """What the command line says about supervising."""
 
+import os
+import signal
+
 import pytest
 
+from launcher.commands.process_options import parse_cpus, parse_limit, parse_stop
 from launcher.commands.run_options import HELP, parse_restart, take_run_options
 from launcher.errors import UsageError
+from launcher.model.limits import Limits
 from launcher.model.options import RunOptions, matches
-from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy, RosIdentity
+from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy, RosIdentity, StopPolicy
 
 
 def spec(name: str, node_name: str | None = None) -> ProcessSpec:
@@ -88,5 +93,90 @@ def test_every_option_stands_in_the_help():
             "--timeout": ["1"],
             "--required": ["x"],
             "--budget": ["x:fds=9"],
+            "--stop": ["x=int:2"],
+            "--nice": ["x=1"],
+            "--stagger": ["1"],
+            "--max-starting": ["1"],
         }.get(word, [])
         assert take_run_options([word, *value])[1] == []
+
+
+# ---- options about single processes
+
+INT, TERM, QUIT = signal.SIGINT, signal.SIGTERM, signal.SIGQUIT
+
+
+@pytest.mark.parametrize(
+    ("word", "polite"),
+    [
+        ("robot_*=int:2,term:1", ((INT, 2.0), (TERM, 1.0))),
+        ("robot_*=SIGTERM:0.5,kill", ((TERM, 0.5),)),
+        ("robot_*=quit", ((QUIT, 5.0),)),
+        ("robot_*=kill", ()),
+    ],
+)
+def test_a_way_to_stop_is_read(word, polite):
+    assert parse_stop(word) == ("robot_*", StopPolicy(polite=polite))
+
+
+@pytest.mark.parametrize(
+    ("text", "soft_and_hard"),
+    [
+        ("nofile=256", ("nofile", 256, 256)),
+        ("as=1.5G", None),
+        ("as=1g", ("as", 1 << 30, 1 << 30)),
+        ("core=0/unlimited", ("core", 0, -1)),
+        ("nofile=2/1", None),
+        ("nofile=unlimited/1", None),
+        ("nofile=", None),
+        ("nofiles=1", None),
+        ("nofile=99999999999G", None),
+    ],
+)
+def test_a_limit_is_read_or_refused(text, soft_and_hard):
+    if soft_and_hard is not None:
+        assert parse_limit(f"x:{text}") == ("x", Limits(rlimits=(soft_and_hard,)))
+        return
+    with pytest.raises(UsageError, match="in 'x:") as caught:
+        parse_limit(f"x:{text}")
+    assert caught.value.hint.startswith("for example: --limit")
+
+
+def test_processors_are_read_as_a_list_with_ranges():
+    last = (os.cpu_count() or 1) - 1
+    assert parse_cpus(f"x=0-{last},0") == ("x", Limits(cpus=tuple(range(last + 1))))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--stop", "x=int:soon"],
+        ["--stop", "x=interrupt"],
+        ["--stop", "x=kill,int"],
+        ["--stop", "x=kill:3"],
+        ["--stop", "x"],
+        ["--nice", "x=20"],
+        ["--nice", "x=high"],
+        ["--cpus", "x=3-1"],
+        ["--cpus", "x=99999"],
+        ["--cpus", "x=-1"],
+        ["--limit", "x=nofile=3"],
+        ["--stagger", "-1"],
+        ["--max-starting", "0"],
+        ["--max-starting", "two"],
+    ],
+)
+def test_a_wrong_word_about_a_process_is_refused(words):
+    with pytest.raises(UsageError):
+        take_run_options(words)
+
+
+def test_of_several_limits_the_later_says_what_it_says_and_leaves_the_rest():
+    words = ["--limit", "*:nofile=9,core=0", "--nice", "robot_*=5", "--limit", "robot_1:nofile=7"]
+    options, _ = take_run_options([*words, "--stop", "robot_1=term:3"])
+    adapted = options.adapt(spec("robot_1-1"))
+    assert adapted.limits == Limits(nice=5, rlimits=(("nofile", 7, 7), ("core", 0, 0)))
+    assert adapted.stop.steps[0] == (TERM, 3.0)
+    assert options.adapt(spec("other-2")).limits == Limits(
+        rlimits=(("nofile", 9, 9), ("core", 0, 0))
+    )

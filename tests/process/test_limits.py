@@ -1,0 +1,173 @@
+"""What the system grants a process, and how fast processes may start."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import re
+import resource
+
+from tests.process.conftest import Bench
+
+TELL = """
+import os, resource
+print("nice", os.getpriority(os.PRIO_PROCESS, 0), "cpus", sorted(os.sched_getaffinity(0)))
+print("nofile", resource.getrlimit(resource.RLIMIT_NOFILE))
+print("core", resource.getrlimit(resource.RLIMIT_CORE))
+print("as", resource.getrlimit(resource.RLIMIT_AS))
+"""
+
+
+def _tell(bench: Bench) -> str:
+    (bench.folder / "tell.py").write_text(TELL)
+    return f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/tell.py"], output="screen")'
+
+
+def test_limits_hold_for_those_who_are_meant_and_for_nobody_else(bench: Bench):
+    options = ["--nice", "python=5", "--cpus=*-1=0", "--limit", "python:nofile=64/128,core=0"]
+    limit = ["--limit", "python-1:as=4G"]
+    done = bench.run(f"{_tell(bench)}, sh('nice; ulimit -n')", *options, *limit)
+    out = done.stdout.decode()
+    assert done.returncode == 0, out
+    assert "[python-1] nice 5 cpus [0]\n" in out
+    assert "[python-1] nofile (64, 128)\n" in out
+    assert f"[python-1] core (0, 0)\n[python-1] as ({4 << 30}, {4 << 30})\n" in out
+    nice, files = os.getpriority(os.PRIO_PROCESS, 0), resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    assert f"[sh-2] {nice}\n[sh-2] {files}\n" in out
+
+
+def test_a_process_with_limits_has_the_environment_and_the_command_of_one_without(bench: Bench):
+    for name in ("LC_ALL", "LC_CTYPE", "LANG"):
+        bench.env.pop(name, None)
+    bench.env["BAD"] = os.fsdecode(b"\xff\xfe")
+    bench.env["LAUNCHER_TEST_QUOTE"] = "a 'b' \"c\"\n"
+    script = "env -0 | grep -zv LAUNCHER_RUN_ID | sort -z | od -c; grep Sig /proc/self/status"
+    shell = f'ExecuteProcess(cmd=["{script}"], shell=True, output="screen", name="it")'
+    said = [
+        [
+            line
+            for line in bench.run(shell, *words).stdout.splitlines()
+            if line.startswith(b"[it-1]")
+        ]
+        for words in (["--no-log-files"], ["--no-log-files", "--nice", "*=0"])
+    ]
+    assert said[0] == said[1]
+    assert any(b"SigIgn" in line for line in said[0])
+
+
+def test_a_program_that_is_missing_is_told_behind_limits_too(bench: Bench):
+    folder = bench.folder / "script"
+    folder.write_text("no interpreter is named here\n")
+    folder.chmod(0o755)
+    actions = f'ExecuteProcess(cmd=["/no/such"]), ExecuteProcess(cmd=["{folder}"])'
+    done = bench.run(actions, "--nice", "*=3")
+    out = done.stdout.decode()
+    assert "[such-1]: process could not be started: No such file or directory" in out
+    assert "[script-2]: process could not be started: Exec format error" in out
+    assert "process started with pid" not in out
+    assert done.returncode == 1
+
+
+def test_a_limit_that_is_refused_is_named(bench: Bench):
+    done = bench.run('sh("echo ran")', "--limit", "sh:nofile=unlimited")
+    out = done.stdout.decode()
+    assert "process could not be started: nofile=-1/-1: Operation not permitted" in out
+    assert "[sh-1] ran" not in out
+    assert "first to die unasked: sh-1 (could not be started: nofile=-1/-1" in out
+    assert done.returncode == 1
+
+
+def test_restarts_have_the_limits_too_and_leave_no_descriptor(bench: Bench):
+    actions = 'sh("ulimit -n; ls /proc/$PPID/fd | wc -l; exit 1")'
+    restart = ["--restart", "sh=always,max=20", "--limit", "sh:nofile=77"]
+    out = bench.run(actions, *restart).stdout.decode()
+    assert out.count("[sh-1] 77\n") == 21
+    counts = [int(number) for number in re.findall(r"\[sh-1\] (\d+)\n", out) if number != "77"]
+    assert len(set(counts[2:])) <= 2, counts  # the run's files and watchdog open at first
+
+
+def test_a_stop_during_the_stage_ends_the_process(bench: Bench):
+    done = bench.run('sh("exec sleep 1000")', "--nice", "*=1", "--timeout", "0")
+    assert done.returncode == 0
+    assert bench.survivors() == []
+
+
+# ---- pacing
+
+
+def _starts(bench: Bench) -> list[float]:
+    lines = (bench.folder / "log/latest/events.jsonl").read_text().splitlines()
+    events = [json.loads(line) for line in lines]
+    return [event["monotonic_s"] for event in events if event["event"] == "started"]
+
+
+def test_starts_are_a_stagger_apart(bench: Bench):
+    done = bench.run('sh("exit 0"), sh("exit 0"), sh("exit 0")', "--stagger", "0.4")
+    assert done.returncode == 0
+    starts = _starts(bench)
+    assert len(starts) == 3
+    assert all(later - earlier >= 0.39 for earlier, later in itertools.pairwise(starts))
+
+
+BUSY_START = """
+import os, time
+def busy(): return len([n for n in os.listdir({folder!r}) if n.startswith("starting")])
+mark = os.path.join({folder!r}, f"starting-{{os.getpid()}}")
+open(mark, "w").close()
+print("together", busy(), flush=True)
+until = time.process_time() + 0.4
+while time.process_time() < until: pass
+os.unlink(mark)
+time.sleep(1.5)
+"""
+
+
+def test_no_more_than_the_given_number_start_at_the_same_time(bench: Bench):
+    (bench.folder / "node.py").write_text(BUSY_START.format(folder=str(bench.folder)))
+    node = f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/node.py"], output="screen")'
+    done = bench.run(f"*[{node} for _ in range(5)]", "--max-starting", "2")
+    together = [int(n) for n in re.findall(rb"together (\d+)", done.stdout)]
+    assert done.returncode == 0
+    assert len(together) == 5
+    assert max(together) <= 2
+
+
+def test_those_who_wait_for_their_turn_do_not_start_after_a_stop(bench: Bench):
+    terminal = bench.terminal(
+        '*[sh("echo ready; exec sleep 1000") for _ in range(5)]', "--stagger", "60"
+    )
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    assert terminal.text.count("process started with pid") == 1
+    assert bench.survivors() == []
+
+
+def test_one_that_is_always_busy_does_not_keep_the_others_from_starting(bench: Bench):
+    actions = 'sh("while :; do :; done"), sh("echo second")'
+    done = bench.run(actions, "--max-starting", "1", "--required", "sh-2")
+    assert b"[sh-2] second\n" in done.stdout
+
+
+# ---- stopping as asked
+
+
+def test_a_process_is_stopped_with_the_signals_and_times_that_were_asked_for(bench: Bench):
+    traps = "trap 'echo got USR1' USR1; trap 'echo got TERM' TERM"
+    script = f"{traps}; echo ready; while :; do sleep 0.05; done"
+    terminal = bench.terminal(f'sh("{script}")', "--stop", "sh=usr1:0.2,term:0.2")
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 130
+    assert terminal.text.index("got USR1") < terminal.text.index("got TERM")
+    assert "sending signal 'SIGINT'" not in terminal.text
+    assert "'0.2' seconds after receiving 'SIGTERM', escalating to 'SIGKILL'" in terminal.text
+
+
+def test_a_kill_that_was_asked_for_is_no_failure(bench: Bench):
+    terminal = bench.terminal('sh("echo ready; exec sleep 1000")', "--stop", "sh=kill")
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    assert "[INFO] [sh-1]: process was stopped" in terminal.text
