@@ -21,7 +21,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from group_gp1.domain_lease import leased_domain
+from launcher.domain_lease import leased_domain
 
 ROUNDS = 7
 PROCESSES, NODES_EACH = 4, 5

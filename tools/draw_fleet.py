@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from group_gp1.domain_lease import leased_domain
+from launcher.domain_lease import leased_domain
 from launcher.graph.dot import to_dot
 from launcher.graph.observer import Observer
 from launcher.graph.snapshot import DEBUG_TOPICS, Endpoint, Snapshot

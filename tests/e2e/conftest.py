@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from group_gp1.domain_lease import leased_domain
+from launcher.domain_lease import leased_domain
 from tests.support.terminal import Terminal, marked_processes
 
 REPOSITORY = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from group_gp1.domain_lease import leased_domain
+from launcher.domain_lease import leased_domain
 from launcher.engine.shared_memory import FOLDER, SETTLING_S, free, held
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until

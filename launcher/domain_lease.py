@@ -1,4 +1,4 @@
-"""A lease on a ROS domain: an id that no other experiment or test on this machine uses now."""
+"""A lease on a ROS domain: an id that nothing else on this machine uses now."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from pathlib import Path
 # Above 101 the UDP ports of DDS run into the range that the kernel gives to other programs;
 # the small ids are the ones that people type.
 _DOMAIN_IDS = range(20, 102)
+_FIRST_PORT, _PORTS_PER_DOMAIN = 7400, 250
+_UDP_TABLES = ("/proc/net/udp", "/proc/net/udp6")
 
 
 class NoFreeDomainError(RuntimeError):
@@ -21,9 +23,16 @@ class NoFreeDomainError(RuntimeError):
 
 @contextlib.contextmanager
 def leased_domain() -> Iterator[int]:
-    """Hold a free domain id; the lock goes with the process, however that ends."""
+    """Hold a free domain id; the lock goes with the process, however that ends.
+
+    A domain without a lease whose UDP ports somebody has open is left to them. The children that
+    run in the domain have ended before the lease does.
+    """
     with contextlib.ExitStack() as stack:
+        busy = _busy_domains()
         for domain_id in random.sample(_DOMAIN_IDS, k=len(_DOMAIN_IDS)):
+            if domain_id in busy:
+                continue
             lock = stack.enter_context(_lock_file(domain_id).open("w"))
             with contextlib.suppress(BlockingIOError):
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -36,3 +45,18 @@ def _lock_file(domain_id: int) -> Path:
     folder = Path(tempfile.gettempdir()) / f"ros-domain-leases-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
     return folder / str(domain_id)
+
+
+def _busy_domains() -> set[int]:
+    """Domains of which a UDP port is open, whoever opened it."""
+    ports = (port for table in _UDP_TABLES for port in _open_ports(table))
+    return {(port - _FIRST_PORT) // _PORTS_PER_DOMAIN for port in ports if port >= _FIRST_PORT}
+
+
+def _open_ports(table: str) -> Iterator[int]:
+    try:
+        lines = Path(table).read_text(encoding="ascii").splitlines()[1:]
+    except OSError:
+        return
+    for line in lines:
+        yield int(line.split()[1].rpartition(":")[2], 16)

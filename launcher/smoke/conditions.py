@@ -1,0 +1,211 @@
+"""Conditions: what a message, a response or a parameter has to be like."""
+
+from __future__ import annotations
+
+import ast
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import CodeType
+from typing import Any
+
+_BUILTINS = {
+    f.__name__: f
+    for f in (abs, all, any, bool, dict, float, int, isinstance, len, list, max, min, round)
+} | {f.__name__: f for f in (set, sorted, str, sum, tuple, zip, range, enumerate)}
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+
+
+class Fields(dict[str, Any]):
+    """A mapping whose entries can be written as attributes, as in `m.pose.x`."""
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(f"there is no field '{name}'") from None
+
+
+def viewed(value: Any) -> Any:
+    """Plain JSON with attributes for its fields."""
+    if isinstance(value, Mapping):
+        return Fields((name, viewed(entry)) for name, entry in value.items())
+    return [viewed(entry) for entry in value] if isinstance(value, list) else value
+
+
+def json_of(content: Any) -> Any:
+    """What a string field `data` says as JSON, with attributes; None if it says nothing."""
+    text = content.get("data") if isinstance(content, Mapping) else None
+    if not isinstance(text, str):
+        return None
+    try:
+        return viewed(json.loads(text))
+    except ValueError:
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """A Python expression over `m` (the message) and `json` (the JSON in its string `data`).
+
+    Names that begin with an underscore are refused, and only harmless functions are there: it is
+    a guard against accidents, not against the author of the file.
+    """
+
+    text: str
+    code: CodeType
+
+    @staticmethod
+    def parse(text: object) -> Expression:
+        """ValueError with a sentence if it is no expression."""
+        if not isinstance(text, str):
+            raise ValueError(f"{text!r} is no expression")
+        try:
+            tree = ast.parse(text.strip(), mode="eval")
+        except (SyntaxError, ValueError) as error:
+            reason = error.msg if isinstance(error, SyntaxError) else str(error)
+            raise ValueError(f"'{text}' is no Python expression: {reason}") from None
+        _refuse_private(tree)
+        _refuse_unknown(tree)
+        return Expression(text, compile(tree, "<expectation>", "eval"))
+
+    def holds(self, content: Any) -> tuple[bool, str | None]:
+        """Whether it is true, and the error if it could not be computed."""
+        names = {"m": viewed(content), "json": json_of(content)}
+        try:
+            return bool(eval(self.code, {"__builtins__": _BUILTINS, **names})), None
+        except Exception as error:  # whatever the author's expression raises is an answer
+            return False, f"{type(error).__name__}: {error}"
+
+
+def _refuse_private(tree: ast.AST) -> None:
+    for node in ast.walk(tree):
+        name = getattr(node, "attr", None) or getattr(node, "id", None)
+        if isinstance(name, str) and name.startswith("_"):
+            raise ValueError(f"'{name}' begins with an underscore, which is not allowed here")
+
+
+def _refuse_unknown(tree: ast.AST) -> None:
+    names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    known = {"m", "json", *_BUILTINS} | {n.id for n in names if isinstance(n.ctx, ast.Store)}
+    known |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
+    for node in names:
+        if node.id not in known:
+            raise ValueError(f"there is no '{node.id}': use m (the message) and json (its data)")
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """Field path -> what it has to be: a value, a list of possible values, or limits.
+
+    Limits are `min`, `max`, `matches` (a regular expression) and `not`. A path (`pose.x`,
+    `poses[0].x`) is looked up in the message, and in the JSON of its string `data`.
+    """
+
+    fields: tuple[tuple[str, Any], ...]
+
+    @staticmethod
+    def parse(value: object) -> Conditions:
+        """ValueError with a sentence if it is no mapping or a limit is none."""
+        if not isinstance(value, Mapping) or not value:
+            raise ValueError("fields are a mapping: field to value, as in {status: done}")
+        for path, wanted in value.items():
+            if isinstance(wanted, Mapping):
+                _check_limits(str(path), wanted)
+        return Conditions(tuple((str(path), wanted) for path, wanted in value.items()))
+
+    def holds(self, content: Any) -> tuple[bool, str | None]:
+        """Whether all hold, and why not."""
+        data = json_of(content)
+        for path, wanted in self.fields:
+            found = _look_up(content, path)
+            if found is _MISSING and data is not None:
+                found = _look_up(data, path)
+            if found is _MISSING:
+                return False, f"there is no field '{path}'"
+            if not fits(found, wanted):
+                return False, f"{path} is {found!r}"
+        return True, None
+
+    @property
+    def text(self) -> str:
+        """`robot_id == 'robot_1' and status in ['busy']`."""
+        return " and ".join(f"{path} {wanted_text(wanted)}" for path, wanted in self.fields)
+
+
+_MISSING = object()
+_LIMITS = ("min", "max", "matches", "not")
+
+
+def _check_limits(path: str, limits: Mapping[Any, Any]) -> None:
+    for name, limit in limits.items():
+        if name not in _LIMITS:
+            raise ValueError(f"'{path}' is limited by {', '.join(_LIMITS)}; there is no '{name}'")
+        is_number = isinstance(limit, int | float) and not isinstance(limit, bool)
+        if name in ("min", "max") and not is_number:
+            raise ValueError(f"{name} of '{path}' is no number: {limit!r}")
+        if name == "matches":
+            compile_regex(limit)
+
+
+def compile_regex(value: object) -> re.Pattern[str]:
+    """ValueError with a sentence if it is none."""
+    if not isinstance(value, str):
+        raise ValueError(f"{value!r} is no regular expression, which is a text")
+    try:
+        return re.compile(value)
+    except re.error as error:
+        raise ValueError(f"'{value}' is no regular expression: {error}") from None
+
+
+def _look_up(content: Any, path: str) -> Any:
+    for name, index in _STEP.findall(path):
+        if name:
+            if not isinstance(content, Mapping) or name not in content:
+                return _MISSING
+            content = content[name]
+        else:
+            if not isinstance(content, list) or int(index) >= len(content):
+                return _MISSING
+            content = content[int(index)]
+    return content
+
+
+def fits(found: Any, wanted: Any) -> bool:
+    """Whether a value is the wanted one, one of a list, or within limits."""
+    if isinstance(wanted, Mapping):
+        return all(_within(found, name, limit) for name, limit in wanted.items())
+    if isinstance(wanted, list) and not isinstance(found, list):
+        return any(equal(found, one) for one in wanted)
+    return equal(found, wanted)
+
+
+def _within(found: Any, name: str, limit: Any) -> bool:
+    if name == "not":
+        return not fits(found, limit)
+    if name == "matches":
+        return isinstance(found, str) and re.search(limit, found) is not None
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        return False
+    return bool(found >= limit if name == "min" else found <= limit)
+
+
+def equal(found: Any, wanted: Any) -> bool:
+    """Equality, with room for rounding between numbers; True is not 1."""
+    if isinstance(found, bool) or isinstance(wanted, bool):
+        return found is wanted
+    if isinstance(found, int | float) and isinstance(wanted, int | float):
+        return math.isclose(found, wanted, rel_tol=1e-6, abs_tol=1e-12)
+    if isinstance(found, list) and isinstance(wanted, list):
+        return len(found) == len(wanted) and all(map(equal, found, wanted))
+    return bool(found == wanted)
+
+
+def wanted_text(wanted: Any) -> str:
+    """What is wanted of a field, in words."""
+    if isinstance(wanted, Mapping):
+        words = {"min": ">=", "max": "<=", "matches": "matches", "not": "is not"}
+        return " and ".join(f"{words[name]} {limit!r}" for name, limit in wanted.items())
+    return f"in {wanted!r}" if isinstance(wanted, list) else f"== {wanted!r}"

@@ -1,0 +1,1 @@
+"""Judges: pure functions (expectation, facts) -> verdict, one for each kind of expectation."""

@@ -1,0 +1,78 @@
+"""Judges of answers: parameters and services."""
+
+from __future__ import annotations
+
+from launcher.smoke import guesses
+from launcher.smoke.conditions import fits, wanted_text
+from launcher.smoke.expectation import Expectation, Period, Verdict, times_text
+from launcher.smoke.facts import Answer, Facts
+from launcher.smoke.judges.common import met, not_yet, with_period
+
+
+def _answers(expectation: Expectation, facts: Facts, when: Period) -> list[Answer]:
+    return [a for a in facts.answers.get(expectation.key, ()) if a.at_s in when]
+
+
+def _parameter_text(expectation: Expectation) -> str:
+    wanted = wanted_text(expectation.get("is"))
+    node = expectation.get("node")
+    return f"parameter {expectation.subject} of {node} {wanted}{times_text(expectation)}"
+
+
+def _parameter(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    answers = _answers(expectation, facts, when)
+    for answer in answers:
+        if answer.error is None and fits(answer.value, expectation.get("is")):
+            seen = f"{answer.value!r} after {when.since(answer.at_s)}"
+            return met(expected, seen=seen, at_s=answer.at_s)
+    node = expectation.get("node")
+    return not_yet(
+        when,
+        expected,
+        seen=_last(answers),
+        guess=None if answers and answers[-1].error is None else guesses.missing_node(node, facts),
+        about=tuple(filter(None, [facts.process_of(node)])),
+    )
+
+
+def _last(answers: list[Answer]) -> str:
+    if not answers:
+        return "there was no answer"
+    return answers[-1].error or f"the answer was {answers[-1].value!r}"
+
+
+def _service_text(expectation: Expectation) -> str:
+    conditions = [expectation.get(name) for name in ("where", "fields")]
+    texts = [condition.text for condition in conditions if condition is not None]
+    condition = f" with {' and '.join(texts)}" if texts else ""
+    return f"service {expectation.subject} answers{condition}{times_text(expectation)}"
+
+
+def _service(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    answers = _answers(expectation, facts, when)
+    reasons = []
+    for answer in answers:
+        holds, why = _fits(expectation, answer)
+        if holds:
+            seen = f"{answer.value!r} after {when.since(answer.at_s)}"
+            return met(expected, seen=seen, at_s=answer.at_s)
+        reasons.append(why)
+    why = f" ({reasons[-1]})" if reasons and reasons[-1] else ""
+    guess = guesses.missing_service(expectation.subject, facts)
+    return not_yet(when, expected, seen=_last(answers) + why, guess=guess)
+
+
+def _fits(expectation: Expectation, answer: Answer) -> tuple[bool, str | None]:
+    if answer.error is not None:
+        return False, None
+    for name in ("where", "fields"):
+        condition = expectation.get(name)
+        if condition is not None:
+            holds, why = condition.holds(answer.value)
+            if not holds:
+                return False, why
+    return True, None
+
+
+parameter = with_period(_parameter, _parameter_text)
+service = with_period(_service, _service_text)

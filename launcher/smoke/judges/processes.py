@@ -1,0 +1,243 @@
+"""Judges of processes: alive, exited, restarted, and what they used."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Sequence
+from typing import Any
+
+from launcher.smoke import guesses
+from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
+from launcher.smoke.facts import Facts, ProcessEvent, Sample
+from launcher.smoke.judges.common import listed, met, not_yet, several, violated, with_period
+from launcher.smoke.quantities import Span
+
+_MB = 1024 * 1024
+
+
+def exit_text(returncode: int) -> str:
+    """`exit code 3` or `SIGKILL`."""
+    if returncode >= 0:
+        return f"exit code {returncode}"
+    try:
+        return signal.Signals(-returncode).name
+    except ValueError:
+        return f"signal {-returncode}"
+
+
+# ---- alive, exited, restarted
+
+
+def _process_text(expectation: Expectation) -> str:
+    pattern = expectation.subject
+    parts = []
+    if expectation.get("exits") is not None:
+        parts.append(f"ends with {exit_text(expectation.get('exits'))}")
+    if expectation.get("restarts") is not None:
+        parts.append(f"is restarted {expectation.get('restarts').text} times")
+    if expectation.get("alive") is False:
+        parts.append("does not run at the end")
+    elif expectation.get("alive") or not parts:
+        parts.append("runs at the end")
+    return f"process {pattern} {' and '.join(parts)}{times_text(expectation)}"
+
+
+def _process(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    names = facts.named(expectation.subject)
+    if not names:
+        seen = f"no such process; there are: {listed(facts.processes())}"
+        return not_yet(when, expected, seen=seen)
+    worst: Verdict | None = None
+    for name in names:
+        for verdict in _of_process(expectation, facts, name, when, expected):
+            if worst is None or _RANK[verdict.outcome] > _RANK[worst.outcome]:
+                worst = verdict
+    assert worst is not None
+    return worst
+
+
+_RANK = {Outcome.MET: 0, Outcome.OPEN: 1, Outcome.VIOLATED: 2}
+
+
+def _of_process(
+    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
+) -> Sequence[Verdict]:
+    verdicts = []
+    if expectation.get("exits") is not None:
+        verdicts.append(_exits(expectation, facts, name, when, expected))
+    if expectation.get("restarts") is not None:
+        verdicts.append(_restarts(expectation, facts, name, when, expected))
+    alive = expectation.get("alive")
+    if alive is not None or not verdicts:
+        verdicts.append(_alive(facts, name, alive is not False, expected))
+    return verdicts
+
+
+def _exits(
+    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
+) -> Verdict:
+    ends = [e for e in facts.of("ended", name) if e.at_s in when]
+    wanted = expectation.get("exits")
+    for end in ends:
+        if end.details.get("returncode") == wanted:
+            seen = f"{name} after {when.since(end.at_s)}"
+            return met(expected, seen=seen, at_s=end.at_s, value=end.at_s, unit="s")
+    if ends:
+        seen = f"{name} ended with {_end_text(ends[-1])} after {when.since(ends[-1].at_s)}"
+    else:
+        seen = f"{name} did not end" + _later(facts, name, when)
+    return not_yet(when, expected, seen=seen, about=(name,))
+
+
+def _later(facts: Facts, name: str, when: Period) -> str:
+    later = [e for e in facts.of("ended", name) if e.at_s > when.to_s]
+    return f" in time, but after {when.since(later[0].at_s)}" if later else ""
+
+
+def _end_text(event: ProcessEvent) -> str:
+    return exit_text(int(event.details.get("returncode", 0)))
+
+
+def _restarts(
+    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
+) -> Verdict:
+    starts = [e for e in facts.of("started", name) if e.at_s in when]
+    first = next(facts.of("started", name), None)
+    count = sum(event is not first for event in starts)
+    span: Span = expectation.get("restarts")
+    if count > span.high:
+        return violated(expected, seen=f"{name}: {count} restarts", value=count, about=(name,))
+    if count >= span.low and (span.high == float("inf") or when.closed):
+        return met(expected, seen=f"{name}: {count} restarts", value=count)
+    return not_yet(when, expected, seen=f"{name}: {count} restarts", value=count, about=(name,))
+
+
+def _alive(facts: Facts, name: str, alive: bool, expected: str) -> Verdict:
+    """At the end: as the system is stopped."""
+    if not facts.is_over:
+        return Verdict(outcome=Outcome.OPEN, expected=expected)
+    if facts.lives(name, facts.stop_s) is alive:
+        return met(expected, seen=f"{name} {'ran' if alive else 'did not run'}")
+    if not alive:
+        return violated(expected, seen=f"{name} still ran", about=(name,))
+    ends = list(facts.of("ended", name))
+    if not ends:
+        return violated(expected, seen=f"{name} could not be started", about=(name,))
+    last = ends[-1]
+    seen = f"{name} ended at {last.at_s:.1f} s of the run with {_end_text(last)}"
+    return violated(expected, seen=seen, at_s=last.at_s, about=(name,))
+
+
+# ---- deaths that nobody expected
+
+
+def _no_deaths_text(expectation: Expectation) -> str:
+    return "no process dies unasked" + times_text(expectation)
+
+
+def _no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    """`but` are the patterns of processes whose death an expectation or a step announces."""
+    announced = expectation.get("but", ())
+    bad = [
+        event
+        for event in facts.events
+        if event.process is not None
+        and event.at_s in when
+        and _is_death(event)
+        and event.process not in facts.asked
+        and not any(facts.is_named(event.process, pattern) for pattern in announced)
+    ]
+    if not bad:
+        outcome = Outcome.MET if when.closed else Outcome.OPEN
+        return Verdict(outcome=outcome, expected=expected, seen="none did")
+    first = bad[0]
+    names = [event.process for event in bad if event.process]
+    return violated(
+        expected,
+        seen=f"{several(_death_text(event) for event in bad)}",
+        at_s=first.at_s,
+        about=tuple(dict.fromkeys(names)),
+        guess=guesses.death(names[0], facts),
+    )
+
+
+def _is_death(event: ProcessEvent) -> bool:
+    if event.kind == "not started":
+        return True
+    return (
+        event.kind == "ended"
+        and not event.details.get("asked")
+        and event.details.get("returncode") != 0
+    )
+
+
+def _death_text(event: ProcessEvent) -> str:
+    if event.kind == "not started":
+        return f"{event.process} could not be started: {event.details.get('reason')}"
+    return f"{event.process} died at {event.at_s:.1f} s of the run with {_end_text(event)}"
+
+
+# ---- use of resources
+
+
+def _cpu_text(expectation: Expectation) -> str:
+    parts = [
+        f"{noun} below {expectation.get(key):g} %"
+        for key, noun in (("below", "on average"), ("peak", "at any moment"))
+        if expectation.get(key) is not None
+    ]
+    return f"CPU of {expectation.subject} {' and '.join(parts)}{times_text(expectation)}"
+
+
+def _cpu(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    by_name = _samples(expectation, facts, when)
+    loads = {n: [s.cpu_percent for s in found if s.cpu_percent is not None] for n, found in by_name}
+    loads = {name: values for name, values in loads.items() if values}
+    if not when.closed or not loads:
+        return not_yet(when, expected, seen="nothing was measured")
+    below, peak = expectation.get("below"), expectation.get("peak")
+    means = {name: sum(values) / len(values) for name, values in loads.items()}
+    name = max(means, key=lambda n: means[n])
+    most = max(loads, key=lambda n: max(loads[n]))
+    seen = f"{name} {means[name]:.1f} % on average, {most} {max(loads[most]):.1f} % at most"
+    is_over = (below is not None and means[name] >= below) or (
+        peak is not None and max(loads[most]) >= peak
+    )
+    make = violated if is_over else met
+    return make(expected, seen=seen, value=means[name], unit="%", about=(name,) * is_over)
+
+
+def _samples(
+    expectation: Expectation, facts: Facts, when: Period
+) -> Sequence[tuple[str, list[Sample]]]:
+    names = facts.named(expectation.subject)
+    return [(n, [s for s in facts.samples if s.process == n and s.at_s in when]) for n in names]
+
+
+def _memory_text(expectation: Expectation) -> str:
+    limit = expectation.get("below") / _MB
+    return f"memory of {expectation.subject} below {limit:g} MB{times_text(expectation)}"
+
+
+def _memory(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    sizes = [
+        (sample.memory_bytes, sample)
+        for _, samples in _samples(expectation, facts, when)
+        for sample in samples
+        if sample.memory_bytes is not None
+    ]
+    if not sizes:
+        return not_yet(when, expected, seen="nothing was measured")
+    size, sample = max(sizes, key=lambda pair: pair[0])
+    seen = f"{sample.process} {size / _MB:.1f} MB at {sample.at_s:.1f} s of the run"
+    details: dict[str, Any] = {"seen": seen, "value": size / _MB, "unit": "MB"}
+    if size >= expectation.get("below"):
+        return violated(expected, at_s=sample.at_s, about=(sample.process,), **details)
+    outcome = Outcome.MET if when.closed else Outcome.OPEN
+    return Verdict(outcome=outcome, expected=expected, **details)
+
+
+process = with_period(_process, _process_text)
+no_deaths = with_period(_no_deaths, _no_deaths_text)
+cpu = with_period(_cpu, _cpu_text)
+memory = with_period(_memory, _memory_text)

@@ -1,0 +1,65 @@
+"""Judges of the run as a whole: coming up, coming down, and what is left."""
+
+from __future__ import annotations
+
+import signal
+from typing import Any
+
+from launcher.smoke.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.facts import STOP, Facts, ProcessEvent
+from launcher.smoke.judges.common import listed, met, several, violated
+from launcher.smoke.quantities import seconds_text
+
+_HARD = {int(signal.SIGTERM): "SIGTERM", int(signal.SIGKILL): "SIGKILL"}
+
+
+def start_up(expectation: Expectation, facts: Facts) -> Verdict:
+    """Ready in time."""
+    expected = f"everything is up within {expectation.subject:g} s"
+    ready_s = facts.ready_s
+    if ready_s is None:
+        is_late = facts.is_over or facts.now_s > expectation.subject
+        outcome = Outcome.VIOLATED if is_late else Outcome.OPEN
+        return Verdict(outcome=outcome, expected=expected, seen="it was not ready")
+    make = met if ready_s <= expectation.subject else violated
+    seen = f"after {seconds_text(ready_s)}"
+    return make(expected, seen=seen, at_s=ready_s, value=ready_s, unit="s")
+
+
+def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
+    """Everything goes when it is asked to: in time, without a harder signal, leaving nothing."""
+    expected = f"everything ends by itself within {expectation.subject:g} s of the stop"
+    ending = facts.ending
+    if ending is None:
+        return Verdict(outcome=Outcome.OPEN, expected=expected)
+    took_s = ending.down_s - facts.stop_s
+    harder = {e.process: e for e in facts.of("signal") if _is_harder(e, facts)}
+    faults = [f"{name} needed {_HARD[int(e.details['signal'])]}" for name, e in harder.items()]
+    if ending.returncode is None:
+        faults.append("the launcher had to be killed")
+    if took_s > expectation.subject:
+        faults.append(f"it took {seconds_text(took_s)}")
+    if ending.left_processes:
+        faults.append(f"left behind: {listed(ending.left_processes)}")
+    about = tuple(name for name in harder if name)
+    details: dict[str, Any] = {"value": took_s, "unit": "s", "about": about}
+    if faults:
+        return violated(expected, seen="; ".join(faults), at_s=facts.stop_s, **details)
+    return met(expected, seen=f"after {seconds_text(took_s)}", **details)
+
+
+def _is_harder(event: ProcessEvent, facts: Facts) -> bool:
+    stopped_s = facts.steps.get(STOP, float("inf"))
+    return event.at_s >= stopped_s and event.details.get("signal") in _HARD
+
+
+def shared_memory(expectation: Expectation, facts: Facts) -> Verdict:
+    """Nothing of ours is in /dev/shm afterwards."""
+    expected = "nothing is left in /dev/shm"
+    if facts.ending is None:
+        return Verdict(outcome=Outcome.OPEN, expected=expected)
+    left = facts.ending.left_memory
+    if left:
+        guess = "a process that is killed cannot free its shared memory"
+        return violated(expected, seen=f"{len(left)}: {several(left)}", guess=guess)
+    return met(expected, seen="nothing")

@@ -1,0 +1,317 @@
+"""Loader: a file of expectations to a script; every mistake at once, with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from launcher.errors import LauncherError, LaunchFileError, SeveralErrors
+from launcher.smoke.expectation import Expectation, Origin
+from launcher.smoke.facts import START
+from launcher.smoke.fields import FieldType, near
+from launcher.smoke.grammar import STEP_FIELDS, TOP_FIELDS
+from launcher.smoke.kinds import BY_NAME, Kind
+from launcher.smoke.script import Script
+from launcher.smoke.steps import Command, Step
+
+SUFFIX = ".expect.yaml"
+KeyPath = tuple[object, ...]
+
+
+def beside(launch_file: str) -> Path | None:
+    """The file of expectations next to a launch file: `system.expect.yaml` for `system.*`."""
+    folder, name = Path(launch_file).parent, Path(launch_file).name
+    for end in (".launch.", "_launch.", "-launch.", "."):
+        stem, found, _ = name.partition(end)
+        path = folder / f"{stem}{SUFFIX}"
+        if found and path.is_file():
+            return path
+    return None
+
+
+def load(path: str) -> Script:
+    """The script in a file; LauncherError with all its mistakes."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise LaunchFileError(
+            f"cannot read the expectations: {error.strerror}", where=path
+        ) from None
+    except UnicodeDecodeError as error:
+        raise LaunchFileError(f"this is no UTF-8: {error.reason}", where=path) from None
+    return parse(text, path)
+
+
+def parse(text: str, path: str) -> Script:
+    """The script in the text of a file that is called `path`; LauncherError."""
+    return _Reader(text, path).script()
+
+
+class _Reader:
+    """Reads one text, and collects what is wrong with it."""
+
+    def __init__(self, text: str, path: str) -> None:
+        self._lines = text.splitlines()
+        self._text = text
+        self._path = path
+        self._errors: list[LauncherError] = []
+        self._root: yaml.Node | None = None
+
+    def script(self) -> Script:
+        """Everything, or all mistakes."""
+        document = self._document()
+        values: dict[str, Any] = {}
+        if document is not None:
+            values = self._script_values(document)
+        if self._errors:
+            raise self._errors[0] if len(self._errors) == 1 else SeveralErrors(self._errors)
+        return Script(path=self._path, **values)
+
+    def _document(self) -> Mapping[object, object] | None:
+        loader = yaml.SafeLoader(self._text)
+        try:
+            self._root = loader.get_single_node()
+            if self._root is None:
+                return None
+            self._refuse_twice(self._root)
+            document = loader.construct_document(self._root)
+        except (yaml.YAMLError, ValueError, TypeError) as error:
+            raise self._yaml_error(error) from None
+        finally:
+            loader.dispose()
+        if not isinstance(document, Mapping):
+            self._wrong((), "a file of expectations is a mapping", "it begins with 'expect:'")
+            return None
+        return document
+
+    def _yaml_error(self, error: Exception) -> LauncherError:
+        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+        message = getattr(error, "problem", None) or str(error)
+        if mark is None:
+            return LaunchFileError(f"this is no YAML: {message}", where=self._path)
+        return self._error(mark, f"this is no YAML: {message}")
+
+    def _refuse_twice(self, node: yaml.Node, seen: tuple[yaml.Node, ...] = ()) -> None:
+        """Keys that are there twice: YAML's reader takes the last one without a word."""
+        if any(node is one for one in seen):
+            self._errors.append(self._error(node.start_mark, "this contains itself"))
+            raise SeveralErrors(self._errors)
+        if isinstance(node, yaml.MappingNode):
+            keys: set[str] = set()
+            for key, value in node.value:
+                name = str(getattr(key, "value", ""))
+                if name in keys and name != "<<":
+                    self._errors.append(self._error(key.start_mark, f"'{name}' is there twice"))
+                keys.add(name)
+                self._refuse_twice(value, (*seen, node))
+        elif isinstance(node, yaml.SequenceNode):
+            for value in node.value:
+                self._refuse_twice(value, (*seen, node))
+
+    # ---- the parts
+
+    def _script_values(self, document: Mapping[object, object]) -> dict[str, Any]:
+        values = self._fields(document, TOP_FIELDS, (), "a file of expectations")
+        found: dict[str, Any] = {
+            "for_s": values.get("for"),
+            "ready_within_s": values.get("ready_within"),
+            "arguments": values.get("arguments", {}),
+            "options": values.get("options", ()),
+        }
+        if "chaos" in values:
+            from dataclasses import replace
+
+            found["chaos"] = replace(values["chaos"], seed=values.get("seed", 0))
+        found["steps"] = tuple(self._steps(document.get("scenario")))
+        found["expectations"] = tuple(self._expectations(document.get("expect")))
+        script = Script(**found)
+        self._check_names(script)
+        return found
+
+    def _list(self, value: object, key: str, example: str) -> Sequence[object]:
+        if value is None:
+            return ()
+        if not isinstance(value, list):
+            self._wrong((key,), f"'{key}' is a list", f"as in '- {example}'")
+            return ()
+        return value
+
+    def _steps(self, value: object) -> Iterator[Step]:
+        entries = self._list(value, "scenario", "{at: 8 s, do: kill robot_2}")
+        for index, entry in enumerate(entries):
+            path: KeyPath = ("scenario", index)
+            if not isinstance(entry, Mapping):
+                self._wrong(path, "a step is a mapping", "as in '- {at: 8 s, do: kill robot_2}'")
+                continue
+            values = self._fields(entry, STEP_FIELDS, path, "a step")
+            if "do" in values or self._errors:
+                command = values.get("do", Command(verb="", text=f"step {index + 1}"))
+                yield Step(
+                    name=values.get("name", command.text),
+                    command=command,
+                    delay_s=values.get("at", 0.0),
+                    after=values.get("after", START),
+                    after_log=values.get("after_log"),
+                    process=values.get("process"),
+                    origin=self._origin(path),
+                )
+
+    def _expectations(self, value: object) -> Iterator[Expectation]:
+        for index, entry in enumerate(self._list(value, "expect", "node: /robot_1")):
+            path: KeyPath = ("expect", index)
+            if not isinstance(entry, Mapping) or not entry:
+                self._wrong(path, "an expectation is a mapping", "as in '- node: /robot_1'")
+                continue
+            kind = self._kind(entry, path)
+            if kind is not None:
+                yield from self._expectation(kind, entry, path)
+
+    def _kind(self, entry: Mapping[object, object], path: KeyPath) -> Kind | None:
+        """The kind whose key is there. `process` is an entry of some kinds, too."""
+        known = [BY_NAME[str(name)] for name in entry if str(name) in BY_NAME]
+        own = [k for k in known if not any(k.name in _entries(other) for other in known)]
+        if len(own) == 1:
+            return own[0]
+        if len(own) > 1:
+            names = " and ".join(f"'{kind.name}'" for kind in own)
+            self._wrong(path, f"{names} are two expectations", "write them as two entries")
+            return None
+        first = next(iter(entry))
+        hint = near(first, list(BY_NAME))
+        self._wrong((*path, first), f"there is no kind of expectation '{first}'", hint)
+        return None
+
+    def _expectation(
+        self, kind: Kind, entry: Mapping[object, object], path: KeyPath
+    ) -> Iterator[Expectation]:
+        before = len(self._errors)
+        subject = self._parsed(kind.subject, entry[kind.name], (*path, kind.name))
+        rest = {name: value for name, value in entry.items() if name != kind.name}
+        values = self._fields(rest, kind.all_fields(), path, f"'{kind.name}'")
+        if kind.one_of and not any(name in entry for name in kind.one_of):
+            names = ", ".join(f"'{name}'" for name in kind.one_of)
+            self._wrong(path, f"'{kind.name}' needs one of {names}")
+        if len(self._errors) > before:
+            return
+        yield Expectation(
+            kind=kind.name,
+            subject=subject,
+            name=values.pop("name", ""),
+            within=values.pop("within", kind.default_within),
+            after=values.pop("after", START),
+            values=values,
+            origin=self._origin(path),
+        )
+
+    def _check_names(self, script: Script) -> None:
+        """Steps that others refer to."""
+        known = list(script.known_steps())
+        for index, step in enumerate(script.steps):
+            path: KeyPath = ("scenario", index)
+            if known.count(step.name) > 1:
+                self._wrong(path, f"two steps are called '{step.name}'", "give one a 'name'")
+            earlier = [*known[:3], *(s.name for s in script.steps[:index])]
+            self._check_name(step.after, earlier, (*path, "after"))
+        for expectation in script.expectations:
+            where = self._where(expectation.origin.line)
+            self._check_name(expectation.after, known, (*where, "after"))
+
+    def _where(self, line: int) -> KeyPath:
+        for index in range(len(_children(self._node(("expect",))))):
+            if self._origin(("expect", index)).line == line:
+                return ("expect", index)
+        return ()
+
+    def _check_name(self, name: str, known: list[str], path: KeyPath) -> None:
+        if name not in known:
+            self._wrong(path, f"no step before is called '{name}'", near(name, known), value=True)
+
+    # ---- fields
+
+    def _fields(
+        self, entry: Mapping[object, object], known: Sequence[Any], path: KeyPath, what: str
+    ) -> dict[str, Any]:
+        by_name = {field.name: field for field in known}
+        values: dict[str, Any] = {}
+        for name, value in entry.items():
+            if name not in by_name:
+                hint = near(name, list(by_name))
+                self._wrong((*path, name), f"{what} has no entry '{name}'", hint)
+            else:
+                values[str(name)] = self._parsed(by_name[name].type, value, (*path, name))
+        for field in known:
+            if field.required and field.name not in entry:
+                self._wrong(path, f"{what} needs '{field.name}': {field.doc}")
+        return {name: value for name, value in values.items() if value is not _BAD}
+
+    def _parsed(self, type_: FieldType, value: object, path: KeyPath) -> Any:
+        try:
+            return type_.parse(value)
+        except ValueError as error:
+            for one in getattr(error, "all", (error,)):
+                inner: KeyPath = getattr(one, "path", ())
+                hint = getattr(one, "hint", None)
+                self._wrong((*path, *inner), str(one), hint, value=not getattr(one, "key", False))
+            return _BAD
+
+    # ---- places
+
+    def _wrong(
+        self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
+    ) -> None:
+        """Note a mistake at the key (or the value) that the path leads to."""
+        self._errors.append(self._error(self._mark(path, value=value), message, hint))
+
+    def _error(self, mark: Any, message: str, hint: str | None = None) -> LauncherError:
+        line = self._lines[mark.line] if mark.line < len(self._lines) else ""
+        return LaunchFileError(
+            message,
+            hint=hint,
+            where=f"{self._path}:{mark.line + 1}",
+            source_line=line,
+            column=mark.column + 1,
+        )
+
+    def _origin(self, path: KeyPath) -> Origin:
+        return Origin(text=self._path, line=self._mark(path).line + 1)
+
+    def _mark(self, path: KeyPath, *, value: bool = False) -> Any:
+        assert self._root is not None
+        node, mark = self._root, self._root.start_mark
+        for key in path:
+            for name, key_node, child in _entries_of(node):
+                if name == key:
+                    node = child
+                    mark = (child if value or key_node is None else key_node).start_mark
+                    break
+        return mark
+
+    def _node(self, path: KeyPath) -> yaml.Node | None:
+        node = self._root
+        for key in path:
+            node = next((child for name, _, child in _entries_of(node) if name == key), None)
+        return node
+
+
+_BAD = object()
+
+
+def _entries(kind: Kind) -> set[str]:
+    return {field.name for field in kind.fields}
+
+
+def _children(node: yaml.Node | None) -> Sequence[Any]:
+    return node.value if isinstance(node, yaml.SequenceNode) else ()
+
+
+def _entries_of(node: yaml.Node | None) -> Iterator[tuple[object, yaml.Node | None, yaml.Node]]:
+    """(key, node of the key, node of the value) of what a node contains."""
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            yield getattr(key, "value", None), key, value
+    elif isinstance(node, yaml.SequenceNode):
+        for index, value in enumerate(node.value):
+            yield index, None, value
