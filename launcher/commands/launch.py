@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 import time
@@ -18,11 +19,16 @@ from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.control.server import Server
+    from launcher.engine.console_link import ConsoleLink
+    from launcher.engine.reactor import Reactor
+    from launcher.engine.screen import Screen
     from launcher.engine.supervisor import Supervisor
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
     from launcher.model.events import Effect, Event
     from launcher.model.options import RunOptions
+
+CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
 
 USAGE = f"""usage: python -m launcher TARGET [name:=value ...] [options]
        python -m launcher PACKAGE FILE [name:=value ...] [options]
@@ -253,9 +259,13 @@ def _supervise(
         # Not on the way to the first process.
         control = _Control(supervisor, request, run_id, environment)
         reactor.call_later(0, control.open)
+        console = _Console(reactor, screen, supervisor)
+        if options.console:
+            reactor.call_later(CONSOLE_DELAY_S, console.open)
         try:
             return supervisor.run()
         finally:
+            console.close()
             control.close()
 
 
@@ -292,6 +302,32 @@ class _Control:
         """Say goodbye to all clients."""
         if self._server is not None:
             self._server.close()
+
+
+class _Console:
+    """The prompt below the output, where there is a terminal."""
+
+    def __init__(self, reactor: Reactor, screen: Screen, supervisor: Supervisor) -> None:
+        self._reactor = reactor
+        self._screen = screen
+        self._supervisor = supervisor
+        self._link: ConsoleLink | None = None
+
+    def open(self) -> None:
+        """Start it, if a person sits there."""
+        if not (_has_terminal() and self._screen.is_tty):
+            return
+        from launcher.engine.console_link import ConsoleLink
+
+        say = self._supervisor.desk.chronicle.say
+        warn = functools.partial(say, "WARNING", "launch")
+        self._link = ConsoleLink(self._reactor, self._screen, warn)
+        self._link.start()
+
+    def close(self) -> None:
+        """Let it show the end of the run."""
+        if self._link is not None:
+            self._link.close()
 
 
 def _new_run_id() -> str:

@@ -92,7 +92,9 @@ HELP = """\
   --budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop
                        a limit on what a process may use; --budgets FILE reads them from YAML
   --no-log-files       only the screen
-  --no-control         no socket through which other shells see and steer the run"""
+  --no-console         no prompt and no status bar below the output
+  --no-control         no socket through which other shells see and steer the run; no
+                       console either"""
 
 
 def take_run_options(words: Sequence[str]) -> tuple[RunOptions, list[str]]:
@@ -159,6 +161,7 @@ def _limits(name: str) -> Callable[[RunOptions, str], RunOptions]:
 _FLAGS: dict[str, Callable[[RunOptions], RunOptions]] = {
     "--exit-when-any-dies": lambda options: replace(options, exit_when_any_dies=True),
     "--no-log-files": lambda options: replace(options, log_files=False),
+    "--no-console": lambda options: replace(options, console=False),
     "--no-control": lambda options: replace(options, control=False),
 }
 _OPTIONS: dict[str, Callable[[RunOptions, str], RunOptions]] = {

@@ -48,6 +48,8 @@ class Screen:
         self._waiting_bytes = 0
         self._pressed = False
         self._partial_of: object = None
+        self._terminal = self.fd
+        self._next_fd: int | None = None  # where the console wants it
         self.on_pressure: Callable[[bool], None] = lambda pressed: None
         self.on_closed: Callable[[], None] = lambda: None
 
@@ -125,6 +127,7 @@ class Screen:
                 break
         if not self._waiting:
             self._reactor.remove(self.fd)
+            self._divert_now()
         if self._pressed and self._waiting_bytes < LOW_WATER:
             self._pressed = False
             self.on_pressure(False)
@@ -154,6 +157,38 @@ class Screen:
             self.on_pressure(False)
         self.on_closed()
 
+    # ---- the console
+
+    def divert(self, fd: int, on_diverted: Callable[[], None]) -> None:
+        """Write to `fd`, which never blocks and stays the caller's, once nothing waits any more.
+
+        What was written before goes where it was meant to go, up to the end of a line.
+        """
+        self._next_fd, self._on_diverted = fd, on_diverted
+        self._divert_now()
+
+    def _divert_now(self) -> None:
+        if self._next_fd is not None and self._partial_of is not None:
+            self._partial_of = None
+            self._write(b"\n")
+        if self._next_fd is not None and not self._waiting:
+            self.fd, self._next_fd = self._next_fd, None
+            self._on_diverted()
+
+    def come_back(self, left: bytes) -> None:
+        """Write to the terminal again: first `left`, which nobody has read, then what waits."""
+        self._next_fd = None
+        if self.fd == self._terminal:
+            return
+        self._reactor.remove(self.fd)
+        self.fd = self._terminal
+        self._partial_of = None
+        if left:
+            self._waiting.appendleft(left)
+            self._waiting_bytes += len(left)
+        if self._waiting:
+            self._reactor.add_writer(self.fd, self._flush)
+
     def finish(self, patience_s: float) -> None:
         """Write what waits, giving a slow reader `patience_s` seconds, and let go of the output."""
         deadline = self._reactor.now() + patience_s
@@ -162,7 +197,7 @@ class Screen:
             self._flush()
         self._reactor.remove(self.fd)
         if self._own:
-            os.close(self.fd)
+            os.close(self._terminal)
             self._own = False
 
 

@@ -55,6 +55,15 @@ class Child:
         except OSError:
             return b""  # a pseudo-terminal ends with EIO
 
+    def resize(self, terminal_size: tuple[int, int]) -> None:
+        """Give its pseudo-terminals, if it has some, another size, and tell it so."""
+        terminals = [fd for fd in self.streams if os.isatty(fd)]
+        for fd in terminals:
+            _set_terminal_size(fd, terminal_size)
+        if terminals:
+            # It leads a session without a controlling terminal, so the kernel tells nobody.
+            self.signal_group(signal.SIGWINCH)
+
     def write_stdin(self, data: bytes) -> int:
         """Hand `data` to the process; how many bytes of it found room.
 
@@ -175,8 +184,10 @@ def _set_terminal_size(fd: int, size: tuple[int, int]) -> None:
 
 def terminal_size_beside(taken: int) -> tuple[int, int]:
     """(columns, rows) that a child's pseudo-terminal gets: ours, less the prefix."""
-    try:
-        columns, rows = os.get_terminal_size(1)
-    except OSError:
-        return 80, 24
-    return max(20, columns - taken), max(2, rows)
+    for fd in (1, 0):  # while there is a console, the terminal is on standard input alone
+        try:
+            columns, rows = os.get_terminal_size(fd)
+        except OSError:
+            continue
+        return max(20, columns - taken), max(2, rows)
+    return 80, 24

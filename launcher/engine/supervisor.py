@@ -157,6 +157,7 @@ class Supervisor:
         """Start, serve, stop. Whatever happens, nothing is left when this returns."""
         self._reactor.on_signals(STOP_SIGNALS, self._ending.signalled)
         keep_to_ourselves()
+        self._reactor.on_signals((signal.SIGWINCH,), lambda signum: self._terminal_resized())
         try:
             if self._folder.path is not None:
                 self._say("INFO", "launch", f"All log files can be found below {self._folder.path}")
@@ -310,6 +311,11 @@ class Supervisor:
         size = terminal_size_beside(len(process.name) + 3)
         self._guards.ensure()
         return spawn(process.spec, env=env, merge=merge, terminal_size=size)
+
+    def _terminal_resized(self) -> None:
+        for process in self._processes.values():
+            if process.child is not None:
+                process.child.resize(terminal_size_beside(len(process.name) + 3))
 
     def _process_ended(self, process: Process, end: Ended) -> None:
         if end.outcome.returncode is not None and end.outcome.returncode < 0:

@@ -34,6 +34,7 @@ class RunOptions(Record):
     timeout_s: float | None = None
     log_files: bool = True
     control: bool = True
+    console: bool = True
     budgets: tuple[str, ...] = ()
     budget_file: str | None = None
 

@@ -28,6 +28,7 @@ class World:
             "ROS_DOMAIN_ID": str(domain_id),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "ROS_LOG_DIR": str(log_dir),
+            "XDG_STATE_HOME": str(log_dir.with_name("state")),
             "TERM": "xterm-256color",
             MARK: self.mark,
         }

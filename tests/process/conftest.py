@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.glass import Glass
 from tests.support.terminal import Terminal, marked_processes
 
 MARK = "LAUNCHER_TEST_MARK"
@@ -44,12 +45,13 @@ class Bench:
         self.env = {
             **os.environ,
             "ROS_LOG_DIR": str(folder / "log"),
+            "XDG_STATE_HOME": str(folder / "state"),
             "TERM": "xterm-256color",
             MARK: self.mark,
         }
         for name in ("NO_COLOR", "FORCE_COLOR"):
             self.env.pop(name, None)
-        self.terminals: list[Terminal] = []
+        self.terminals: list[Terminal | Glass] = []
 
     def command(self, actions: str, *words: str) -> Sequence[str]:
         file = self.folder / "bench.launch.py"
@@ -80,6 +82,12 @@ class Bench:
         terminal = Terminal(self.command(actions, *words), env=self.env)
         self.terminals.append(terminal)
         return terminal
+
+    def glass(self, actions: str, *words: str, columns: int = 100, rows: int = 24) -> Glass:
+        """Start in a terminal and look at it as a person does."""
+        glass = Glass(self.command(actions, *words), env=self.env, columns=columns, rows=rows)
+        self.terminals.append(glass)
+        return glass
 
     def survivors(self) -> list[str]:
         """Command lines of what still runs of all that was started here."""

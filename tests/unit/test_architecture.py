@@ -21,6 +21,7 @@ MAY_IMPORT = {
     "planner": {"errors", "model", "language", "frontends", "interpreter"},
     "engine": {"errors", "model"},
     "control": {"errors", "model", "engine"},
+    "console": {"errors", "control"},
     "doctor": {"model", "engine"},
     "graph": {"errors"},
     "domain_lease": set(),

@@ -1,0 +1,133 @@
+"""Bar: how the processes are, in one line, or in as much of it as the terminal is wide."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from prompt_toolkit.utils import get_cwidth
+
+from launcher.console.figures import cpu, memory
+
+Fragment = tuple[str, str]
+Line = list[Fragment]
+
+SEPARATOR = ("class:bar.quiet", " | ")
+CUT = "..."
+_STYLES = {
+    "RUNNING": "class:bar.running",
+    "STARTING": "class:bar.waiting",
+    "BACKOFF": "class:bar.waiting",
+    "STOPPING": "class:bar.waiting",
+    "FATAL": "class:bar.trouble",
+}
+_TROUBLE = ("FATAL", "BACKOFF", "STOPPING", "STOPPED")
+
+
+def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
+    """The fullest of three forms that fits: with figures, names alone, counts."""
+    if not processes:
+        return [("class:bar.quiet", "no processes")]
+    names = short_names(processes)
+    for cells in (
+        [_full(p, names[p["name"]]) for p in processes],
+        [_short(p, names[p["name"]]) for p in processes],
+    ):
+        line = _joined(cells)
+        if width(line) <= columns:
+            return line
+    return fitted(_joined(_counted(processes, names)), columns)
+
+
+def short_names(processes: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """Name -> its label where that is unique, else the name itself."""
+    labels = Counter(p.get("label") or p["name"] for p in processes)
+    return {
+        p["name"]: p["label"] if p.get("label") and labels[p["label"]] == 1 else p["name"]
+        for p in processes
+    }
+
+
+def width(line: Line) -> int:
+    """Columns that it takes."""
+    return sum(get_cwidth(text) for _, text in line)
+
+
+def fitted(line: Line, columns: int) -> Line:
+    """The line, cut with a mark where it is too long."""
+    if width(line) <= columns:
+        return line
+    room = max(0, columns - len(CUT))
+    cut: Line = []
+    for style, text in line:
+        while get_cwidth(text) > room:
+            text = text[:-1]
+        cut.append((style, text))
+        room -= get_cwidth(text)
+        if room <= 0:
+            break
+    return [*cut, ("class:bar.quiet", CUT[:columns])]
+
+
+def _joined(cells: Sequence[Line]) -> Line:
+    line: Line = []
+    for cell in cells:
+        line += [SEPARATOR, *cell] if line else cell
+    return line
+
+
+def is_in_trouble(process: Mapping[str, Any]) -> bool:
+    """Whether a person should look at it, however many others there are."""
+    state = process["state"]
+    last = process.get("last_exit") or {}
+    died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")
+    return died or state in _TROUBLE or bool(process.get("paused"))
+
+
+def _style(process: Mapping[str, Any]) -> str:
+    if process.get("paused"):
+        return "class:bar.waiting"
+    if process["state"] == "EXITED" and is_in_trouble(process):
+        return "class:bar.trouble"
+    return _STYLES.get(process["state"], "class:bar.quiet")
+
+
+def _marks(process: Mapping[str, Any]) -> list[str]:
+    marks = [] if process["state"] == "RUNNING" else [process["state"].lower()]
+    if process.get("restarts"):
+        marks.append(f"x{process['restarts']}")
+    if process.get("paused"):
+        marks.append("paused")
+    if process.get("muted"):
+        marks.append("muted")
+    return marks
+
+
+def _full(process: Mapping[str, Any], name: str) -> Line:
+    figures = []
+    if process.get("cpu_percent") is not None:
+        figures.append(cpu(process["cpu_percent"]))
+    if process.get("memory_bytes") is not None:
+        figures.append(memory(process["memory_bytes"]))
+    return _cell(process, name, [*_marks(process), *figures])
+
+
+def _short(process: Mapping[str, Any], name: str) -> Line:
+    return _cell(process, name, _marks(process))
+
+
+def _cell(process: Mapping[str, Any], name: str, words: Sequence[str]) -> Line:
+    rest = "".join(f" {word}" for word in words)
+    return [(_style(process), name), ("class:bar", rest)]
+
+
+def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -> list[Line]:
+    states = Counter(p["state"] for p in processes)
+    counts = ", ".join(f"{count} {state.lower()}" for state, count in states.most_common())
+    used_cpu = sum(p.get("cpu_percent") or 0 for p in processes)
+    used_memory = sum(p.get("memory_bytes") or 0 for p in processes)
+    first: Line = [("class:bar", counts)]
+    figures: Line = [("class:bar", f"{cpu(used_cpu)} {memory(used_memory)}")]
+    troubled = [_short(p, names[p["name"]]) for p in processes if is_in_trouble(p)]
+    return [first, *troubled, figures]

@@ -1,0 +1,96 @@
+"""Completion: what may stand at the cursor: verbs, names and globs, options, signals, levels."""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+import signal
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
+from prompt_toolkit.document import Document
+
+from launcher.control.verbs import VERBS, Verb, find
+
+LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")
+_GLOB = re.compile(r"[*?\[]")
+_NUMBER_AT_END = re.compile(r"\d+$")
+
+Processes = Callable[[], Sequence[Mapping[str, Any]]]
+
+
+class WordCompleter(Completer):
+    """Completes the word at the cursor; `processes()` is what `ps` said last."""
+
+    def __init__(self, processes: Processes) -> None:
+        self._processes = processes
+
+    def get_completions(
+        self, document: Document, complete_event: CompleteEvent
+    ) -> Iterable[Completion]:
+        """All that fit, in the order of the table or of the alphabet."""
+        *before, word = re.split(r"\s+", document.text_before_cursor.lstrip())
+        if _GLOB.search(word) and before:
+            yield from self._expanded(word)
+            return
+        for candidate, meta in self._candidates(before, word):
+            if candidate.startswith(word) and candidate not in before[1:]:
+                yield Completion(candidate, -len(word), display_meta=meta)
+
+    def _candidates(self, before: Sequence[str], word: str) -> Iterable[tuple[str, str]]:
+        if not before:
+            return [(verb.name, verb.help) for verb in VERBS]
+        verb = find(before[0])
+        if verb is None:
+            return []
+        option = next((one for one in verb.options if before[-1] in one.flags), None)
+        if option is not None and option.kind == "signal":
+            return [(one.name, "") for one in signal.Signals]
+        if option is not None and option.kind != "flag":
+            return []
+        if word.startswith("-"):
+            return [(flag, one.help) for one in verb.options for flag in one.flags]
+        if verb.argument is not None and len(before) == 1:
+            return [(level, "") for level in LEVELS] if verb.argument == "level" else []
+        return [] if self._has_names(verb, before) else self._names()
+
+    @staticmethod
+    def _has_names(verb: Verb, before: Sequence[str]) -> bool:
+        return verb.names == "none" or (verb.names == "one" and len(before) > 1)
+
+    def _names(self) -> list[tuple[str, str]]:
+        found = self._processes()
+        return [(word, "") for word in sorted({*names_of(found), *globs_of(found)})]
+
+    def _expanded(self, word: str) -> Iterable[Completion]:
+        names = [p["name"] for p in self._processes() if fnmatch.fnmatchcase(p["name"], word)]
+        labels = [p["name"] for p in self._processes() if fnmatch.fnmatchcase(_label(p), word)]
+        meant = names or labels
+        if meant:
+            yield Completion(" ".join(meant), -len(word), display=f"{word}: {len(meant)}")
+
+
+def _label(process: Mapping[str, Any]) -> str:
+    return str(process.get("label") or process["name"])
+
+
+def names_of(processes: Sequence[Mapping[str, Any]]) -> set[str]:
+    """All words that mean one process: labels, full names where labels do not tell, node names."""
+    labels = Counter(_label(p) for p in processes)
+    words = {_label(p) if labels[_label(p)] == 1 else p["name"] for p in processes}
+    for process in processes:
+        words.update(process.get("node_names") or ())
+    return words
+
+
+def globs_of(processes: Sequence[Mapping[str, Any]]) -> set[str]:
+    """`robot_*` where there are robot_1 and robot_2, and namespaces with something below."""
+    stems = Counter(
+        _NUMBER_AT_END.sub("", label)
+        for label in {_label(p) for p in processes}
+        if _NUMBER_AT_END.search(label)
+    )
+    spaces = {str(p["namespace"]) for p in processes if p.get("namespace") not in (None, "", "/")}
+    return {f"{stem}*" for stem, count in stems.items() if stem and count > 1} | spaces

@@ -1,0 +1,98 @@
+"""Feed: reads what the launcher shows, and hands it on in whole lines."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Callable
+
+READ_BYTES = 64 * 1024
+MOST_BYTES = 512 * 1024  # in one go; more would keep a person's keys waiting
+# Below the lines of each block the footer is drawn again: 60 times a second are enough, and a
+# writer in a hurry (whose blocks are large) does not wait for it.
+FRAME_S = 1 / 60
+HURRY_BYTES = 16 * 1024
+
+OVERWRITE = b"\r\x1b[K"  # a progress bar starts its line again
+
+
+class Feed:
+    """`show(lines, partial)` gets the whole lines of a block, and the line that has no end yet.
+
+    `on_end()` is called when the launcher has closed its end; `partial` is b"" then.
+    """
+
+    def __init__(
+        self,
+        loop: asyncio.AbstractEventLoop,
+        fd: int,
+        show: Callable[[bytes, bytes], None],
+        on_end: Callable[[], None],
+    ) -> None:
+        self._loop = loop
+        self._fd = fd
+        self._show = show
+        self._on_end = on_end
+        self._partial = b""
+        self._slow = False
+        self._resting = False
+        self._ended = False
+        os.set_blocking(fd, False)
+        self._listen()
+
+    def hold_back(self, slow: bool) -> None:
+        """Stop reading while the terminal cannot follow: the pipe fills, the launcher waits."""
+        self._slow = slow
+        self._listen()
+
+    def _listen(self) -> None:
+        if self._slow or self._resting or self._ended:
+            self._loop.remove_reader(self._fd)
+        else:
+            self._loop.add_reader(self._fd, self._readable)
+
+    def _readable(self) -> None:
+        block, self._ended = self._read()
+        if block or self._ended:
+            self._take(block)
+        if self._ended:
+            self._listen()
+            self._on_end()
+        elif len(block) < HURRY_BYTES:
+            self._resting = True
+            self._listen()
+            self._loop.call_later(FRAME_S, self._rested)
+
+    def _rested(self) -> None:
+        self._resting = False
+        self._listen()
+
+    def _read(self) -> tuple[bytes, bool]:
+        """(what is there, whether that was the last of it)."""
+        parts: list[bytes] = []
+        size = 0
+        while size < MOST_BYTES:
+            try:
+                part = os.read(self._fd, READ_BYTES)
+            except BlockingIOError:
+                break
+            if not part:
+                return b"".join(parts), True
+            parts.append(part)
+            size += len(part)
+        return b"".join(parts), False
+
+    def _take(self, block: bytes) -> None:
+        lines, self._partial = split(self._partial + block)
+        if self._ended and self._partial:
+            lines, self._partial = lines + self._partial + b"\n", b""
+        self._show(lines, self._partial)
+
+
+def split(data: bytes) -> tuple[bytes, bytes]:
+    """(whole lines, the beginning of the next), each without what was written over."""
+    head, newline, partial = data.rpartition(b"\n")
+    lines = head + newline
+    if OVERWRITE in lines:
+        lines = b"\n".join(line.rpartition(OVERWRITE)[2] for line in lines.split(b"\n"))
+    return lines, partial.rpartition(OVERWRITE)[2]

@@ -1,0 +1,183 @@
+"""Prompt: the footer that prompt_toolkit edits: a line, its candidates, the bar below."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from prompt_toolkit.application import Application
+from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.completion import Completer
+from prompt_toolkit.filters import Condition, has_completions
+from prompt_toolkit.formatted_text import ANSI, AnyFormattedText, StyleAndTextTuples
+from prompt_toolkit.history import History
+from prompt_toolkit.input import create_input
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.keys import Keys
+from prompt_toolkit.layout import ConditionalContainer, HSplit, Layout, Window
+from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
+from prompt_toolkit.layout.processors import BeforeInput
+from prompt_toolkit.styles import Style
+from prompt_toolkit.utils import get_cwidth
+
+from launcher.console.bar import Line
+from launcher.console.display import FooterOutput
+
+SIGN = "> "
+MOST_CANDIDATE_ROWS = 4
+LITTLE_HEIGHT = 8  # rows; below it there is one line of status instead of two
+
+COLOURS = Style.from_dict(
+    {
+        "prompt": "bold ansicyan",
+        "bar": "",
+        "bar.running": "ansigreen",
+        "bar.waiting": "ansiyellow",
+        "bar.trouble": "bold ansired",
+        "bar.quiet": "ansibrightblack",
+        "chosen": "reverse",
+    }
+)
+PLAIN = Style.from_dict({"prompt": "bold", "bar.trouble": "bold", "chosen": "reverse"})
+
+
+class Person(Protocol):
+    """What happens when a person presses a key."""
+
+    def entered(self, line: str) -> None:
+        """Enter."""
+
+    def interrupted(self) -> None:
+        """Ctrl-C."""
+
+    def left(self) -> None:
+        """Ctrl-D on an empty line."""
+
+    def suspended(self) -> None:
+        """Ctrl-Z."""
+
+    def any_key(self) -> None:
+        """Any key while something is watched."""
+
+    def is_watching(self) -> bool:
+        """Whether the next key ends it."""
+
+
+class Footer(Protocol):
+    """What is shown around the prompt; asked for with each drawing."""
+
+    def above(self) -> str:
+        """Lines with SGR, or nothing."""
+
+    def status(self, columns: int) -> Sequence[Line]:
+        """The lines of the bar."""
+
+
+def make_application(
+    person: Person,
+    footer: Footer,
+    *,
+    output: FooterOutput,
+    completer: Completer,
+    history: History,
+    colour: bool,
+) -> Application[None]:
+    """The application; it runs until `exit`, and erases itself then."""
+
+    def accept(buffer: Buffer) -> bool:
+        person.entered(buffer.text)
+        return False  # the line is empty again
+
+    buffer = Buffer(completer=completer, history=history, multiline=False, accept_handler=accept)
+    return Application(
+        layout=Layout(_rows(buffer, footer, output)),
+        key_bindings=_keys(person, buffer),
+        style=COLOURS if colour else PLAIN,
+        input=create_input(),
+        output=output,
+        erase_when_done=True,
+        terminal_size_polling_interval=None,
+    )
+
+
+def _rows(buffer: Buffer, footer: Footer, output: FooterOutput) -> HSplit:
+    sign = BeforeInput(SIGN, style="class:prompt")
+    above = Condition(lambda: bool(footer.above()))
+    few = Condition(lambda: output.get_size().rows < LITTLE_HEIGHT)
+
+    def status() -> StyleAndTextTuples:
+        lines = footer.status(output.get_size().columns)[: 1 if few() else None]
+        pieces: StyleAndTextTuples = []
+        for line in lines:
+            pieces += [("", "\n"), *line] if pieces else line
+        return pieces
+
+    return HSplit(
+        [
+            ConditionalContainer(_text(lambda: ANSI(footer.above())), above),
+            Window(BufferControl(buffer, input_processors=[sign]), height=1),
+            ConditionalContainer(
+                _text(lambda: _candidates(buffer, output.get_size().columns)),
+                has_completions & ~few,
+            ),
+            _text(status),
+        ]
+    )
+
+
+def _text(text: Callable[[], AnyFormattedText]) -> Window:
+    return Window(
+        FormattedTextControl(text),
+        dont_extend_height=True,
+        wrap_lines=False,
+        always_hide_cursor=True,
+    )
+
+
+def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
+    """The completions in columns, the chosen one marked; with its explanation if there is room."""
+    state = buffer.complete_state
+    if state is None:
+        return []
+    texts = [completion.display_text for completion in state.completions]
+    cell = max(map(get_cwidth, texts)) + 2
+    per_row = max(1, columns // cell)
+    chosen = state.complete_index
+    first_row = (chosen or 0) // per_row // MOST_CANDIDATE_ROWS * MOST_CANDIDATE_ROWS
+    pieces: StyleAndTextTuples = []
+    for index, text in enumerate(texts):
+        row, column = divmod(index, per_row)
+        if not first_row <= row < first_row + MOST_CANDIDATE_ROWS:
+            continue
+        if column == 0 and row > first_row:
+            pieces.append(("", "\n"))
+        pieces.append(("class:chosen" if index == chosen else "", text))
+        pieces.append(("", " " * (cell - get_cwidth(text))))
+    return pieces
+
+
+def _keys(person: Person, buffer: Buffer) -> KeyBindings:
+    keys = KeyBindings()
+    watching = Condition(person.is_watching)
+
+    @keys.add("c-c", eager=True)
+    def _(event: KeyPressEvent) -> None:
+        person.interrupted()
+
+    @keys.add("c-z", eager=True)
+    def _(event: KeyPressEvent) -> None:
+        person.suspended()
+
+    @keys.add(Keys.Any, filter=watching, eager=True)
+    def _(event: KeyPressEvent) -> None:
+        person.any_key()
+
+    @keys.add("c-d", filter=Condition(lambda: not buffer.text))
+    def _(event: KeyPressEvent) -> None:
+        person.left()
+
+    @keys.add("c-l")
+    def _(event: KeyPressEvent) -> None:
+        event.app.renderer.clear()
+
+    return keys

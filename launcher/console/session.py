@@ -1,0 +1,267 @@
+"""Session: one console, from its first look at the run to the run's end."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import signal
+import socket
+import threading
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from typing import Any, TypeVar
+
+from prompt_toolkit.application.run_in_terminal import in_terminal
+
+from launcher.console import talk
+from launcher.console.bar import Line, fitted, status_line
+from launcher.console.completion import WordCompleter
+from launcher.console.display import Display
+from launcher.console.feed import Feed
+from launcher.console.history import history_path, open_history
+from launcher.console.prompt import SIGN, make_application
+from launcher.console.terminal import Terminal
+from launcher.console.watch import Watch
+from launcher.control.folder import ControlError
+from launcher.control.runs import Run
+from launcher.control.verbs import Call, find, parse
+from launcher.errors import UsageError
+
+T = TypeVar("T")
+LOOK_S = 1.0  # how often the bar is brought up to date
+LAST_WORDS_S = 2.0  # how long a slow terminal is waited for at the end
+FOREGROUND_LOOK_S = 0.2
+
+
+async def in_thread(work: Callable[[], T]) -> T:
+    """Do blocking work beside the loop. Unlike an executor's, the thread holds up no end."""
+    loop = asyncio.get_running_loop()
+    done: asyncio.Future[T] = loop.create_future()
+
+    def deliver(put: Callable[[Any], None], value: object) -> None:
+        if not done.done():
+            put(value)
+
+    def run() -> None:
+        try:
+            result = work()
+        except BaseException as error:
+            outcome: tuple[Any, object] = (done.set_exception, error)
+        else:
+            outcome = (done.set_result, result)
+        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody waits any more
+            loop.call_soon_threadsafe(deliver, *outcome)
+
+    threading.Thread(target=run, daemon=True).start()
+    return await done
+
+
+class Session:
+    """The console of `run`. `run_until_end()` returns whether the launcher has said goodbye."""
+
+    def __init__(self, run: Run, feed_fd: int, link: socket.socket, *, colour: bool) -> None:
+        self._run = run
+        self._feed_fd = feed_fd
+        self._link = link
+        self._loop = asyncio.get_running_loop()
+        self._terminal = Terminal(self._loop)
+        self._display = Display(self._terminal, colour=colour)
+        self._processes: Sequence[Mapping[str, Any]] = ()
+        self._tasks: set[asyncio.Future[Any]] = set()
+        self._watch: Watch | None = None
+        self._fault: BaseException | None = None
+        self._application = make_application(
+            self,
+            self,
+            output=self._display.output,
+            completer=WordCompleter(lambda: self._processes),
+            history=open_history(history_path(os.environ)),
+            colour=colour,
+        )
+        self._display.application = self._application
+
+    # ---- from the beginning to the end
+
+    async def run_until_end(self) -> bool:
+        """Show and listen until the launcher has closed its end."""
+        self._processes = await in_thread(self._look)
+        if not await self._is_given_the_terminal():
+            return False
+        self._loop.set_exception_handler(self._failed)
+        self._loop.add_signal_handler(signal.SIGCONT, self._continued)
+        self._terminal.on_gone = self._end
+        self._display.has_footer = True
+        try:
+            with contextlib.suppress(EOFError):  # the terminal hung up
+                await self._application.run_async(
+                    self._begin, set_exception_handler=False, handle_sigint=False
+                )
+        finally:
+            self._display.has_footer = False
+            self._terminal.drain(LAST_WORDS_S)
+        if self._fault is not None:
+            raise self._fault
+        return self._has_goodbye()
+
+    async def _is_given_the_terminal(self) -> bool:
+        """Say that we are ready; from the answer on, the launcher writes only to us."""
+        self._link.setblocking(False)
+        await self._loop.sock_sendall(self._link, b"R")
+        return await self._loop.sock_recv(self._link, 1) == b"G"
+
+    def _begin(self) -> None:
+        self._terminal.write(b"\r")
+        feed = Feed(self._loop, self._feed_fd, self._display.show, self._end)
+        self._terminal.on_slow = feed.hold_back
+        self._do(self._keep_looking())
+
+    def _end(self) -> None:
+        if self._application.is_running and not self._application.is_done:
+            self._application.exit()
+
+    def _has_goodbye(self) -> bool:
+        with contextlib.suppress(BlockingIOError, ConnectionError):
+            return b"B" in self._link.recv(16)
+        return False
+
+    def end_abruptly(self) -> None:
+        """The launcher is gone: the terminal as it was, as far as it is still ours."""
+        text = "the launcher was killed; everything that it had started is ended by its watchdog"
+        self._terminal.write(f"[ERROR] [console]: {text}\r\n".encode())
+        self._terminal.drain(LAST_WORDS_S)
+
+    def restore(self) -> None:
+        """The settings of the terminal as they were."""
+        self._terminal.restore()
+
+    def _failed(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """An error of our own in a callback: end, and let the launcher take over."""
+        self._fault = self._fault or context.get("exception") or RuntimeError(context["message"])
+        self._end()
+
+    def _do(self, work: Awaitable[None]) -> None:
+        """Do it beside everything else; what it raises is a fault of ours."""
+        task = asyncio.ensure_future(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._done)
+
+    def _done(self, task: asyncio.Future[Any]) -> None:
+        self._tasks.discard(task)
+        error = None if task.cancelled() else task.exception()
+        if error is not None:
+            self._failed(self._loop, {"exception": error, "message": str(error)})
+
+    # ---- the footer
+
+    def _look(self) -> Sequence[Mapping[str, Any]]:
+        with self._run.connect() as connection:
+            found: Sequence[Mapping[str, Any]] = connection.ask("ps").result["processes"]
+            return found
+
+    async def _keep_looking(self) -> None:
+        with contextlib.suppress(ControlError):  # the run ends, which the feed tells, too
+            while True:
+                await asyncio.sleep(LOOK_S)
+                self._processes = await in_thread(self._look)
+                self._application.invalidate()
+
+    def above(self) -> str:
+        """A live table, or the line of a process that has no end yet."""
+        if self._watch is not None and self._watch.text:
+            return self._watch.text
+        return self._display.partial.decode(errors="replace")
+
+    def status(self, columns: int) -> Sequence[Line]:
+        """Processes, and where the files of the run are."""
+        return [status_line(self._processes, columns), self._about_the_run(columns)]
+
+    def _about_the_run(self, columns: int) -> Line:
+        home = os.path.expanduser("~")
+        folder = self._run.log_dir or "no log files"
+        if folder.startswith(home + "/"):
+            folder = "~" + folder.removeprefix(home)
+        if self._watch is not None:
+            return fitted([("class:bar.waiting", "any key ends this")], columns)
+        return fitted([("class:bar.quiet", f"{folder} | help | Ctrl-C stops the run")], columns)
+
+    # ---- what a person does
+
+    def entered(self, line: str) -> None:
+        """Show the line, and do what it says."""
+        if not line.strip():
+            return
+        self._display.say(SIGN + line)
+        try:
+            call = talk.read_call(line)
+        except UsageError as error:
+            self._display.say(talk.problem(error, colour=self._display.colour))
+            return
+        if talk.follows(call):
+            self._do(self._follow(call))
+        else:
+            self._do(self._ask(call))
+
+    async def _ask(self, call: Call) -> None:
+        columns = self._terminal.size().columns
+        colour = self._display.colour
+        text = await in_thread(lambda: talk.answer(self._run, call, columns, colour=colour))
+        self._display.say(text)
+
+    async def _follow(self, call: Call) -> None:
+        watch = self._watch = Watch(self._run, call, self._display, self._terminal.size)
+        try:
+            await in_thread(lambda: watch.run(self._loop))
+        finally:
+            self._watch = None
+            self._application.invalidate()
+
+    def any_key(self) -> None:
+        """End what is being watched."""
+        if self._watch is not None:
+            self._watch.close()
+
+    def is_watching(self) -> bool:
+        """Whether something is."""
+        return self._watch is not None
+
+    def interrupted(self) -> None:
+        """Hand Ctrl-C on: the launcher knows what a second and a third one mean."""
+        self._display.say("^C")
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self._run.pid, signal.SIGINT)
+
+    def left(self) -> None:
+        """Ctrl-D stops the run."""
+        verb = find("quit")
+        assert verb is not None
+        self._display.say(SIGN + "quit")
+        self._do(self._ask(parse(verb, ())))
+
+    # ---- suspended and continued
+
+    def suspended(self) -> None:
+        """Stop everybody in our job, with the terminal as it was."""
+        self._do(self._suspend())
+
+    async def _suspend(self) -> None:
+        async with in_terminal():
+            self._display.has_footer = False
+            self._terminal.drain(LAST_WORDS_S)
+            os.kill(0, signal.SIGTSTP)
+            await asyncio.sleep(0)
+            while not self._terminal.is_ours():  # `bg`: lines go on, the keyboard is the shell's
+                await asyncio.sleep(FOREGROUND_LOOK_S)
+        self._display.has_footer = True
+        self._application.invalidate()
+
+    def _continued(self) -> None:
+        """Somebody had stopped us: the shell has changed the terminal meanwhile."""
+        if self._display.has_footer and self._terminal.is_ours():
+            self._do(self._draw_anew())
+
+    async def _draw_anew(self) -> None:
+        self._application.renderer.reset()
+        with self._application.input.raw_mode():
+            pass
+        async with in_terminal():
+            self._display.footer_changed()

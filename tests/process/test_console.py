@@ -1,0 +1,89 @@
+"""The console in a real terminal, looked at through a terminal emulator."""
+
+from __future__ import annotations
+
+from tests.process.conftest import Bench
+
+TICKS = """
+        py("import time\\nwhile True: print('tick', flush=True); time.sleep(0.05)", name="robot_1"),
+        py("import time\\nwhile True: print('tock', flush=True); time.sleep(0.05)", name="robot_2"),
+        py("import time\\nwhile True: time.sleep(1)", name="monitor"),
+"""
+
+
+def test_a_process_is_killed_and_started_again_while_lines_flow(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.wait_for("robot_1-1] tick")
+    glass.enter("kill robot_2")
+    glass.wait_for("> kill robot_2", "robot_2-2 stopped in ")
+    glass.wait_until(lambda: "robot_2 stopped" in glass.text, "the bar tells")
+    glass.enter("start robot_2")
+    glass.wait_for("robot_2-2 started with pid ")
+    glass.wait_until(lambda: "robot_2 stopped" not in glass.text, "the bar tells")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0, glass.text
+
+
+def test_the_terminal_is_as_it_was_after_the_end_and_the_footer_is_gone(bench: Bench):
+    glass = bench.glass(TICKS)
+    before = glass.settings()
+    glass.wait_for_prompt()
+    assert glass.settings() != before
+    glass.enter("quit")
+    assert glass.exit_code() == 0
+    assert glass.settings() == before
+    assert not glass.cursor_is_hidden
+    assert glass.prompt_row == -1 or glass.rows[glass.prompt_row] == "> quit"
+    assert "Ctrl-C stops the run" not in glass.text
+    assert bench.survivors() == []
+
+
+def test_tab_completes_verbs_names_and_signals(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.type("res\t")
+    glass.wait_until(lambda: "restart  resume" in glass.text, "what there is")
+    glass.type("\x15kill mo\t")
+    glass.wait_until(lambda: "> kill monitor" in glass.text, "the whole name")
+    glass.type("\x15kill -s SIGTE\t")
+    glass.wait_until(lambda: "> kill -s SIGTERM" in glass.text, "the whole signal")
+    glass.type("\x15stop rob\t")
+    glass.wait_until(lambda: "robot_*  robot_1  robot_2" in glass.text, "names and the glob")
+    glass.type("*\t")
+    glass.wait_until(lambda: "> stop robot_1-1 robot_2-2" in glass.text, "what it stands for")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+def test_a_misspelt_verb_and_name_are_told_with_what_was_meant(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.enter("kil robot_2")
+    glass.wait_for("error: there is no verb 'kil'", "hint: did you mean kill?")
+    glass.enter("kill robo_2")
+    glass.wait_for("there is no process 'robo_2'")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+BURST = """
+        py("input()\\nfor n in range(10000): print(f'line {n:05} ' + 'x' * 40)\\ninput()",
+           name="burst"),
+"""
+
+
+def test_a_burst_of_10_000_lines_stays_whole_and_in_order_above_the_prompt(bench: Bench):
+    glass = bench.glass(BURST)
+    glass.wait_for_prompt()
+    glass.enter("send burst go")
+    glass.type("half a li")
+    glass.wait_until(lambda: "line 09999" in glass.text, "the last line", 60.0)
+    glass.wait_until(lambda: "> half a li" in glass.text, "what is typed")
+    row = glass.prompt_row
+    assert glass.cursor == (row, len("> half a li"))
+    assert [text for text in glass.rows[row + 3 :] if text] == []
+    shown = [line for line in glass.scrolled if "] line " in line]
+    assert shown == [f"[burst-1] line {n:05} {'x' * 40}" for n in range(10000)]
+    glass.ctrl_c()
+    glass.exit_code()

@@ -1,0 +1,164 @@
+"""A command in a real pseudo-terminal, seen through a terminal emulator: what a person sees."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import termios
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pyte
+from ptyprocess import PtyProcess
+
+PATIENCE_S = 20.0
+READ_BYTES = 64 * 1024
+HISTORY_LINES = 50_000
+
+
+class Glass:
+    """Types and looks. Use `with`: what is left in the end is killed."""
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        *,
+        env: Mapping[str, str],
+        cwd: Path | str | None = None,
+        columns: int = 100,
+        rows: int = 24,
+    ) -> None:
+        self._process = PtyProcess.spawn(
+            list(command),
+            env=dict(env),
+            cwd=None if cwd is None else str(cwd),
+            dimensions=(rows, columns),
+        )
+        self._fd = self._process.fd
+        self._screen = pyte.HistoryScreen(columns, rows, history=HISTORY_LINES, ratio=1)
+        self._stream = pyte.ByteStream(self._screen)
+        self.raw = b""
+        self.ended = False
+
+    def __enter__(self) -> Glass:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._process.close(force=True)
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    # ---- looking
+
+    @property
+    def rows(self) -> list[str]:
+        """What is on the screen now, without blanks at the ends of the lines."""
+        return [row.rstrip() for row in self._screen.display]
+
+    @property
+    def text(self) -> str:
+        return "\n".join(self.rows)
+
+    @property
+    def scrolled(self) -> list[str]:
+        """All rows, those that have scrolled away first."""
+        columns = self._screen.columns
+        gone = ["".join(row[x].data for x in range(columns)) for row in self._screen.history.top]
+        return [row.rstrip() for row in gone] + self.rows
+
+    @property
+    def cursor(self) -> tuple[int, int]:
+        """(row, column), from 0."""
+        return self._screen.cursor.y, self._screen.cursor.x
+
+    @property
+    def cursor_is_hidden(self) -> bool:
+        return self._screen.cursor.hidden
+
+    @property
+    def prompt_row(self) -> int:
+        """The last row that begins as the prompt does; -1 if there is none."""
+        found = [number for number, row in enumerate(self.rows) if row.startswith(">")]
+        return found[-1] if found else -1
+
+    def settings(self) -> list[Any]:
+        """The terminal's, as `stty` would show them."""
+        return termios.tcgetattr(self._fd)
+
+    def colour_at(self, row: int, column: int) -> str:
+        return self._screen.buffer[row][column].fg
+
+    # ---- waiting
+
+    def read(self, patience_s: float) -> bool:
+        """Take what comes within this time; whether something came."""
+        ready, _, _ = select.select([self._fd], [], [], patience_s)
+        if not ready:
+            return False
+        try:
+            data = os.read(self._fd, READ_BYTES)
+        except OSError:  # EIO: the last one has closed it
+            data = b""
+        self.ended = not data
+        self.raw += data
+        self._stream.feed(data)
+        return bool(data)
+
+    def wait_until(
+        self, fact: Callable[[], object], what: str, patience_s: float = PATIENCE_S
+    ) -> None:
+        """Read until the fact holds; AssertionError at the deadline."""
+        deadline = time.monotonic() + patience_s
+        while not fact():
+            left_s = deadline - time.monotonic()
+            assert left_s > 0 and not self.ended, f"did not see {what}; on the screen:\n{self.text}"
+            self.read(min(left_s, 0.05))
+
+    def wait_for(self, *texts: str, patience_s: float = PATIENCE_S) -> None:
+        """Read until each of these is, or was, somewhere on the screen."""
+        for text in texts:
+            self.wait_until(
+                lambda text=text: any(text in row for row in self.scrolled), repr(text), patience_s
+            )
+
+    def wait_for_prompt(self, patience_s: float = PATIENCE_S) -> None:
+        """Read until the console has the terminal."""
+        self.wait_until(lambda: self.prompt_row >= 0, "the prompt", patience_s)
+
+    def exit_code(self, patience_s: float = PATIENCE_S) -> int:
+        """Read to the end; the exit code, negative for a signal."""
+        deadline = time.monotonic() + patience_s
+        while not self.ended:
+            assert time.monotonic() < deadline, f"has not ended; on the screen:\n{self.text}"
+            self.read(0.05)
+        return self.reaped()
+
+    def reaped(self) -> int:
+        """The exit code of a command that is about to end or has ended."""
+        self._process.wait()
+        if self._process.signalstatus is not None:
+            return -self._process.signalstatus
+        return self._process.exitstatus
+
+    # ---- acting
+
+    def type(self, text: str) -> None:
+        os.write(self._fd, text.encode())
+
+    def enter(self, line: str) -> None:
+        self.type(line + "\r")
+
+    def ctrl_c(self) -> None:
+        self.type("\x03")
+
+    def resize(self, columns: int, rows: int) -> None:
+        self._screen.resize(rows, columns)
+        self._process.setwinsize(rows, columns)
+
+    def kill(self, signum: int = signal.SIGKILL) -> None:
+        self._process.kill(signum)
