@@ -56,7 +56,12 @@ class Caretaker:
         from launcher.engine.resources import Sampler
         from launcher.engine.shared_memory import Ledger
 
-        self._sampler, self._ledger = Sampler(), Ledger(self._run_id)
+        self._ledger = Ledger(self._run_id)
+        try:
+            self._sampler = Sampler()
+        except ImportError as error:  # a broken environment is no reason to stop robots
+            text = f"nothing is known of what processes use, budgets included: {error}"
+            self._chronicle.say("WARNING", "launch", text)
         self._timer = self._reactor.call_later(PERIOD_S - WARM_UP_S, self._tick)
 
     def note_shared_memory(self) -> None:
@@ -75,20 +80,23 @@ class Caretaker:
         self._free()
 
     def _tick(self) -> None:
-        assert self._sampler is not None
+        self._timer = self._reactor.call_later(PERIOD_S, self._tick)
         self.note_shared_memory()
         self._free()
+        if self._sampler is not None:
+            self._sample(self._sampler)
+
+    def _sample(self, sampler: Sampler) -> None:
         living = {p.name: p for p in self._processes() if p.child is not None}
         pids = {p.child.pid: name for name, p in living.items() if p.child is not None}
         now = self._reactor.now()
-        found = self._sampler.sample(pids, now)
+        found = sampler.sample(pids, now)
         self.samples = {pids[pid]: sample for pid, sample in found.items()}
         if self.samples:
             self._chronicle.note("resources", processes=_plain(self.samples))
         if self._judge is not None:
             for verdict in self._judge.judge(self.samples, now):
                 self._act(living[verdict.process], verdict)
-        self._timer = self._reactor.call_later(PERIOD_S, self._tick)
 
     def _free(self) -> None:
         if self._has_dead and self._ledger is not None:

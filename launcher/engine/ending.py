@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Collection
 
@@ -132,6 +133,23 @@ class Ending:
         )
         self._remnants.check()
 
+    def clear_after(self, process: Process, pid: int) -> None:
+        """End what a process that was stopped, or starts again, left in its session.
+
+        What one leaves behind that ended by itself may be its purpose (a daemon's parent ends);
+        that, and what left the session, stays until the end of the run.
+        """
+        if self.has_begun or not _has_members(pid):
+            return
+        Remnants(
+            self._run_id,
+            reactor=self._reactor,
+            ignore=self._guards.pids,
+            say=lambda level, text: self._chronicle.say(level, process.name, text),
+            on_done=lambda: None,
+            session=pid,
+        ).check()
+
     def _stuck_pids(self) -> frozenset[int]:
         """Those that were named already, and that no signal reaches."""
         stuck = (p.child for p in self._processes() if p.machine.is_stuck)
@@ -145,3 +163,12 @@ def _is_pending(machine: ProcessMachine, *, stopping: bool) -> bool:
     if machine.is_stuck and stopping:
         return False  # nobody can end it, so nobody waits for its end
     return machine.state.is_alive or machine.state is ProcessState.BACKOFF
+
+
+def _has_members(group: int) -> bool:
+    """Whether somebody is in this process group; a number that is in use is not given away."""
+    try:
+        os.killpg(group, 0)
+    except OSError:
+        return False
+    return True

@@ -47,7 +47,8 @@ class Keeper:
     `start_child(process)` spawns (OSError); `on_event` gets what the interpreter has to know;
     `on_end(process, end)` is called after each end has been reported, `on_idle()` when something
     has ended or a waiting time is over and nothing else follows from it, `before_kill()` before a
-    process that does not go is killed.
+    process that does not go is killed, `on_left(process, pid)` when one has ended whose group is
+    not to outlive it.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class Keeper:
         on_end: Callable[[Process, Ended], None],
         on_idle: Callable[[], None],
         before_kill: Callable[[], None],
+        on_left: Callable[[Process, int], None],
     ) -> None:
         self._reactor = reactor
         self._relay = relay
@@ -70,6 +72,7 @@ class Keeper:
         self._on_end = on_end
         self._on_idle = on_idle
         self._before_kill = before_kill
+        self._on_left = on_left
         self._oom = OomWatch()
         self._pacer: Pacer | None = None
         self.has_killed = False
@@ -109,6 +112,7 @@ class Keeper:
 
         pid = -1 if process.child is None else process.child.pid
         how = how_it_sleeps(pid)
+        self.has_killed = True
         self._chronicle.tell(process, report.stuck(process.name, pid, stuck.waited_s, how))
         self._chronicle.note("stuck", process, pid=pid, sleeps=how)
         self._on_idle()
@@ -213,7 +217,10 @@ class Keeper:
         assert child is not None
         if child.status >= 0:
             self._left_stage(process, child)
-        if process.machine.may_restart or process.held:
+        machine = process.machine
+        leaves_nothing = machine.state is ProcessState.STOPPING
+        if machine.may_restart or process.held:
+            leaves_nothing = True
             # What it leaves in its group would run beside its successor. The group is safe to
             # signal only now, while the leader is not reaped and its number cannot be given away.
             child.signal_group(signal.SIGTERM)
@@ -232,6 +239,8 @@ class Keeper:
             out_of_memory=was_killed and self._oom.has_struck(),
         )
         self.advance(process, Exited(outcome))
+        if leaves_nothing:
+            self._on_left(process, child.pid)
         self._on_idle()
 
     def _ended(self, process: Process, end: Ended) -> None:

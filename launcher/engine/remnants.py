@@ -28,7 +28,8 @@ PATIENCE = StopPolicy(sigterm_timeout_s=1.0, sigkill_timeout_s=5.0)
 class Remnants:
     """Grandchildren and daemons that carry the run id, treated as one process that is stopped.
 
-    `on_done` is called when there are none (any more), or when SIGKILL has not helped either.
+    With `session`, only what the process with this pid left in its session. `on_done` is called
+    when there are none (any more), or when SIGKILL has not helped either.
     """
 
     def __init__(
@@ -39,8 +40,10 @@ class Remnants:
         ignore: frozenset[int],
         say: Callable[[str, str], None],
         on_done: Callable[[], None],
+        session: int | None = None,
     ) -> None:
         self._run_id = run_id
+        self._session = session
         self._reactor = reactor
         self._ignore = ignore
         self._say = say
@@ -49,12 +52,13 @@ class Remnants:
 
     def check(self) -> None:
         """Look, stop what is there, and look again until nothing is."""
-        pids = sweep.find(self._run_id, ignore=self._ignore)
+        pids = self._find()
         if not pids:
             self._on_done()
             return
         if not self._machine.state.is_alive:
-            self._say("INFO", f"stopping what processes left behind: {_names(pids)}")
+            who = "processes" if self._session is None else "it"
+            self._say("INFO", f"stopping what {who} left behind: {_names(pids)}")
             for event in (Start(), Started(0), Stop()):
                 self._advance(event)
         else:
@@ -64,7 +68,7 @@ class Remnants:
             self._on_done()
             return
         if self._machine.is_killing:
-            sweep.signal_all(self._run_id, 9, ignore=self._ignore)  # something may have forked
+            self._signal(9)  # something may have forked
         self._reactor.call_later(POLL_S, self.check)
 
     def hurry(self) -> None:
@@ -77,10 +81,16 @@ class Remnants:
 
     def _do(self, action: Action) -> None:
         if isinstance(action, Signal):
-            sweep.signal_all(self._run_id, action.signum, ignore=self._ignore)
+            self._signal(action.signum)
         elif isinstance(action, Escalate):
-            left = _names(sweep.find(self._run_id, ignore=self._ignore))
+            left = _names(self._find())
             self._say("ERROR", f"left behind and still there, now {action.to.name}: {left}")
+
+    def _find(self) -> list[int]:
+        return sweep.find(self._run_id, ignore=self._ignore, session=self._session)
+
+    def _signal(self, signum: int) -> None:
+        sweep.signal_all(self._run_id, signum, ignore=self._ignore, session=self._session)
 
 
 def _names(pids: list[int]) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 _STATES = {
     "D": "uninterruptible sleep",
     "Z": "a zombie",
@@ -19,7 +21,17 @@ def how_it_sleeps(pid: int) -> str:
         return "gone in this moment"
     named = f"state {state} ({_STATES.get(state, 'see man 5 proc')})"
     place = _place(pid)
-    return f"{named}, in {place}" if place else named
+    where = f", in {place}" if place else ""
+    return f"{named}{where}{_owner(pid)}"
+
+
+def _owner(pid: int) -> str:
+    """Whose it is, where that is why our signals do not count (sudo)."""
+    try:
+        owner = os.stat(f"/proc/{pid}").st_uid
+    except OSError:
+        return ""
+    return "" if os.geteuid() in (0, owner) else f", belongs to user {owner}, who may end it"
 
 
 def _state(pid: int) -> str | None:

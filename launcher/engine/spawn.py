@@ -38,8 +38,11 @@ class Child:
         self._stdin = stdin
 
     def signal_group(self, signum: int) -> None:
-        """Signal the process and what it started; a group that is gone is not an error."""
-        with contextlib.suppress(ProcessLookupError):
+        """Signal the process and what it started; a group that is gone is not an error.
+
+        Neither is one that belongs to somebody else by now (sudo): if it does not go, it is named.
+        """
+        with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self.pid, signum)
 
     def reap(self) -> tuple[int, bool]:

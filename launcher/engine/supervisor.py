@@ -107,6 +107,7 @@ class Supervisor:
             on_end=self._process_ended,
             on_idle=lambda: self._ending.finish_if_done(),
             before_kill=lambda: self._caretaker.note_shared_memory(),
+            on_left=lambda process, pid: self._ending.clear_after(process, pid),
         )
         if options.stagger_s > 0 or options.max_starting is not None:
             self._keeper.pace(stagger_s=options.stagger_s, most=options.max_starting)

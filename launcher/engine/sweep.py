@@ -15,20 +15,33 @@ from collections.abc import Iterator
 RUN_ID_VARIABLE = "LAUNCHER_RUN_ID"
 
 
-def find(run_id: str, *, ignore: frozenset[int] = frozenset()) -> list[int]:
-    """Pids, other than ours and those in `ignore`, that carry this run id and are not zombies."""
+def find(
+    run_id: str, *, ignore: frozenset[int] = frozenset(), session: int | None = None
+) -> list[int]:
+    """Pids, other than ours and those in `ignore`, that carry this run id and are not zombies.
+
+    With `session`, those in this session alone.
+    """
     wanted = f"{RUN_ID_VARIABLE}={run_id}".encode()
     skipped = ignore | {os.getpid()}
-    return [pid for pid in _pids() if pid not in skipped and _carries(pid, wanted)]
+    pids = (pid for pid in _pids() if session is None or _session_of(pid) == session)
+    return [pid for pid in pids if pid not in skipped and _carries(pid, wanted)]
 
 
-def signal_all(run_id: str, signum: int, *, ignore: frozenset[int] = frozenset()) -> list[int]:
+def signal_all(
+    run_id: str,
+    signum: int,
+    *,
+    ignore: frozenset[int] = frozenset(),
+    session: int | None = None,
+) -> list[int]:
     """Signal each of them; the pids that were signalled.
 
     A pidfd is opened first and the environment read again through it being open, so that a pid
     which was given to somebody else in between is left alone.
     """
-    return [pid for pid in find(run_id, ignore=ignore) if _signal(pid, signum, run_id)]
+    found = find(run_id, ignore=ignore, session=session)
+    return [pid for pid in found if _signal(pid, signum, run_id)]
 
 
 def _signal(pid: int, signum: int, run_id: str) -> bool:
@@ -48,6 +61,13 @@ def _signal(pid: int, signum: int, run_id: str) -> bool:
 
 def _pids() -> Iterator[int]:
     return (int(name) for name in os.listdir("/proc") if name.isdigit())
+
+
+def _session_of(pid: int) -> int:
+    try:
+        return os.getsid(pid)
+    except OSError:
+        return -1  # it has just ended
 
 
 def _carries(pid: int, wanted: bytes) -> bool:

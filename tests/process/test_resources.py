@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from launcher.engine.resources import USS_PER_ROUND, Sample, Sampler
+from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
 MB = 1024**2
@@ -147,3 +148,14 @@ def test_fifty_processes_at_one_hertz_cost_less_than_a_hundredth_of_a_core(start
             assert len(sampler.sample(pids, 60.0 * minute + second)) == 5
         costs_s.append((time.process_time() - before_s) / 20)
     assert min(costs_s) / len(pids) * 50 < 0.01
+
+
+def test_without_psutil_the_run_goes_on_and_says_what_is_missing(bench: Bench):
+    broken = bench.folder / "broken"
+    broken.mkdir()
+    (broken / "psutil.py").write_text("raise ImportError('psutil is broken')")
+    bench.env["PYTHONPATH"] = str(broken)
+    done = bench.run('sh("sleep 1.5; echo done")')
+    assert done.returncode == 0
+    assert done.stdout.count(b"budgets included: psutil is broken\n") == 1
+    assert b"[sh-1] done\n" in done.stdout

@@ -1,0 +1,155 @@
+"""What processes leave behind while the run goes on, and what no signal ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from launcher.engine.chronicle import Chronicle
+from launcher.engine.ending import Ending
+from launcher.engine.guard import Guards
+from launcher.engine.keeper import Keeper
+from launcher.engine.machine import Start
+from launcher.engine.process import Process
+from launcher.engine.reactor import Reactor
+from launcher.engine.relay import Relay
+from launcher.engine.runfolder import RunFolder
+from launcher.engine.screen import Screen
+from launcher.engine.spawn import Child, spawn
+from launcher.errors import ExitCode
+from launcher.model.spec import ProcessSpec, StopPolicy
+from tests.process.conftest import Bench
+from tests.support.waiting import wait_until
+
+DEAF = '(trap "" INT TERM; exec sleep {}) & '
+EVENTS = "__import__('launch.events.process').events.process"
+EMIT = "__import__('launch.actions').actions.EmitEvent"
+
+
+def _sleeping(bench: Bench, seconds: int) -> bool:
+    return any(line.startswith(f"sleep {seconds} ") for line in bench.survivors())
+
+
+def test_what_a_restarted_process_leaves_behind_ends_while_its_successor_runs(bench: Bench):
+    (bench.folder / "node.sh").write_text(
+        f"if [ ! -e again ]; then touch again; {DEAF.format(1001)} exit 1; fi\n"
+        "echo successor; exec sleep 1002\n"
+    )
+    terminal = bench.terminal(f'sh(". ./node.sh", cwd="{bench.folder}", respawn=True)')
+    terminal.wait_for_all("successor", "stopping what it left behind: sleep [")
+    wait_until(lambda: not _sleeping(bench, 1001), "what was left is gone")
+    assert _sleeping(bench, 1002)
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+
+
+def test_what_a_process_leaves_behind_that_was_stopped_ends_at_once(bench: Bench):
+    script = f"{DEAF.format(1001)} echo ready; exec sleep 1000"
+    stop = f"{EMIT}(event={EVENTS}.ShutdownProcess(process_matcher=lambda action: action is it))"
+    both = f"*(lambda it: [it, TimerAction(period=0.5, actions=[{stop}])])(sh('{script}'))"
+    terminal = bench.terminal(f'sh("exec sleep 1003"), {both}')
+    terminal.wait_for_all("ready", "stopping what it left behind: sleep [")
+    wait_until(lambda: not _sleeping(bench, 1001), "what was left is gone")
+    assert _sleeping(bench, 1003)
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+
+
+def test_what_a_process_leaves_behind_that_ended_by_itself_stays_until_the_end(bench: Bench):
+    terminal = bench.terminal(
+        f"sh('{DEAF.format(1001)} exit 0'), sh('exec sleep 1002')",
+    )
+    terminal.wait_for("process has finished cleanly")
+    assert _sleeping(bench, 1001)
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    assert "stopping what processes left behind: sleep [" in terminal.text
+    assert bench.survivors() == []
+
+
+class Unreachable(Child):
+    """A child that no signal reaches, as one in uninterruptible sleep."""
+
+    def signal_group(self, signum: int) -> None:
+        """It is sent, and nothing comes of it."""
+
+
+class Stage:
+    """The engine around one process, without a launch file."""
+
+    def __init__(self, folder: Path) -> None:
+        self.output = os.open(folder / "output", os.O_RDWR | os.O_CREAT)
+        self.path = folder / "output"
+        self.reactor = Reactor()
+        screen = Screen(self.reactor, self.output, colour=False)
+        files = RunFolder(None, lambda text: None)
+        relay = Relay(self.reactor, screen, files, watched=lambda p: False, watcher=lambda *a: None)
+        chronicle = Chronicle(self.reactor, screen, files)
+        self.keeper = Keeper(
+            self.reactor,
+            relay,
+            chronicle,
+            start_child=self.start_child,
+            on_event=lambda event: None,
+            on_end=lambda process, end: None,
+            on_idle=lambda: self.ending.finish_if_done(),
+            before_kill=lambda: None,
+            on_left=lambda process, pid: None,
+        )
+        spec = ProcessSpec(
+            name="stuck-1",
+            label="stuck",
+            argv=("sleep", "1000"),
+            env=os.environ,
+            stop=StopPolicy(polite=()),
+        )
+        self.process = Process(1, spec, number=0, prefix=b"")
+        self.ending = Ending(
+            self.reactor,
+            chronicle,
+            self.keeper,
+            run_id="0-stuck",
+            guards=Guards(self.reactor, "0-stuck", lambda text: None),
+            processes=lambda: [self.process],
+            tell=lambda event: None,
+            expects_more=lambda: False,
+            on_stop=lambda: None,
+            on_empty=lambda: None,
+        )
+
+    def start_child(self, process: Process) -> Child:
+        child = spawn(process.spec, env=process.spec.env, merge=True, terminal_size=(80, 24))
+        child.__class__ = Unreachable
+        return child
+
+    def close(self) -> None:
+        assert self.process.child is not None
+        os.killpg(self.process.child.pid, signal.SIGKILL)
+        self.process.child.reap()
+        self.keeper.let_go(self.process)
+        self.reactor.close()
+        os.close(self.output)
+
+
+@pytest.fixture
+def stage(tmp_path: Path) -> Iterator[Stage]:
+    one = Stage(tmp_path)
+    yield one
+    one.close()
+
+
+def test_a_process_that_sigkill_does_not_end_is_named_and_the_run_ends_without_it(stage: Stage):
+    stage.keeper.advance(stage.process, Start())
+    stage.reactor.call_later(0, lambda: stage.ending.stop_all("the test"))
+    alarms: list[str] = []
+    stage.reactor.call_later(20.0, lambda: (alarms.append("20 s"), stage.reactor.stop()))
+    stage.reactor.run()
+    assert alarms == [], "the run did not end by itself"
+    said = stage.path.read_text()
+    pid = stage.process.child.pid if stage.process.child else 0
+    assert f"process[stuck-1] [{pid}] is there 5 s after SIGKILL: state S (sleeping)" in said
+    assert stage.ending.exit_code() is ExitCode.PROCESS_FAILED
