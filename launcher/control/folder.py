@@ -10,6 +10,7 @@ from pathlib import Path
 from launcher.errors import LauncherError
 
 PATH_LIMIT = 107  # bytes of a socket's path in Linux, without the zero behind it
+NAME = "ros-launcher"
 SUFFIX = ".sock"
 
 
@@ -18,15 +19,24 @@ class ControlError(LauncherError):
 
 
 def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
-    """Folders in the order in which they are tried."""
+    """Folders for the socket of a new run, in the order in which they are tried."""
     found = []
     runtime = env.get("XDG_RUNTIME_DIR", "")
     if runtime.startswith("/") and _is_ours(Path(runtime), uid):
-        found.append(Path(runtime) / "ros-launcher")
-    for temporary in (env.get("TMPDIR", ""), "/tmp"):
-        if temporary.startswith("/"):
-            found.append(Path(temporary) / f"ros-launcher-{uid}")
-    return list(dict.fromkeys(found))
+        found.append(Path(runtime) / NAME)
+    temporary = env.get("TMPDIR", "")
+    found.append(_temporary(temporary if temporary.startswith("/") else "/tmp", uid))
+    return found
+
+
+def _temporary(root: str, uid: int) -> Path:
+    return Path(root) / f"{NAME}-{uid}"
+
+
+def _places(env: Mapping[str, str], uid: int) -> list[Path]:
+    """Where runs of ours may be, also those of a shell with other variables than this one's."""
+    more = [Path(f"/run/user/{uid}") / NAME, _temporary("/tmp", uid)]
+    return list(dict.fromkeys([*candidates(env, uid), *more]))
 
 
 def _is_ours(path: Path, uid: int) -> bool:
@@ -78,7 +88,7 @@ def not_yet(path: Path) -> Path:
 def sockets(env: Mapping[str, str], uid: int) -> list[Path]:
     """The sockets in our folders, the oldest run first; folders that are not ours are left out."""
     found = []
-    for folder in candidates(env, uid):
+    for folder in _places(env, uid):
         try:
             if problem_of(folder, uid) is None:
                 paths = (path for path in folder.iterdir() if path.suffix == SUFFIX)

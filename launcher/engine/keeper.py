@@ -276,16 +276,21 @@ class Keeper:
 
 def _event_of(process: Process, pid: int, end: Ended) -> Event:
     outcome = end.outcome
+    will_restart = end.retry_in_s is not None or process.held
     if outcome.returncode is None:
-        return _spawn_failed(process, outcome.spawn_errno or errno.EIO)
+        return _spawn_failed(process, outcome.spawn_errno or errno.EIO, will_restart)
     return ProcessExited(
         process_id=process.process_id,
         pid=pid,
         returncode=outcome.returncode,
-        will_restart=end.retry_in_s is not None or process.held,
+        will_restart=will_restart,
     )
 
 
-def _spawn_failed(process: Process, number: int) -> Event:
-    reason = os.strerror(number)
-    return SpawnFailed(process_id=process.process_id, errno=number, reason=reason)
+def _spawn_failed(process: Process, number: int, will_restart: bool) -> Event:
+    return SpawnFailed(
+        process_id=process.process_id,
+        errno=number,
+        reason=os.strerror(number),
+        will_restart=will_restart,
+    )

@@ -113,13 +113,14 @@ class Operator:
             done(self._started(process))
 
     def _started(self, process: Process) -> Outcome:
-        process.held = False
+        process.held = True  # or the run might end with an attempt that fails
         self._keeper.advance(process, Start())
         if process.child is not None:
+            process.held = False
             return _done(process, f"started with pid {process.child.pid}")
         if process.machine.state is ProcessState.STARTING:
+            process.held = False
             return _done(process, "starts when its turn has come")
-        process.held = True  # or the run might end with this attempt
         reason = process.machine.last
         return _failed(process, str(reason) if reason is not None else "could not be started")
 

@@ -158,8 +158,9 @@ class Interpreter:
                 self.context.emit_event_sync(process_events.ProcessStarted(**details))
             case model.ProcessExited():
                 self._process_exited(event)
-            case model.SpawnFailed(process_id=process_id):
-                self._process_ended(process_id)
+            case model.SpawnFailed(process_id=process_id, will_restart=will_restart):
+                if not will_restart:
+                    self._process_ended(process_id)
             case model.ProcessOutput(process_id=process_id, stream=stream, data=data):
                 kind = _STREAMS[stream]
                 self.context.emit_event_sync(kind(text=data, **self._details(process_id)))

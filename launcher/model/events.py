@@ -133,11 +133,15 @@ class ProcessExited(Record):
 
 
 class SpawnFailed(Record):
-    """The process could not be started; `errno` and `reason` as the operating system says."""
+    """The process could not be started; `errno` and `reason` as the operating system says.
+
+    `will_restart` is as in ProcessExited.
+    """
 
     process_id: int
     errno: int
     reason: str
+    will_restart: bool = False
 
 
 class ProcessOutput(Record):

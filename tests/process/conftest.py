@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tempfile
 import uuid
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.glass import Glass
+from tests.support.steered import Steered
 from tests.support.terminal import Terminal, marked_processes
 
 MARK = "LAUNCHER_TEST_MARK"
@@ -19,6 +21,7 @@ TIMEOUT_S = 60
 
 HEAD = """
 import sys
+import tempfile
 from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument, ExecuteProcess, RegisterEventHandler, Shutdown, TimerAction)
@@ -105,3 +108,37 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     one = Bench(tmp_path)
     yield one
     one.close()
+
+
+class SteeringBench(Bench):
+    """Runs launch files whose sockets are in a folder of their own."""
+
+    def __init__(self, folder: Path, runtime: Path) -> None:
+        super().__init__(folder)
+        self.runtime = runtime
+        self.runs: list[Steered] = []
+
+    def steer(self, actions: str, *words: str, files: int | None = None) -> Steered:
+        run = Steered(
+            self.command(actions, *words),
+            env=self.env,
+            runtime=self.runtime,
+            screen=self.folder / f"screen-{len(self.runs)}",
+            files=files,
+        )
+        self.runs.append(run)
+        return run
+
+    def close(self) -> None:
+        for run in self.runs:
+            run.__exit__()
+        super().close()
+
+
+@pytest.fixture
+def steering(tmp_path: Path) -> Iterator[SteeringBench]:
+    # pytest's own folders have paths that are too long for sockets.
+    with tempfile.TemporaryDirectory(prefix="run-") as runtime:
+        one = SteeringBench(tmp_path, Path(runtime))
+        yield one
+        one.close()

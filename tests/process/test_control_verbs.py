@@ -1,0 +1,347 @@
+"""Each verb on real processes of a real run, over its socket."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+
+import pytest
+
+from launcher.control.client import RefusedError
+from tests.process.conftest import SteeringBench
+from tests.support.steered import Steered, state_of
+from tests.support.waiting import wait_until
+
+CAT = 'sh("exec cat", name="cat")'
+SLEEPER = 'sh("exec sleep 1000", name="sleeper")'
+STUBBORN = """sh("trap '' INT; echo ready; while :; do sleep 0.1; done", name="stubborn",
+              sigterm_timeout="1")"""
+
+
+def pid_of(run: Steered, name: str) -> int:
+    return run.row(name)["pid"]
+
+
+def test_a_stopped_process_stays_stopped_until_it_is_started_and_the_run_waits(
+    steering: SteeringBench,
+):
+    with steering.steer(SLEEPER) as run:
+        pid = pid_of(run, "sleeper")
+        answer = run.tell("stop", "sleeper")
+        assert re.fullmatch(r"sleeper-1 stopped in \d+\.\d\d s \(SIGINT\)", answer)
+        assert not state_of(pid)
+        row = run.row("sleeper")
+        assert (row["state"], row["pid"]) == ("STOPPED", None)
+        assert row["last_exit"]["asked"]
+        assert row["last_exit"]["returncode"] == -signal.SIGINT
+        started = run.tell("start", "sleeper-1")
+        assert started == f"sleeper-1 started with pid {pid_of(run, 'sleeper')}"
+        assert "asked for it: shutting down" not in run.screen
+        run.tell("quit")
+        assert run.exit_code() == 0
+        assert not run._find()
+
+
+def test_a_stop_turns_restarts_off_and_says_so(steering: SteeringBench):
+    with steering.steer('sh("exec sleep 1000", name="sleeper", respawn=True)') as run:
+        assert run.tell("stop", "sleeper").endswith("; restart is off because you asked")
+        assert run.row("sleeper")["state"] == "STOPPED"
+        run.tell("start", "sleeper")
+        os.kill(pid_of(run, "sleeper"), signal.SIGKILL)  # nobody asked the launcher for this
+        wait_until(lambda: run.row("sleeper")["restarts"] == 1, "a restart")
+
+
+def test_a_process_that_waits_for_its_restart_can_be_stopped(steering: SteeringBench):
+    actions = 'sh("exit 3", name="loop", respawn=True, respawn_delay=1000.0)'
+    with steering.steer(actions) as run:
+        wait_until(lambda: run.row("loop")["state"] == "BACKOFF", "the end of the first life")
+        text = "loop-1 was waiting for its restart, which is off because you asked"
+        assert run.tell("stop", "loop") == text
+        assert run.row("loop")["state"] == "STOPPED"
+
+
+def test_a_death_by_a_signal_that_a_person_sent_is_no_failure_and_not_repeated(
+    steering: SteeringBench,
+):
+    with steering.steer('sh("exec sleep 1000", name="sleeper", respawn=True)') as run:
+        answer = run.tell("kill", "sleeper", signal="SIGKILL")
+        ended = r"sleeper-1 ended in \d+\.\d\d s \(SIGKILL\); restart is off because you asked"
+        assert re.fullmatch(ended, answer)
+        row = run.row("sleeper")
+        assert row["state"] == "STOPPED"
+        assert row["last_exit"]["asked"]
+        run.tell("quit")
+        assert run.exit_code() == 0
+        assert "has died" not in run.screen
+
+
+def test_a_signal_that_a_process_survives_is_told_as_that(steering: SteeringBench):
+    script = "trap 'echo caught' USR1; echo ready; while :; do sleep 0.1; done"
+    with steering.steer(f'sh("{script}", name="trapper")') as run:
+        run.wait_for("ready")
+        assert run.tell("kill", "trapper", signal="usr1") == "trapper-1 got SIGUSR1 and still runs"
+        run.wait_for("[trapper-1] caught")
+
+
+def test_a_kill_without_a_signal_is_a_stop(steering: SteeringBench):
+    with steering.steer(SLEEPER) as run:
+        assert "stopped in" in run.tell("kill", "sleeper")
+        with pytest.raises(RefusedError, match=r"does not run \(STOPPED\)") as refused:
+            run.tell("kill", "sleeper")
+        assert refused.value.code == "wrong-state"
+
+
+def test_a_restart_gives_another_process_and_leaves_the_others_alone(steering: SteeringBench):
+    with steering.steer(f"{SLEEPER}, {CAT}") as run:
+        before, other = pid_of(run, "sleeper"), pid_of(run, "cat")
+        answer = run.tell("restart", "sleep*")
+        after = pid_of(run, "sleeper")
+        assert re.search(rf"stopped in .*, started with pid {after} \(before: {before}\)", answer)
+        assert not state_of(before)
+        assert pid_of(run, "cat") == other
+
+
+def test_what_ended_by_itself_is_started_again_and_then_keeps_the_run_alive(
+    steering: SteeringBench,
+):
+    reader = 'sh("read line; exit 0", name="reader")'
+    with steering.steer(f"{reader}, {SLEEPER}") as run:
+        run.tell("send", "reader", text="x")
+        wait_until(lambda: run.row("reader")["state"] == "EXITED", "its end")
+        run.tell("start", "reader")
+        os.kill(pid_of(run, "sleeper"), signal.SIGTERM)  # dies: by itself, for the launcher
+        wait_until(lambda: run.row("sleeper")["state"] == "EXITED", "its end")
+        assert run.row("reader")["state"] == "RUNNING"
+        run.tell("send", "reader", text="x")
+        assert run.exit_code() == 1  # sleeper died, and nobody had asked for that
+
+
+def test_a_start_that_fails_says_why_and_the_run_stays(steering: SteeringBench):
+    program = steering.folder / "program"
+    program.write_text("#!/bin/sh\nexec sleep 1000\n", encoding="utf-8")
+    program.chmod(0o755)
+    with steering.steer(f'ExecuteProcess(cmd=["{program}"], output="screen")') as run:
+        run.tell("stop", "program")
+        program.unlink()
+        with pytest.raises(RefusedError, match="could not be started: No such file"):
+            run.tell("start", "program")
+        program.write_text("#!/bin/sh\nexec sleep 1000\n", encoding="utf-8")
+        program.chmod(0o755)
+        assert "started with pid" in run.tell("start", "program")
+
+
+def test_a_required_process_may_be_stopped_by_a_person(steering: SteeringBench):
+    with steering.steer(f"{SLEEPER}, {CAT}", "--required", "sleeper") as run:
+        run.tell("stop", "sleeper")
+        run.tell("start", "sleeper")
+        os.kill(pid_of(run, "sleeper"), signal.SIGKILL)
+        assert run.exit_code() == 1
+
+
+def test_a_paused_process_stands_still_and_goes_on(steering: SteeringBench):
+    with steering.steer(SLEEPER) as run:
+        pid = pid_of(run, "sleeper")
+        assert run.tell("pause", "sleeper") == "sleeper-1 paused with SIGSTOP"
+        assert state_of(pid) == "T"
+        assert run.row("sleeper")["paused"]
+        assert run.tell("resume", "sleeper") == "sleeper-1 goes on after SIGCONT"
+        assert state_of(pid) == "S"
+        assert not run.row("sleeper")["paused"]
+        with pytest.raises(RefusedError, match="is not paused"):
+            run.tell("resume", "sleeper")
+
+
+def test_a_paused_process_is_stopped_as_politely_as_another(steering: SteeringBench):
+    with steering.steer(SLEEPER) as run:
+        run.tell("pause", "sleeper")
+        assert "(SIGINT)" in run.tell("stop", "sleeper")
+        run.tell("start", "sleeper")
+        run.tell("pause", "sleeper")
+        run.tell("quit")
+        assert run.exit_code() == 0  # so nothing had to be killed
+
+
+def test_a_line_is_sent_to_standard_input(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        text = "cat-1 got 12 bytes on its standard input"
+        assert run.tell("send", "cat", text="hello there") == text
+        run.wait_for("[cat-1] hello there\n")
+
+
+def test_a_muted_process_is_not_shown_but_kept_and_counted(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        run.tell("mute", "cat")
+        run.tell("send", "cat", text="hidden")
+        run.wait_for_log("cat", "hidden")
+        assert run.row("cat")["muted"]
+        assert run.row("cat")["muted_lines"] == 1
+        assert run.tell("unmute") == "cat-1 is shown again; 1 line was not shown"
+        run.tell("send", "cat", text="visible")
+        run.wait_for("[cat-1] visible\n")
+        assert "hidden" not in run.screen
+        assert "[cat-1] hidden\n" in run.log
+
+
+def test_what_a_muted_process_leaves_unfinished_is_not_shown_either(steering: SteeringBench):
+    script = "printf begun; read line; printf ' and ended'; exec sleep 1000"
+    with steering.steer(f'sh("{script}", name="prompt"), {CAT}') as run:
+        run.wait_for("begun")
+        run.tell("mute", "prompt")
+        run.tell("send", "prompt", text="x")
+        run.tell("kill", "prompt", signal="KILL")
+        run.tell("send", "cat", text="then")
+        run.wait_for("[cat-2] then\n")
+        assert "and ended" not in run.screen
+        assert "begun and ended" in run.log
+
+
+def test_one_process_is_shown_alone(steering: SteeringBench):
+    other = 'sh("exec cat", name="other")'
+    with steering.steer(f"{CAT}, {other}") as run:
+        assert "cat-1 is shown alone" in run.tell("solo", "cat")
+        for name in ("other", "cat"):
+            run.tell("send", name, text=f"from {name} alone")
+            run.wait_for_log(name, "alone")
+        run.tell("unmute")
+        run.tell("send", "other", text="from other again")
+        run.wait_for("[other-2] from other again\n")
+        assert "from cat alone" in run.screen
+        assert "from other alone" not in run.screen
+
+
+def test_only_warnings_are_shown_and_later_everything(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        run.tell("level", level="WARN")
+        for line in ("[INFO] [1.0] [n]: idle", "[WARN] [1.0] [n]: battery", "plain"):
+            run.tell("send", "cat", text=line)
+        run.wait_for("[cat-1] [WARN] [1.0] [n]: battery\n")
+        run.wait_for_log("cat", "plain")
+        assert run.row("cat")["level"] == "WARN"
+        run.tell("level", "cat", level="all")
+        run.tell("send", "cat", text="[DEBUG] [1.0] [n]: seen")
+        run.wait_for("seen")
+        assert "idle" not in run.screen
+        assert "plain" not in run.screen
+
+
+def test_only_lines_with_a_pattern_are_shown(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        run.tell("grep", pattern=r"task \d")
+        for line in ("nothing", "task 7"):
+            run.tell("send", "cat", text=line)
+        run.wait_for("[cat-1] task 7\n")
+        assert "nothing" not in run.screen
+        with pytest.raises(RefusedError, match="is no pattern") as refused:
+            run.tell("grep", pattern="(")
+        assert refused.value.code == "bad-option"
+
+
+def test_logs_are_followed_whatever_is_shown_and_without_any_files(steering: SteeringBench):
+    with steering.steer(CAT, "--no-log-files") as run:
+        run.tell("mute", "cat")
+        run.tell("send", "cat", text="before")
+        run.wait_for_log("cat", "before")
+        with run.connect() as connection:
+            items = connection.follow("logs", ["cat"], lines=10)
+            assert next(items)["text"] == "before"
+            run.tell("send", "cat", text="after")
+            item = next(items)
+            assert item["text"] == "after"
+            assert item["process"] == "cat-1"
+            assert item["stream"] == "both"
+
+
+def test_all_lines_with_those_of_the_launcher_are_in_the_order_of_time(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        run.tell("send", "cat", text="a line")
+        run.wait_for_log("cat", "a line")
+        lines = run.ask("logs", lines=50)["lines"]
+        texts = [line["text"] for line in lines]
+        assert lines[0]["process"] is None
+        started = next(text for text in texts if "process started" in text)
+        assert texts.index(started) < texts.index("a line")
+        assert [line["time"] for line in lines] == sorted(line["time"] for line in lines)
+
+
+def test_events_are_followed_from_the_first_to_the_last(steering: SteeringBench):
+    with steering.steer(SLEEPER) as run, run.connect() as connection:
+        entries = connection.follow("events")
+        assert next(entries)["event"] == "started"
+        run.tell("kill", "sleeper", signal="TERM")
+        run.tell("quit")
+        rest = list(entries)  # to the end of the run
+        names = [entry["event"] for entry in rest if entry["event"] != "resources"]
+        assert names == ["asked", "signal", "ended", "asked", "stopping", "finished"]
+        folder = connection.hello["run"]["log_dir"]
+        with open(f"{folder}/events.jsonl", encoding="utf-8") as file:
+            assert [json.loads(line) for line in file][1:] == rest
+        assert run.exit_code() == 0
+
+
+def test_info_tells_command_environment_and_policy(steering: SteeringBench):
+    action = 'sh("exec sleep 1000", name="it", additional_env={"MOOD": "good"}, respawn=True)'
+    with steering.steer(action) as run:
+        (info,) = run.ask("info", "it")["processes"]
+        assert info["command"] == ["sh", "-c", "exec sleep 1000"]
+        assert info["environment_set"]["MOOD"] == "good"
+        assert info["restart_policy"] == "always"
+        assert info["stop_policy"] == "SIGINT, after 5 s SIGTERM, after 5 s SIGKILL"
+        assert "env        MOOD=good" in run.tell("info", "it")
+
+
+def test_resources_are_told_when_they_are_known(steering: SteeringBench):
+    with steering.steer(SLEEPER) as run:
+        wait_until(lambda: run.row("sleeper")["rss_bytes"], "a first sample")
+        row = run.row("sleeper")
+        assert row["threads"] == 1
+        assert row["memory_bytes"] <= row["rss_bytes"]
+        with run.connect() as connection:
+            looks = connection.follow("top", period_s=0.1)
+            assert next(looks)["processes"][0]["name"] == "sleeper-1"
+            assert next(looks)["processes"][0]["name"] == "sleeper-1"
+
+
+def test_a_slow_stop_keeps_nobody_waiting(steering: SteeringBench):
+    with steering.steer(f"{STUBBORN}, {SLEEPER}") as run:
+        run.wait_for("ready")
+        with run.connect() as connection:
+            stop = connection.send("stop", ["stubborn"])
+            look = connection.send("ps", ["stubborn"])
+            first, second = connection.read(20), connection.read(20)
+            assert (first["id"], second["id"]) == (look, stop)
+            assert first["result"]["processes"][0]["state"] == "STOPPING"
+            assert "(SIGTERM)" in second["text"][0]
+
+
+def test_several_at_once_are_answered_together_and_partly(steering: SteeringBench):
+    with steering.steer(f"{SLEEPER}, {CAT}") as run:
+        run.tell("stop", "cat")
+        lines = run.tell("stop", "*").splitlines()
+        assert [line.split()[0] for line in lines] == ["sleeper-1", "cat-2"]
+        assert lines[1] == "cat-2 does not run (STOPPED)"
+        done = run.shell("start", "*", "--json")
+        assert done.returncode == 0
+        assert all(one["done"] for one in json.loads(done.stdout)["processes"])
+
+
+def test_an_unknown_and_an_ambiguous_name_say_what_there_is(steering: SteeringBench):
+    twins = 'sh("exec cat", name="twin"), sh("exec cat", name="twin")'
+    with steering.steer(f"{SLEEPER}, {twins}") as run:
+        with pytest.raises(RefusedError, match="no process 'slepper'") as unknown:
+            run.tell("stop", "slepper")
+        assert unknown.value.code == "unknown-name"
+        hint = "did you mean sleeper-1? there are sleeper-1, twin-2 and twin-3"
+        assert unknown.value.hint == hint
+        with pytest.raises(RefusedError, match="'twin' may be twin-2 or twin-3") as ambiguous:
+            run.tell("stop", "twin")
+        assert ambiguous.value.code == "ambiguous-name"
+        assert run.row("twin-3")["state"] == "RUNNING"
+
+
+def test_ctrl_c_still_ends_a_run_that_waits_for_a_person(steering: SteeringBench):
+    with steering.steer(SLEEPER) as run:
+        run.tell("stop", "sleeper")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 0

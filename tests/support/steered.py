@@ -1,0 +1,136 @@
+"""A real run that is steered over its socket, with its screen in a file."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from launcher.control.client import Connection, connect
+from tests.support.waiting import wait_until
+
+PATIENCE_S = 30.0
+
+
+class Steered:
+    """A launcher that runs; `socket` is where it listens. Use `with`: it is killed in the end."""
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        *,
+        env: Mapping[str, str],
+        runtime: Path,
+        screen: Path,
+        files: int | None = None,
+    ) -> None:
+        self.screen_path = screen
+        self._sockets = runtime / "ros-launcher"
+        self.env = {**env, "XDG_RUNTIME_DIR": str(runtime)}
+        limits = (files, files)
+        with open(screen, "wb") as file:
+            self.process = subprocess.Popen(
+                command,
+                env=self.env,
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                preexec_fn=None
+                if files is None
+                else lambda: resource.setrlimit(resource.RLIMIT_NOFILE, limits),
+            )
+
+    def __enter__(self) -> Steered:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+    # ---- its socket
+
+    @property
+    def socket(self) -> Path:
+        """Where it listens, as soon as it does."""
+        wait_until(self._find, f"a socket of {self.process.pid}; screen:\n{self.screen}")
+        return self._find()[0]
+
+    def _find(self) -> list[Path]:
+        return list(self._sockets.glob(f"{self.process.pid}-*.sock"))
+
+    def connect(self) -> Connection:
+        return connect(self.socket, patience_s=PATIENCE_S)
+
+    def ask(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
+        """The result of a verb, asked over a connection of its own."""
+        with self.connect() as connection:
+            return connection.ask(verb, names, patience_s=PATIENCE_S, **options).result
+
+    def tell(self, verb: str, *names: str, **options: Any) -> str:
+        """What a verb says to people."""
+        with self.connect() as connection:
+            return "\n".join(connection.ask(verb, names, patience_s=PATIENCE_S, **options).text)
+
+    def row(self, name: str) -> dict[str, Any]:
+        """A process as `ps` sees it."""
+        (row,) = self.ask("ps", name)["processes"]
+        return row
+
+    def shell(self, *words: str) -> subprocess.CompletedProcess[str]:
+        """A command from another shell."""
+        return subprocess.run(
+            [sys.executable, "-m", "launcher", *words],
+            env=self.env,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            check=False,
+        )
+
+    # ---- what can be seen of it
+
+    @property
+    def screen(self) -> str:
+        """All that it has shown so far."""
+        return self.screen_path.read_text(encoding="utf-8", errors="replace")
+
+    def wait_for(self, text: str) -> None:
+        """Wait until it has shown this."""
+        wait_until(lambda: text in self.screen, f"{text!r} on the screen:\n{self.screen}")
+
+    def wait_for_log(self, name: str, text: str) -> None:
+        """Wait until a process has written this, shown or not."""
+        wait_until(
+            lambda: any(text in line["text"] for line in self.ask("logs", name)["lines"]),
+            f"{text!r} from {name}",
+        )
+
+    @property
+    def log(self) -> str:
+        """`launch.log`."""
+        with self.connect() as connection:
+            folder = Path(connection.hello["run"]["log_dir"])
+        return (folder / "launch.log").read_text(encoding="utf-8")
+
+    def exit_code(self) -> int:
+        """Wait for its end."""
+        return self.process.wait(PATIENCE_S)
+
+    def open_files(self) -> int:
+        """How many descriptors the launcher holds."""
+        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
+
+
+def state_of(pid: int) -> str:
+    """`S`, `T` and so on; empty if it is gone."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return ""
+    return text[text.rindex(")") + 2]
