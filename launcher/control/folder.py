@@ -19,24 +19,14 @@ class ControlError(LauncherError):
 
 
 def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
-    """Folders for the socket of a new run, in the order in which they are tried."""
+    """Folders where sockets of ours may be, in the order in which a new run tries them."""
     found = []
     runtime = env.get("XDG_RUNTIME_DIR", "")
     if runtime.startswith("/") and _is_ours(Path(runtime), uid):
         found.append(Path(runtime) / NAME)
     temporary = env.get("TMPDIR", "")
-    found.append(_temporary(temporary if temporary.startswith("/") else "/tmp", uid))
-    return found
-
-
-def _temporary(root: str, uid: int) -> Path:
-    return Path(root) / f"{NAME}-{uid}"
-
-
-def _places(env: Mapping[str, str], uid: int) -> list[Path]:
-    """Where runs of ours may be, also those of a shell with other variables than this one's."""
-    more = [Path(f"/run/user/{uid}") / NAME, _temporary("/tmp", uid)]
-    return list(dict.fromkeys([*candidates(env, uid), *more]))
+    root = Path(temporary if temporary.startswith("/") else "/tmp")
+    return [*found, root / f"{NAME}-{uid}"]
 
 
 def _is_ours(path: Path, uid: int) -> bool:
@@ -88,7 +78,7 @@ def not_yet(path: Path) -> Path:
 def sockets(env: Mapping[str, str], uid: int) -> list[Path]:
     """The sockets in our folders, the oldest run first; folders that are not ours are left out."""
     found = []
-    for folder in _places(env, uid):
+    for folder in candidates(env, uid):
         try:
             if problem_of(folder, uid) is None:
                 paths = (path for path in folder.iterdir() if path.suffix == SUFFIX)

@@ -28,7 +28,10 @@ _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid
 
 
 class Server:
-    """Owns the socket file. `hello()` is the first line for each client, `serve` answers."""
+    """Owns the socket file. `hello()` is the first line for each client, `serve` answers.
+
+    Clients of the user `owner` and of root are let in.
+    """
 
     def __init__(
         self,
@@ -38,12 +41,14 @@ class Server:
         hello: Callable[[], Mapping[str, Any]],
         serve: Callable[[Request, Exchange], None],
         warn: Callable[[str], None],
+        owner: int | None = None,
     ) -> None:
         self._reactor = reactor
         self._path = path
         self._hello = hello
         self._serve = serve
         self._warn = warn
+        self._owner = os.getuid() if owner is None else owner
         self._peers: list[Peer] = []
         self._rest: Timer | None = None
         self._has_warned = False
@@ -69,7 +74,7 @@ class Server:
     def _welcome(self, connection: socket.socket) -> None:
         pid, uid = _credentials(connection)
         peer = Peer(self._reactor, connection, serve=self._serve, on_close=self._gone)
-        if uid not in (os.getuid(), 0):
+        if uid not in (self._owner, 0):
             self._warn(f"refused to be steered by user {uid} (pid {pid})")
             peer.refuse(BadCallError("refused", "this run belongs to somebody else"))
             return

@@ -31,7 +31,8 @@ class Steered:
     ) -> None:
         self.screen_path = screen
         self._sockets = runtime / "ros-launcher"
-        self.env = {**env, "XDG_RUNTIME_DIR": str(runtime)}
+        # Runs of others on this machine are not seen: their sockets may be below /tmp.
+        self.env = {"TMPDIR": str(runtime), **env, "XDG_RUNTIME_DIR": str(runtime)}
         limits = (files, files)
         with open(screen, "wb") as file:
             self.process = subprocess.Popen(
