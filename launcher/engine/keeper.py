@@ -122,7 +122,7 @@ class Keeper:
         if pacer.withdraw(process):
             self.advance(process, Withdrawn())
             if not process.held:
-                self._on_event(_spawn_failed(process, errno.ECANCELED))
+                self._on_event(_spawn_failed(process, errno.ECANCELED, will_restart=False))
             self._on_idle()
 
     def signal(self, process: Process, signum: int) -> None:
@@ -278,7 +278,7 @@ def _event_of(process: Process, pid: int, end: Ended) -> Event:
     outcome = end.outcome
     will_restart = end.retry_in_s is not None or process.held
     if outcome.returncode is None:
-        return _spawn_failed(process, outcome.spawn_errno or errno.EIO, will_restart)
+        return _spawn_failed(process, outcome.spawn_errno or errno.EIO, will_restart=will_restart)
     return ProcessExited(
         process_id=process.process_id,
         pid=pid,
@@ -287,7 +287,7 @@ def _event_of(process: Process, pid: int, end: Ended) -> Event:
     )
 
 
-def _spawn_failed(process: Process, number: int, will_restart: bool) -> Event:
+def _spawn_failed(process: Process, number: int, *, will_restart: bool) -> Event:
     return SpawnFailed(
         process_id=process.process_id,
         errno=number,

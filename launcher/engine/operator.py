@@ -9,13 +9,15 @@ from launcher.engine.chronicle import Chronicle
 from launcher.engine.keeper import Keeper
 from launcher.engine.machine import POLITE, ProcessState, Start, Stop, signal_name
 from launcher.engine.process import Process
-from launcher.engine.reactor import Reactor
+from launcher.engine.reactor import Reactor, Timer
 from launcher.model.record import Record
 from launcher.model.spec import RestartMode
 
 LOOK_S = 0.02  # nobody tells us that a process was paused
+LOOK_AGAIN_S = 0.1  # nor that it runs, or is stuck; only while somebody waits
 PAUSE_PATIENCE_S = 1.0
 SIGNAL_PATIENCE_S = 1.0  # how long an end is waited for after a single signal
+STUCK = "is stuck: not even SIGKILL has ended it"
 FATAL_BY_DEFAULT = POLITE | {
     signal.SIGKILL,
     signal.SIGABRT,
@@ -64,6 +66,7 @@ class Operator:
         self._chronicle = chronicle
         self._is_stopping = is_stopping
         self._waiting: list[Callable[[], bool]] = []
+        self._timer: Timer | None = None
 
     # ---- stop and start
 
@@ -76,15 +79,21 @@ class Operator:
             return
         self._note("stop", process)
         process.held = True
+        life = process.last_end
         self._keeper.advance(process, Stop())
         if state is ProcessState.BACKOFF:
             done(_done(process, "was waiting for its restart, which is off because you asked"))
             return
 
         def look() -> bool:
+            if process.machine.is_stuck:
+                done(_failed(process, STUCK))
+                return True
             if process.machine.state.is_alive:
                 return False
             text = self._how_it_stopped(process, began_s)
+            if process.last_end is life:
+                text = "was stopped before it had started"
             done(_done(process, f"{text}{_restart_is_off(process)}"))
             return True
 
@@ -104,25 +113,32 @@ class Operator:
         if self._is_stopping():
             done(_failed(process, "is not started: the run is being stopped", stopping=True))
         elif state is ProcessState.STOPPING:
-            self._when_it_has_ended(process, lambda: self.start(process, done))
+            self._when_it_has_ended(process, lambda: self.start(process, done), done)
         elif state.is_alive:
             pid = "" if process.child is None else f" (pid {process.child.pid})"
             done(_failed(process, f"runs already{pid}"))
         else:
             self._note("start", process)
-            done(self._started(process))
+            self._begin(process, done)
 
-    def _started(self, process: Process) -> Outcome:
+    def _begin(self, process: Process, done: Done, *, before: str = "", after: str = "") -> None:
+        """Start it, and say so, between these two, when it runs, or does not."""
         process.held = True  # or the run might end with an attempt that fails
         self._keeper.advance(process, Start())
-        if process.child is not None:
-            process.held = False
-            return _done(process, f"started with pid {process.child.pid}")
-        if process.machine.state is ProcessState.STARTING:
-            process.held = False
-            return _done(process, "starts when its turn has come")
-        reason = process.machine.last
-        return _failed(process, str(reason) if reason is not None else "could not be started")
+
+        def look() -> bool:
+            if process.machine.state is ProcessState.STARTING:
+                return False  # its turn has not come, or its limits are still being set
+            if process.child is not None:
+                process.held = False
+                done(_done(process, f"{before}started with pid {process.child.pid}{after}"))
+            else:
+                why = process.machine.last
+                done(_failed(process, f"{before}{'did not start' if why is None else why}"))
+            return True
+
+        if not look():
+            self._wait(look)
 
     def restart(self, process: Process, done: Done) -> None:
         """Stop it if it runs, then start it."""
@@ -133,7 +149,7 @@ class Operator:
             done(_failed(process, "is not restarted: the run is being stopped", stopping=True))
             return
         self._note("restart", process)
-        before = None if process.child is None else process.child.pid
+        after = "" if process.child is None else f" instead of {process.child.pid}"
         began_s = self._reactor.now()
 
         def again() -> None:
@@ -142,17 +158,17 @@ class Operator:
                 text = f"{stopped}, and not started again: the run is being stopped"
                 done(_failed(process, text, stopping=True))
                 return
-            outcome = self._started(process)
-            pid = None if process.child is None else process.child.pid
-            text = f"{stopped}, {outcome.text.partition(' ')[2]} (before: {before})"
-            done(_done(process, text) if pid is not None else _failed(process, text))
+            self._begin(process, done, before=f"{stopped}, ", after=after)
 
         process.held = True
         self._keeper.advance(process, Stop())
-        self._when_it_has_ended(process, again)
+        self._when_it_has_ended(process, again, done)
 
-    def _when_it_has_ended(self, process: Process, then: Callable[[], None]) -> None:
+    def _when_it_has_ended(self, process: Process, then: Callable[[], None], done: Done) -> None:
         def look() -> bool:
+            if process.machine.is_stuck:
+                done(_failed(process, STUCK))
+                return True
             if process.machine.state.is_alive:
                 return False
             then()
@@ -193,7 +209,7 @@ class Operator:
             done(_done(process, text))
             return True
 
-        self._wait(look, patience_s=SIGNAL_PATIENCE_S)
+        self._wait(look)
 
     def pause(self, process: Process, done: Done) -> None:
         """Let it stand still, with its whole group, until it is resumed."""
@@ -254,12 +270,18 @@ class Operator:
         if self._waiting:
             self._reactor.call_later(0, self._look)
 
-    def _wait(self, look: Callable[[], bool], *, patience_s: float | None = None) -> None:
-        """Ask `look` now, after each end, and when the time is over, until it says yes."""
+    def _wait(self, look: Callable[[], bool]) -> None:
+        """Ask `look` soon, after each end, and now and then, until it says yes."""
         self._waiting.append(look)
         self._reactor.call_later(0, self._look)
-        if patience_s is not None:
-            self._reactor.call_later(patience_s, self._look)
+        if self._timer is None:
+            self._timer = self._reactor.call_later(LOOK_AGAIN_S, self._look_again)
+
+    def _look_again(self) -> None:
+        self._timer = None
+        self._look()
+        if self._waiting and self._timer is None:
+            self._timer = self._reactor.call_later(LOOK_AGAIN_S, self._look_again)
 
     def _look(self) -> None:
         waiting, self._waiting = self._waiting, []

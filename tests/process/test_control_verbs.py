@@ -98,7 +98,7 @@ def test_a_restart_gives_another_process_and_leaves_the_others_alone(steering: S
         before, other = pid_of(run, "sleeper"), pid_of(run, "cat")
         answer = run.tell("restart", "sleep*")
         after = pid_of(run, "sleeper")
-        assert re.search(rf"stopped in .*, started with pid {after} \(before: {before}\)", answer)
+        assert re.search(rf"stopped in .*, started with pid {after} instead of {before}$", answer)
         assert not state_of(before)
         assert pid_of(run, "cat") == other
 
