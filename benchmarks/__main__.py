@@ -14,6 +14,7 @@ from benchmarks.harness import Row
 from benchmarks.latency import latency
 from benchmarks.plan import plan
 from benchmarks.restarts import respawn
+from benchmarks.ros_verbs import topic_list, topic_stream
 from benchmarks.startup import first_exec, many_execs
 from benchmarks.stopping import ctrl_c
 from benchmarks.throughput import pipes, ptys
@@ -28,6 +29,8 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "respawn": respawn,
     "ctrl-c": ctrl_c,
     "plan": plan,
+    "topic-list": topic_list,
+    "topic-stream": topic_stream,
 }
 HEAD = ("what", "measured", "bar", "", "behind it")
 

@@ -1,32 +1,32 @@
-"""How fast the ROS verbs are, against a bare rclpy program that does the same.
+"""ROS verbs: how fast they are, against a bare rclpy program that does the same.
 
-    python -m benchmarks.ros_verbs [list] [stream]
-
-`list`: wall time and completeness of `topic list` on a graph of 20 nodes (participants of their
-own, in four processes). The bare program does what a tool without a daemon does: a node, half a
-second of waiting, a listing.
-`stream`: a publisher sends 20000 small messages, RELIABLE, 5000 a second; how many arrive, and
-what CPU time that costs. The bare program spins a subscription and counts.
+`topic_list`: wall time and completeness of `topic list` on a graph of 20 nodes (participants of
+their own, in four processes). The bare program does what a tool without a daemon does: a node,
+half a second of waiting, a listing.
+`topic_stream`: a publisher sends 20000 small messages, RELIABLE, 5000 a second; how many arrive,
+and what CPU time that costs. The bare program spins a subscription and counts.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
+from benchmarks.harness import Row, interleaved, median, ratio
 from launcher.domain_lease import leased_domain
 
-ROUNDS = 7
 PROCESSES, NODES_EACH = 4, 5
 NODES = PROCESSES * NODES_EACH
 MESSAGES, RATE_HZ = 20000, 5000
+MOST_STREAMS = 3  # turns, of 40 s each
 
 CROWD = f"""
 import sys, rclpy
@@ -74,7 +74,6 @@ for number in range({MESSAGES}):
     ahead = start + number / {RATE_HZ} - time.monotonic()
     if ahead > 0.002:
         time.sleep(ahead)
-print(f"{{{MESSAGES} / (time.monotonic() - start):.0f}}", flush=True)
 time.sleep(1.5)
 node.destroy_node()
 rclpy.try_shutdown()
@@ -99,7 +98,8 @@ node.destroy_node()
 rclpy.try_shutdown()
 """
 LISTEN_S = 9.0
-LIST = ("-m", "launcher", "topic", "list")
+VERB = ("-m", "launcher", "topic")
+LIST = (*VERB, "list")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,18 +111,47 @@ class Cost:
     cpu_s: float
 
 
-def main(words: list[str]) -> int:
-    """Run the benchmarks that are named, all if none is."""
+def topic_list(runs: int) -> list[Row]:
+    """Wall time of `topic list` against the bare program's, and how much of the graph it saw."""
+    words = {"launcher": LIST, "bare": ("-c", BARE_LIST)}
+    with ros_domain(), crowd():
+        found = interleaved(runs, {name: partial(cost_of, *w) for name, w in words.items()})
+    ours, bare = found["launcher"], found["bare"]
+    walls = [cost.wall_s for cost in ours], [cost.wall_s for cost in bare]
+    detail = f"launcher {median(walls[0]):.2f} s, bare rclpy with 0.5 s {median(walls[1]):.2f} s"
+    partly = [_seen(cost) for cost in bare]
+    return [
+        Row(f"topic list, {NODES} nodes, wall", ratio(*walls), "x", 0.5, detail),
+        Row(
+            f"topic list, {NODES} nodes, fewest seen",
+            min(map(_seen, ours)),
+            "nodes",
+            NODES,
+            f"bare rclpy {min(partly)} to {max(partly)}",
+            at_least=True,
+        ),
+    ]
+
+
+def _seen(cost: Cost) -> int:
+    return sum(line.startswith("/t") for line in cost.out.splitlines())
+
+
+@contextlib.contextmanager
+def ros_domain() -> Iterator[None]:
+    """A domain of our own, for what is started meanwhile."""
+    names = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOG_DIR")
+    before = {name: os.environ.get(name) for name in names}
     with leased_domain() as domain_id, tempfile.TemporaryDirectory() as log_dir:
-        os.environ["ROS_DOMAIN_ID"] = str(domain_id)
-        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-        os.environ["ROS_LOG_DIR"] = log_dir
-        if "list" in words or not words:
-            with crowd():
-                compare_lists()
-        if "stream" in words or not words:
-            compare_streams()
-    return 0
+        os.environ.update(zip(names, (str(domain_id), "LOCALHOST", log_dir), strict=True))
+        try:
+            yield
+        finally:
+            for name, value in before.items():
+                if value is None:
+                    del os.environ[name]
+                else:
+                    os.environ[name] = value
 
 
 def cost_of(*words: str) -> Cost:
@@ -160,72 +189,43 @@ def crowd() -> Iterator[None]:
             program.communicate()
 
 
-def compare_lists() -> None:
-    """Print medians, and how much of the graph each of them saw."""
-    ours = [cost_of(*LIST) for _ in range(ROUNDS)]
-    short = [cost_of(*LIST, "--spin-time", "0.25") for _ in range(ROUNDS)]
-    bare = [cost_of("-c", BARE_LIST) for _ in range(ROUNDS)]
-    print(f"topic list, {NODES} nodes, {ROUNDS} runs each")
-    named = {"launcher": ours, "launcher, 0.25 s": short, "bare rclpy, 0.5 s": bare}
-    for name, runs in named.items():
-        seen = [sum(line.startswith("/t") for line in run.out.splitlines()) for run in runs]
-        wall_s = statistics.median(run.wall_s for run in runs)
-        complete = sum(count == NODES for count in seen)
-        print(
-            f"  {name:18} wall {wall_s:5.2f} s   cpu {_cpu(runs):5.2f} s   "
-            f"complete {complete} of {ROUNDS} (topics seen: {min(seen)} to {max(seen)})"
-        )
-    ratio = statistics.median(r.wall_s for r in ours) / statistics.median(r.wall_s for r in bare)
-    print(f"  wall, launcher / bare: {ratio:.2f}")
+def topic_stream(runs: int) -> list[Row]:
+    """Messages that arrive, and CPU time against the bare subscription's."""
+    echo = (*VERB, "echo", "/fast", "std_msgs/msg/Int32", "--qos-reliability", "reliable")
+    words = {
+        "bare": ("-c", BARE_SUBSCRIBER.format(seconds=LISTEN_S)),
+        "topic hz": (*VERB, "hz", "/fast", "--for", f"{LISTEN_S - 2:g}", "--json"),
+        "topic echo --csv": (*echo, "--csv", "--timeout", "4"),
+        "topic echo": (*echo, "--timeout", "4"),
+    }
+    with ros_domain():
+        measures = {name: partial(_listen, *w) for name, w in words.items()}
+        found = interleaved(min(runs, MOST_STREAMS), measures)
+    base = [cost.cpu_s for cost in found.pop("bare")]
+    return [row for name, costs in found.items() for row in _stream_rows(name, costs, base)]
 
 
-def _cpu(runs: list[Cost]) -> float:
-    return statistics.median(run.cpu_s for run in runs)
+def _stream_rows(name: str, costs: list[Cost], base: list[float]) -> list[Row]:
+    cpu = [cost.cpu_s for cost in costs]
+    detail = f"{name} {median(cpu):.2f} s, bare subscription {median(base):.2f} s"
+    lost = max(MESSAGES - _received(cost.out) for cost in costs)
+    return [
+        Row(f"{name}, {RATE_HZ}/s, CPU", ratio(cpu, base), "x", 1.0, detail),
+        Row(f"{name}, {RATE_HZ}/s, lost", lost, "messages", 0, f"of {MESSAGES}, RELIABLE"),
+    ]
 
 
-def compare_streams() -> None:
-    """Print what arrives, and CPU times against the bare subscription."""
-    verb = ("-m", "launcher", "topic")
-    rows = {
-        "bare rclpy": _listen("-c", BARE_SUBSCRIBER.format(seconds=LISTEN_S)),
-        "topic hz": _listen(*verb, "hz", "/fast", "--for", f"{LISTEN_S - 2:g}", "--json"),
-        "topic echo --csv": _listen(
-            *verb, "echo", "/fast", "std_msgs/msg/Int32", "--csv", "--timeout", "4",
-            "--qos-reliability", "reliable",
-        ),
-        "topic echo": _listen(
-            *verb, "echo", "/fast", "std_msgs/msg/Int32", "--timeout", "4",
-            "--qos-reliability", "reliable",
-        ),
-    }  # fmt: skip
-    print(f"stream, {MESSAGES} messages at {RATE_HZ} a second, RELIABLE")
-    base = rows["bare rclpy"][0].cpu_s
-    for name, (cost, rate) in rows.items():
-        print(
-            f"  {name:18} sent at {rate}/s   received {_received(cost.out):6}   "
-            f"cpu {cost.cpu_s:5.2f} s   cpu / bare {cost.cpu_s / base:.2f}"
-        )
-
-
-def _listen(*words: str) -> tuple[Cost, str]:
-    publisher = subprocess.Popen(
-        [sys.executable, "-c", PUBLISHER], stdout=subprocess.PIPE, text=True
-    )
+def _listen(*words: str) -> Cost:
+    publisher = subprocess.Popen([sys.executable, "-c", PUBLISHER])
     cost = cost_of(*words)
-    out, _ = publisher.communicate()
-    return cost, out.strip()
+    publisher.wait()
+    return cost
 
 
 def _received(out: str) -> int:
     lines = out.splitlines()
     if '"messages":' in lines[-1]:
-        import json
-
         return int(json.loads(lines[-1])["messages"])
     if len(lines) == 1:
         return int(lines[0])
     return sum(line != "---" for line in lines)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

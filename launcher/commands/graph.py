@@ -56,6 +56,7 @@ def _add_filters(parser: Parser) -> None:
 
 def _graph(options: Namespace) -> int:
     from launcher.graph.picture import Filter, Mode
+    from launcher.graph.seeing import seen
 
     chosen = Filter(
         mode=Mode(options.mode),
@@ -66,13 +67,14 @@ def _graph(options: Namespace) -> int:
     )
     chosen.check()  # before any waiting
     before = _saved(options)
-    with settled(options) as observer:
-        snapshot = chosen.apply(observer.snapshot())
-        if options.watch:
-            return _watch(observer, chosen, snapshot, options)
+    if options.watch:
+        with settled(options) as observer:
+            return _watch(observer, chosen, options)
+    look = seen(options)
+    snapshot = chosen.apply(look.snapshot())
     if before is not None:
         return _diff(chosen.apply(before), snapshot, options)
-    _show(snapshot, chosen, options, observer.domain_id)
+    _show(snapshot, chosen, options, look.domain_id)
     return ExitCode.OK
 
 
@@ -136,15 +138,15 @@ def _diff(before: Snapshot, after: Snapshot, options: Namespace) -> int:
     return ExitCode.PROCESS_FAILED if lines else ExitCode.OK
 
 
-def _watch(observer: Observer, chosen: Filter, first: Snapshot, options: Namespace) -> int:
+def _watch(observer: Observer, chosen: Filter, options: Namespace) -> int:
     from launcher.graph.saved import difference
     from launcher.graph.streams import until_interrupted
     from launcher.graph.tree import to_tree
 
     say: Callable[[str], None] = lambda text: print(text, flush=True)  # noqa: E731
     with until_interrupted():
-        say(to_tree(first, chosen.mode))
-        before = first
+        before = chosen.apply(observer.snapshot())
+        say(to_tree(before, chosen.mode))
         while True:
             time.sleep(options.period)
             after = chosen.apply(observer.snapshot())

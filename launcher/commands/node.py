@@ -42,9 +42,9 @@ def build_parser() -> Parser:
 
 def _list(options: Namespace) -> int:
     from launcher.graph import nodes
+    from launcher.graph.seeing import seen
 
-    with settled(options) as observer:
-        names = nodes.visible_names(observer.node_names(), hidden=options.all)
+    names = nodes.visible_names(seen(options).nodes, hidden=options.all)
     if options.json:
         print_json([{"name": name, "count": names.count(name)} for name in sorted(set(names))])
         return ExitCode.OK
@@ -57,11 +57,11 @@ def _list(options: Namespace) -> int:
 
 def _info(options: Namespace) -> int:
     from launcher.graph import nodes
+    from launcher.graph.seeing import seen
 
-    name = options.node_name
-    with settled(options) as observer:
-        found = nodes.sections(observer, name, hidden=options.include_hidden)
-        count = observer.node_names().count(name)
+    name, look = options.node_name, seen(options)
+    found = nodes.sections(look, name, hidden=options.include_hidden)
+    count = look.nodes.count(name)
     if options.json:
         print_json({"name": name, **{title: dict(entries) for title, entries in found.items()}})
         return ExitCode.OK

@@ -18,13 +18,11 @@ from launcher.graph.verb import (
     parser_of,
     print_json,
     seconds,
-    settled,
     spin_time_s,
 )
 
 if TYPE_CHECKING:
     from launcher.graph.calls import Caller
-    from launcher.graph.observer import Observer
 
 
 def main(words: Sequence[str]) -> int:
@@ -61,20 +59,16 @@ def _add_call(table: Any) -> None:
     )
 
 
-def _services(observer: Observer, *, hidden: bool) -> dict[str, list[str]]:
+def _services(options: Namespace, *, hidden: bool) -> dict[str, list[str]]:
+    from launcher.graph.seeing import seen
     from launcher.graph.snapshot import is_hidden
 
-    own = f"/{observer.name}/"
-    return {
-        name: types
-        for name, types in sorted(observer.node.get_service_names_and_types())
-        if (hidden or not is_hidden(name)) and not name.startswith(own)
-    }
+    found = seen(options).service_types()
+    return {name: types for name, types in found.items() if hidden or not is_hidden(name)}
 
 
 def _list(options: Namespace) -> int:
-    with settled(options) as observer:
-        found = _services(observer, hidden=options.include_hidden_services)
+    found = _services(options, hidden=options.include_hidden_services)
     if options.json:
         print_json([{"name": name, "types": types} for name, types in found.items()])
     elif options.count_services:
@@ -86,8 +80,7 @@ def _list(options: Namespace) -> int:
 
 
 def _type(options: Namespace) -> int:
-    with settled(options) as observer:
-        types = _services(observer, hidden=True).get(options.service_name, [])
+    types = _services(options, hidden=True).get(options.service_name, [])
     if options.json:
         print_json({"name": options.service_name, "types": types})
     else:
@@ -97,8 +90,7 @@ def _type(options: Namespace) -> int:
 
 
 def _find(options: Namespace) -> int:
-    with settled(options) as observer:
-        known = _services(observer, hidden=options.include_hidden_services)
+    known = _services(options, hidden=options.include_hidden_services)
     found = [name for name, types in known.items() if options.service_type in types]
     if options.json:
         print_json(found)
@@ -134,16 +126,21 @@ def _await_service(caller: Caller, kind: Any, options: Namespace) -> None:
     from launcher.graph.settle import settle
 
     name = "/" + options.service_name.lstrip("/")
-    observer = caller.observer
+    node = caller.observer.node
+
+    def offered() -> list[str]:
+        types: list[str] = dict(node.get_service_names_and_types()).get(name, [])
+        return types
+
     # asked before our own client is in the graph with the type that it would like
-    settle(observer, spin_time_s(options), enough=lambda: name in _services(observer, hidden=True))
-    offered = _services(observer, hidden=True).get(name, [])
-    if offered and f"{kind.__module__.split('.')[0]}/srv/{kind.__name__}" not in offered:
+    settle(caller.observer, spin_time_s(options), enough=offered)
+    types = offered()
+    if types and f"{kind.__module__.split('.')[0]}/srv/{kind.__name__}" not in types:
         raise VerbError(
-            f"service '{name}' has the type {', '.join(offered)}, not {options.service_type}"
+            f"service '{name}' has the type {', '.join(types)}, not {options.service_type}"
         )
     client = caller.client(kind, options.service_name)
-    if offered and caller.wait_for(client, 1.0):
+    if types and caller.wait_for(client, 1.0):
         return
     print("waiting for service to become available...", flush=True)
     while not caller.wait_for(client, 1.0):

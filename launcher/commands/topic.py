@@ -9,7 +9,7 @@ from typing import Any
 
 from launcher.errors import ExitCode, UsageError
 from launcher.graph.profiles import add_qos_options
-from launcher.graph.verb import Parser, add_verb, dispatch, parser_of, print_json, seconds, settled
+from launcher.graph.verb import Parser, add_verb, dispatch, parser_of, print_json, seconds
 
 
 def main(words: Sequence[str]) -> int:
@@ -149,9 +149,9 @@ def _count(word: str) -> int:
 
 def _list(options: Namespace) -> int:
     from launcher.graph import topics
+    from launcher.graph.seeing import seen
 
-    with settled(options) as observer:
-        found = topics.listed(observer, hidden=options.include_hidden_topics)
+    found = topics.listed(seen(options), hidden=options.include_hidden_topics)
     if options.json:
         print_json(
             [
@@ -177,15 +177,14 @@ def _list(options: Namespace) -> int:
 def _info(options: Namespace) -> int:
     from launcher.graph import topics
     from launcher.graph.matching import explain, mismatches
+    from launcher.graph.seeing import seen
 
-    name = options.topic_name
-    with settled(options) as observer:
-        if options.json:
-            print_json(topics.info_document(observer, name))
-            return ExitCode.OK
-        lines = list(topics.info_lines(observer, name, verbose=options.verbose))
-        endpoints = observer.endpoints(name)
-    print("\n".join(lines))
+    name, look = options.topic_name, seen(options)
+    if options.json:
+        print_json(topics.info_document(look, name))
+        return ExitCode.OK
+    print("\n".join(topics.info_lines(look, name, verbose=options.verbose)))
+    endpoints = look.endpoints(name)
     if options.explain or (options.verbose and mismatches(endpoints)):
         print(explain(endpoints))
     return ExitCode.OK
@@ -193,10 +192,14 @@ def _info(options: Namespace) -> int:
 
 def _type(options: Namespace) -> int:
     from launcher.graph import topics
-    from launcher.graph.listener import full_topic
+    from launcher.graph.seeing import seen
 
-    with settled(options) as observer:
-        types = topics.types_or_none(observer, full_topic(options.topic_name))
+    name = options.topic_name
+    types = topics.types_or_none(seen(options), f"/{name.removeprefix('/')}")
+    if not types:
+        from launcher.graph.listener import full_topic
+
+        full_topic(name)  # VerbError if it cannot be one
     if options.json:
         print_json({"name": options.topic_name, "types": types})
     else:
@@ -207,9 +210,10 @@ def _type(options: Namespace) -> int:
 
 def _find(options: Namespace) -> int:
     from launcher.graph import topics
+    from launcher.graph.seeing import seen
 
-    with settled(options) as observer:
-        found = topics.of_type(observer, options.topic_type, hidden=options.include_hidden_topics)
+    hidden = options.include_hidden_topics
+    found = topics.of_type(seen(options), options.topic_type, hidden=hidden)
     if options.json:
         print_json(found)
     else:

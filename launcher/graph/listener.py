@@ -15,8 +15,9 @@ from typing import Any
 from launcher.graph import profiles
 from launcher.graph.errors import VerbError, did_you_mean
 from launcher.graph.interfaces import load_message
+from launcher.graph.look import UNKNOWN_NODE
 from launcher.graph.matching import explain, mismatches
-from launcher.graph.observer import UNKNOWN_NODE, Observer
+from launcher.graph.observer import Observer
 from launcher.graph.settle import settle
 from launcher.graph.snapshot import Direction, Endpoint
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator
 
 from launcher.graph.errors import VerbError, did_you_mean
-from launcher.graph.observer import Observer
+from launcher.graph.look import Look, NamesAndTypes
 from launcher.graph.snapshot import is_hidden
-
-NamesAndTypes = list[tuple[str, list[str]]]
 
 SHARED_NAME = (
     "WARNING: Be aware that there are nodes in the graph that share an exact name, "
@@ -17,38 +14,19 @@ SHARED_NAME = (
 )
 
 
-def visible_names(names: list[str], *, hidden: bool) -> list[str]:
+def visible_names(names: Iterable[str], *, hidden: bool) -> list[str]:
     """The names that `node list` prints."""
     return [name for name in names if hidden or not is_hidden(name)]
 
 
-def sections(observer: Observer, full: str, *, hidden: bool) -> dict[str, NamesAndTypes]:
+def sections(look: Look, full: str, *, hidden: bool) -> dict[str, NamesAndTypes]:
     """Title -> what one node has of it, sorted; VerbError if there is no such node."""
-    known = observer.node_names()
-    if full not in known:
-        hint = did_you_mean(full, visible_names(known, hidden=False))
+    if full not in look.nodes:
+        hint = did_you_mean(full, visible_names(look.nodes, hidden=False))
         raise VerbError(f"Unable to find node '{full}'", hint=hint)
-    namespace, _, name = full.rpartition("/")
-    found = _ask(observer.node, name, namespace or "/")
     return {
-        title: [(n, list(types)) for n, types in sorted(entries) if hidden or not is_hidden(n)]
-        for title, entries in found.items()
-    }
-
-
-def _ask(node: Any, name: str, namespace: str) -> dict[str, NamesAndTypes]:
-    from rclpy.action import (
-        get_action_client_names_and_types_by_node,
-        get_action_server_names_and_types_by_node,
-    )
-
-    return {
-        "Subscribers": node.get_subscriber_names_and_types_by_node(name, namespace),
-        "Publishers": node.get_publisher_names_and_types_by_node(name, namespace),
-        "Service Servers": node.get_service_names_and_types_by_node(name, namespace),
-        "Service Clients": node.get_client_names_and_types_by_node(name, namespace),
-        "Action Servers": get_action_server_names_and_types_by_node(node, name, namespace),
-        "Action Clients": get_action_client_names_and_types_by_node(node, name, namespace),
+        title: [(name, types) for name, types in entries if hidden or not is_hidden(name)]
+        for title, entries in look.of_node(full).items()
     }
 
 

@@ -12,15 +12,14 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from launcher.errors import UsageError
-from launcher.graph.ports import MAX_DOMAIN
+from launcher.graph.domains import environment_domain
+from launcher.graph.look import UNKNOWN_NODE, Info, Look
 from launcher.graph.processes import PARTICIPANT_BYTES, ghosts
 from launcher.graph.snapshot import Direction, Endpoint, Snapshot
 
 LOOK_S = 0.1
 # Every participant of ROS writes here which nodes it has.
 _MEMBERS_TOPIC = "ros_discovery_info"
-UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # an endpoint whose participant has not said so yet
 
 
 class Observer:
@@ -104,6 +103,29 @@ class Observer:
             ghosts=tuple(sorted(self._ghosts(endpoints))),
         )
 
+    def look(self) -> Look:
+        """The same as plain data, with services."""
+        names = [name for name, _ in self.node.get_topic_names_and_types(no_demangle=True)]
+        own = self.own_gid()[:PARTICIPANT_BYTES].hex(".")
+        found = [i for name in names for d in Direction for i in self._mangled(name, d)]
+        infos = [info for info in found if not own or not info.gid.startswith(own)]
+        return Look(
+            domain_id=self.domain_id,
+            nodes=tuple(self.node_names()),
+            infos=tuple(sorted(infos, key=lambda i: (i.topic, i.node, i.direction, i.gid))),
+            ghosts=self.snapshot().ghosts,
+        )
+
+    def _mangled(self, topic: str, direction: Direction) -> list[Info]:
+        """The endpoints of a topic by its name in DDS."""
+        ask = (
+            self.node.get_publishers_info_by_topic
+            if direction is Direction.PUBLISHER
+            else self.node.get_subscriptions_info_by_topic
+        )
+        found = [i for i in ask(topic, no_mangle=True) if i.node_name != self.name]
+        return [_info(topic, direction, info) for info in found]
+
     def _ghosts(self, endpoints: list[Endpoint]) -> set[str]:
         """Nodes all of whose endpoints belong to processes that are gone."""
         owners = {e.gid: e.node for e in endpoints}
@@ -118,21 +140,6 @@ class Observer:
         while not fact(snapshot := self.snapshot()) and time.monotonic() < end:
             time.sleep(LOOK_S)
         return snapshot
-
-
-def environment_domain() -> int:
-    """The domain that the environment names, 0 if none; UsageError if it is not one."""
-    word = os.environ.get("ROS_DOMAIN_ID") or "0"
-    return domain_of(word, "ROS_DOMAIN_ID")
-
-
-def domain_of(word: str, source: str) -> int:
-    """The domain id in `word`; UsageError that names the source."""
-    if not word.isdigit() or int(word) > MAX_DOMAIN:
-        raise UsageError(
-            f"{source} is '{word}'", hint=f"a domain is a number from 0 to {MAX_DOMAIN}"
-        )
-    return int(word)
 
 
 def full_name(name: str, namespace: str) -> str:
@@ -152,5 +159,24 @@ def _endpoint(topic: str, direction: Direction, info: Any) -> Endpoint:
         liveliness=profile.liveliness.name,
         deadline_ns=profile.deadline.nanoseconds,
         lease_ns=profile.liveliness_lease_duration.nanoseconds,
+        gid=".".join(f"{byte:02x}" for byte in info.endpoint_gid),
+    )
+
+
+def _info(topic: str, direction: Direction, info: Any) -> Info:
+    profile = info.qos_profile
+    known = info.node_name != UNKNOWN_NODE
+    return Info(
+        topic=topic,
+        type=info.topic_type,
+        node=full_name(info.node_name, info.node_namespace) if known else "",
+        direction=direction.value,
+        reliability=profile.reliability.name,
+        durability=profile.durability.name,
+        liveliness=profile.liveliness.name,
+        deadline_ns=profile.deadline.nanoseconds,
+        lease_ns=profile.liveliness_lease_duration.nanoseconds,
+        lifespan_ns=profile.lifespan.nanoseconds,
+        type_hash=str(info.topic_type_hash),
         gid=".".join(f"{byte:02x}" for byte in info.endpoint_gid),
     )

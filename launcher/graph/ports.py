@@ -41,6 +41,20 @@ def announcement_ports(domain_id: int, tables: tuple[Path, ...] = TABLES) -> dic
     }
 
 
+def occupied_ports(domain_id: int, tables: tuple[Path, ...] = TABLES) -> set[int]:
+    """The ports on which the participants of a domain on this machine hear announcements."""
+    bound = {port for port, _ in _bound(tables)}
+    first = multicast_port(domain_id) + _FIRST_UNICAST
+    last = multicast_port(domain_id) + _LAST_UNICAST
+    # the second port of the pair keeps a stranger's single port from being counted
+    return {port for port in range(first, last + 1, 2) if {port, port + 1} <= bound}
+
+
+def multicast_port(domain_id: int) -> int:
+    """The port on which all participants of a domain hear, on every machine."""
+    return _BASE + _PER_DOMAIN * domain_id
+
+
 def _bound(tables: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
     """Port and inode of every UDP socket."""
     for table in tables:

@@ -16,14 +16,14 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from launcher.graph.domains import REMOTE_S, SPIN_TIME_S, localhost_only
+from launcher.graph.look import UNKNOWN_NODE
 from launcher.graph.nudge import nudge_silent
-from launcher.graph.observer import UNKNOWN_NODE, Observer
+from launcher.graph.observer import Observer
 from launcher.graph.ports import participants_by_domain
 from launcher.graph.processes import ghosts
 
-SPIN_TIME_S = 3.5  # one period of announcements, and time to tell what there is
 QUIET_S = 0.1  # news of one participant arrives within a few milliseconds
-REMOTE_S = 0.4  # what hosts that we cannot count are given at least
 _LOOK_S = 0.02  # a look holds up the threads that discover
 _NUDGE_S = 0.05  # answers that are on their way have arrived by then
 
@@ -75,23 +75,3 @@ def _missing(observer: Observer) -> int:
 def _nameless(observer: Observer) -> bool:
     infos = observer.node.get_publishers_info_by_topic("/parameter_events")
     return any(info.node_name == UNKNOWN_NODE for info in infos)
-
-
-def localhost_only() -> bool:
-    """Whether the environment keeps discovery on this machine."""
-    if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
-        return True
-    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET") in ("LOCALHOST", "OFF")
-
-
-def why_empty(domain_id: int) -> str:
-    """The sentence for a graph without nodes, with the domain on which there are some."""
-    place = " (localhost only)" if localhost_only() else ""
-    sentence = f"0 nodes on domain {domain_id}{place}"
-    others = sorted(d for d in participants_by_domain() if d != domain_id)
-    if not others:
-        return f"{sentence}; no other domain is in use on this machine"
-    if len(others) == 1:
-        return f"{sentence}; a run on domain {others[0]} is active: add -d {others[0]}"
-    names = ", ".join(map(str, others))
-    return f"{sentence}; runs on domains {names} are active: add -d {others[0]}"

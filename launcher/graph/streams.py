@@ -12,11 +12,11 @@ from typing import Any
 
 from launcher.errors import ExitCode
 from launcher.graph import rates
+from launcher.graph.domains import why_empty
 from launcher.graph.echo import Writer, compiled_filter
 from launcher.graph.errors import VerbError
 from launcher.graph.listener import Listener, Target, find_target, fitted_profile, near_topic
 from launcher.graph.observer import Observer
-from launcher.graph.settle import why_empty
 from launcher.graph.verb import looking, spin_time_s, warn
 
 _WAIT_S = 0.5

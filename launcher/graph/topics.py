@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.graph.errors import VerbError, did_you_mean
+from launcher.graph.look import Look
 from launcher.graph.matching import explain, mismatches
-from launcher.graph.observer import Observer
 from launcher.graph.snapshot import Direction, is_hidden
 
 # Every tool of ROS brings these two itself, so `ros2 topic list` always shows them.
@@ -33,21 +33,21 @@ class Topic:
         return f"{self.name} [{', '.join(self.types)}]"
 
 
-def known_types(observer: Observer) -> dict[str, list[str]]:
+def known_types(look: Look) -> dict[str, list[str]]:
     """Every topic and its types, sorted by name."""
-    return dict(sorted({**ALWAYS, **observer.topic_types()}.items()))
+    return dict(sorted({**ALWAYS, **look.topic_types()}.items()))
 
 
-def listed(observer: Observer, *, hidden: bool) -> list[Topic]:
+def listed(look: Look, *, hidden: bool) -> list[Topic]:
     """Every topic, sorted by name."""
     return [
         Topic(
             name=name,
             types=tuple(types),
-            publishers=len(observer.infos(name, Direction.PUBLISHER)),
-            subscriptions=len(observer.infos(name, Direction.SUBSCRIPTION)),
+            publishers=len(look.on(name, Direction.PUBLISHER)),
+            subscriptions=len(look.on(name, Direction.SUBSCRIPTION)),
         )
-        for name, types in known_types(observer).items()
+        for name, types in known_types(look).items()
         if hidden or not is_hidden(name)
     ]
 
@@ -65,44 +65,44 @@ def verbose_listing(topics: list[Topic]) -> Iterator[str]:
         yield ""
 
 
-def types_of(observer: Observer, name: str) -> list[str]:
+def types_of(look: Look, name: str) -> list[str]:
     """The types of a topic; VerbError with the text of ros2cli if nobody has it."""
-    topics = observer.topic_types()
-    used = name in topics and observer.endpoints(name)
+    topics = look.topic_types()
+    used = name in topics and look.endpoints(name)
     if used:
         return topics[name]
-    visible = [n for n in known_types(observer) if not is_hidden(n)]
+    visible = [n for n in known_types(look) if not is_hidden(n)]
     raise VerbError(f"Unknown topic '{name}'", hint=did_you_mean(name, visible))
 
 
-def types_or_none(observer: Observer, name: str) -> list[str]:
+def types_or_none(look: Look, name: str) -> list[str]:
     """The types of a topic, none if nobody has it."""
-    return known_types(observer).get(name, [])
+    return known_types(look).get(name, [])
 
 
-def of_type(observer: Observer, type_name: str, *, hidden: bool) -> list[str]:
+def of_type(look: Look, type_name: str, *, hidden: bool) -> list[str]:
     """Names of the topics that have this type, sorted."""
-    known = known_types(observer).items()
+    known = known_types(look).items()
     return [n for n, types in known if type_name in types and (hidden or not is_hidden(n))]
 
 
-def info_lines(observer: Observer, name: str, *, verbose: bool) -> Iterator[str]:
+def info_lines(look: Look, name: str, *, verbose: bool) -> Iterator[str]:
     """The lines of `topic info`, as ros2cli prints them."""
-    types = types_of(observer, name)
+    types = types_of(look, name)
     yield f"Type: {types[0] if len(types) == 1 else types}"
     if verbose:
         yield ""
     for direction in Direction:
-        infos = observer.infos(name, direction)
+        infos = look.on(name, direction)
         yield f"{direction.value.capitalize()} count: {len(infos)}"
         if verbose:
             yield from ("", *(f"{info}\n" for info in infos))
 
 
-def info_document(observer: Observer, name: str) -> Mapping[str, Any]:
+def info_document(look: Look, name: str) -> Mapping[str, Any]:
     """`topic info --json`: the endpoints with their QoS, and the pairs that do not match."""
-    types = types_of(observer, name)
-    endpoints = observer.endpoints(name)
+    types = types_of(look, name)
+    endpoints = look.endpoints(name)
     return {
         "name": name,
         "types": types,

@@ -77,11 +77,11 @@ def seconds(word: str) -> float:
     return value
 
 
-def domain_option(options: argparse.Namespace) -> int | None:
-    """The domain of `-d`; None where the environment decides."""
-    from launcher.graph.observer import domain_of
+def domain_option(options: argparse.Namespace) -> int:
+    """The domain of `-d`, or that of the environment."""
+    from launcher.graph.domains import domain_of, environment_domain
 
-    return None if options.domain is None else domain_of(options.domain, "-d")
+    return environment_domain() if options.domain is None else domain_of(options.domain, "-d")
 
 
 @contextlib.contextmanager
@@ -95,7 +95,7 @@ def looking(options: argparse.Namespace) -> Iterator[Observer]:
 
 def spin_time_s(options: argparse.Namespace) -> float:
     """How long discovery may take."""
-    from launcher.graph.settle import SPIN_TIME_S
+    from launcher.graph.domains import SPIN_TIME_S
 
     return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
 
@@ -103,15 +103,25 @@ def spin_time_s(options: argparse.Namespace) -> float:
 @contextlib.contextmanager
 def settled(options: argparse.Namespace) -> Iterator[Observer]:
     """An observer that has seen the whole graph; what it could not see is said on stderr."""
-    from launcher.graph.settle import settle, why_empty
+    from launcher.graph.settle import settle
 
     with looking(options) as observer:
         result = settle(observer, spin_time_s(options))
-        if not observer.node_names():
-            warn(why_empty(observer.domain_id))
-        elif result.missing:
-            warn(_incomplete(result.missing, result.waited_s))
+        names = observer.node_names()
+        tell_what_is_missing(observer.domain_id, names, result.missing, result.waited_s)
         yield observer
+
+
+def tell_what_is_missing(
+    domain_id: int, nodes: Sequence[str], missing: int, waited_s: float
+) -> None:
+    """Say on stderr that there is nothing, or that there may be more."""
+    from launcher.graph.domains import why_empty
+
+    if not nodes:
+        warn(why_empty(domain_id))
+    elif missing:
+        warn(_incomplete(missing, waited_s))
 
 
 def _incomplete(missing: int, waited_s: float) -> str:

@@ -1,0 +1,141 @@
+"""Peer: a participant that a look has met, and how much of what it has to tell has come."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from launcher.graph import rtps
+from launcher.graph.endpoints import contact_in, endpoint_in, gone_guid
+from launcher.graph.look import Info, Look
+from launcher.graph.members import TOPIC, Member, members_in
+from launcher.graph.snapshot import Direction
+
+OWN_READER = bytes.fromhex("00000104")  # of the topic on which participants tell their nodes
+_USER_WRITERS = (0x02, 0x03)  # kinds of entity
+_TELLS_PUBLICATIONS, _TELLS_SUBSCRIPTIONS = 1 << 2, 1 << 4
+
+
+class Stream:
+    """What one writer tells, by sequence number."""
+
+    def __init__(self, writer: bytes, reader: bytes) -> None:
+        self.writer = writer
+        self.reader = reader
+        self.asked = -math.inf  # when we asked last, in monotonic time
+        self.samples: dict[int, rtps.Data] = {}
+        self._gone: set[int] = set()
+        self._first, self._last = 1, -1
+
+    def take(self, part: rtps.Part) -> None:
+        """Note what a datagram tells."""
+        if isinstance(part, rtps.Data):
+            self.samples[part.number] = part
+        elif isinstance(part, rtps.Gap):
+            self._gone |= part.numbers
+        elif isinstance(part, rtps.Heartbeat) and part.last >= self._last:
+            self._first, self._last = part.first, part.last
+
+    def missing(self) -> list[int]:
+        """The samples that have not come, sorted; those that we know of."""
+        known = self.samples.keys() | self._gone
+        return [n for n in range(self._first, self._last + 1) if n not in known]
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the writer has said what it holds, and all of it has come."""
+        return self._last >= 0 and not self.missing()
+
+    def in_order(self) -> Iterator[rtps.Data]:
+        """The samples as they were written."""
+        return (self.samples[number] for number in sorted(self.samples))
+
+
+class Peer:
+    """A participant; `host` is where its announcement came from."""
+
+    def __init__(self, prefix: bytes, payload: bytes, host: str) -> None:
+        metatraffic, data, told = contact_in(payload)
+        self.prefix = prefix
+        self.is_local = host.startswith("127.")
+        self.port = metatraffic
+        self.address = (host, metatraffic)
+        self.data_address = (host, data)
+        self._publications = Stream(rtps.PUBLICATIONS_WRITER, rtps.PUBLICATIONS_READER)
+        self._subscriptions = Stream(rtps.SUBSCRIPTIONS_WRITER, rtps.SUBSCRIPTIONS_READER)
+        self._members: Stream | None = None
+        self._expected = [
+            stream
+            for stream, bit in (
+                (self._publications, _TELLS_PUBLICATIONS),
+                (self._subscriptions, _TELLS_SUBSCRIPTIONS),
+            )
+            if told is None or told & bit
+        ]
+
+    def streams(self) -> list[Stream]:
+        """All that it tells."""
+        return [*self._expected, *([self._members] if self._members else [])]
+
+    def stream(self, entity: bytes) -> Stream | None:
+        """What this writer of it tells us; None if it is not for us."""
+        for stream in self.streams():
+            if stream.writer == entity:
+                return stream
+        if entity[3] in _USER_WRITERS and self._members is None:
+            # the only topic that we subscribe to
+            self._members = Stream(entity, OWN_READER)
+        return self._members if self._members and self._members.writer == entity else None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether it has told all its endpoints and, if it is one of ROS, its nodes."""
+        if not all(stream.is_complete for stream in self._expected):
+            return False
+        if self._members is not None:
+            return self._members.is_complete
+        return all(info.topic != TOPIC for info in self._endpoints())
+
+    def _endpoints(self) -> list[Info]:
+        return [
+            *_endpoints(self._publications, Direction.PUBLISHER),
+            *_endpoints(self._subscriptions, Direction.SUBSCRIPTION),
+        ]
+
+    def members(self) -> tuple[Member, ...]:
+        """Its nodes; each sample tells all of them."""
+        samples = list(self._members.in_order()) if self._members else []
+        try:
+            return members_in(samples[-1].payload) if samples else ()
+        except ValueError:
+            return ()  # no participant of ROS
+
+    def infos(self) -> list[Info]:
+        """Its endpoints with the names of their nodes."""
+        owners = {gid.hex("."): member.name for member in self.members() for gid in member.gids}
+        return [replace(info, node=owners.get(info.gid, "")) for info in self._endpoints()]
+
+
+def _endpoints(stream: Stream, direction: Direction) -> list[Info]:
+    found: dict[str, Info] = {}
+    for data in stream.in_order():
+        if data.gone:
+            found.pop(gone_guid(data).hex("."), None)
+        else:
+            with contextlib.suppress(ValueError):  # not as the standard has it: nobody of ROS
+                info = endpoint_in(data.payload, direction)
+                found[info.gid] = info
+    return list(found.values())
+
+
+def look_of(domain_id: int, peers: Iterable[Peer]) -> Look:
+    """What participants have told, as one look; endpoints by topic, node and direction."""
+    peers = list(peers)
+    infos = [info for peer in peers for info in peer.infos()]
+    return Look(
+        domain_id=domain_id,
+        nodes=tuple(sorted(member.name for peer in peers for member in peer.members())),
+        infos=tuple(sorted(infos, key=lambda i: (i.topic, i.node, i.direction, i.gid))),
+    )

@@ -1,0 +1,254 @@
+"""Wire: looks at a graph by DDS's discovery messages themselves, without a DDS stack.
+
+A stack is slow at this one task: it announces itself before it listens, answers are lost and come
+again with the next announcement, up to 3 s later. Here a socket listens first, then asks each
+participant of this machine at its port. They answer at once; each says how many endpoints it has
+(a heartbeat), so the look is complete when all have been told, and nothing has to be guessed.
+At its end it takes its announcement back, so nobody keeps it in mind.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import struct
+import time
+from dataclasses import dataclass
+from types import TracebackType
+
+from launcher.graph import members, rtps
+from launcher.graph.domains import REMOTE_S
+from launcher.graph.endpoints import locator
+from launcher.graph.look import Look
+from launcher.graph.peer import OWN_READER, Peer, Stream, look_of
+from launcher.graph.ports import multicast_port, occupied_ports
+
+_REMOTE_LATEST_S = 1.5  # whoever of them has not told all by then is not waited for
+_ANNOUNCE_S = 0.1
+_ANEW_S = 0.3  # who knows us does not answer again, so to the silent we become new by then
+_ASK_AGAIN_S = 0.25  # Fast DDS answers 0.1 s after it was asked last
+_LEASE_S = 10
+_VENDOR = bytes([0, 0])  # none of the registered ones
+_GROUP = "239.255.0.1"
+_BUFFER_BYTES = 4 << 20
+# announces participants and its subscriptions; hears of participants, publications, subscriptions
+_ENDPOINT_SET = 0b111011
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """A look, how many participants of this machine are missing in it, and how long it took."""
+
+    look: Look
+    missing: int
+    waited_s: float
+
+
+class Unfit(Exception):
+    """Somebody speaks in a way that only a whole DDS stack follows."""
+
+
+def look_round(domain_id: int, spin_time_s: float, *, remote: bool) -> Seen:
+    """Look at a domain, for at most `spin_time_s`; `remote`: at other machines as well.
+
+    Raises Unfit, and OSError where there is no network at all.
+    """
+    with Wire(domain_id, remote=remote) as wire:
+        return wire.look(spin_time_s)
+
+
+class Wire:
+    """A participant that only asks; use with `with`."""
+
+    def __init__(self, domain_id: int, *, remote: bool) -> None:
+        self._domain_id = domain_id
+        self._remote = remote
+        self._prefix = _VENDOR + os.urandom(rtps.PREFIX_BYTES - 2)
+        self._peers: dict[bytes, Peer] = {}
+        self._number = self._count = 0
+
+    def __enter__(self) -> Wire:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
+        self._socket.bind(("0.0.0.0" if self._remote else "127.0.0.1", 0))
+        self._socket.setblocking(False)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._take_back({peer.address for peer in self._peers.values()} | self._everyone(set()))
+        self._socket.close()
+
+    def look(self, spin_time_s: float) -> Seen:
+        """Ask until everybody has told everything; at most `spin_time_s`."""
+        start = time.monotonic()
+        end = start + spin_time_s
+        shortest = start + min(spin_time_s, REMOTE_S if self._remote else 0.0)
+        expected = occupied_ports(self._domain_id)
+        announce, anew = start, start + _ANEW_S
+        while True:
+            now = time.monotonic()
+            silent = self._silent(expected)
+            complete = self._is_complete(strangers=now - start < _REMOTE_LATEST_S)
+            if now >= end or (now >= shortest and complete and not silent):
+                break
+            if now >= announce:
+                expected &= occupied_ports(self._domain_id)
+                if now >= anew:
+                    self._take_back({("127.0.0.1", port) for port in silent})
+                    anew = now + 2 * (now - start)
+                self._announce(self._everyone(silent))
+                announce = now + _ANNOUNCE_S
+            self._ask_again(now)
+            self._receive(min(end, announce) - now)
+        return Seen(
+            look=look_of(self._domain_id, self._peers.values()),
+            missing=len(self._silent(expected)),
+            waited_s=now - start,
+        )
+
+    def _silent(self, expected: set[int]) -> set[int]:
+        return expected - {peer.port for peer in self._peers.values() if peer.is_local}
+
+    def _is_complete(self, *, strangers: bool) -> bool:
+        """Whether all have told everything; `strangers`: those on other machines as well."""
+        peers = [peer for peer in self._peers.values() if peer.is_local or strangers]
+        return all(peer.is_complete for peer in peers)
+
+    def _everyone(self, silent: set[int]) -> set[tuple[str, int]]:
+        group = {(_GROUP, multicast_port(self._domain_id))} if self._remote else set()
+        return group | {("127.0.0.1", port) for port in silent}
+
+    # what we say
+
+    def _announce(self, addresses: set[tuple[str, int]]) -> None:
+        self._number += 1
+        announcement = rtps.sample(
+            rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, self._about_us()
+        )
+        for address in sorted(addresses):
+            self._send(address, announcement)
+
+    def _take_back(self, addresses: set[tuple[str, int]]) -> None:
+        self._number += 1
+        guid = self._prefix + rtps.PARTICIPANT
+        gone = rtps.end_of(rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, guid)
+        for address in sorted(addresses):
+            self._send(address, gone)
+
+    def _about_us(self) -> list[tuple[int, bytes]]:
+        locators = [locator(host, self._port) for host in self._hosts()]
+        return [
+            (0x15, bytes([2, 3])),
+            (0x16, _VENDOR),
+            (0x50, self._prefix + rtps.PARTICIPANT),
+            *((0x32, locator) for locator in locators),
+            *((0x31, locator) for locator in locators),
+            (0x02, struct.pack("<iI", _LEASE_S, 0)),
+            (0x58, struct.pack("<I", _ENDPOINT_SET)),
+        ]
+
+    @property
+    def _port(self) -> int:
+        return int(self._socket.getsockname()[1])
+
+    def _hosts(self) -> list[str]:
+        """Our addresses as others see them."""
+        hosts = ["127.0.0.1"]
+        if self._remote:
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+                try:
+                    probe.connect((_GROUP, 9))
+                except OSError:
+                    return hosts  # no route: there is nobody else
+                hosts.append(probe.getsockname()[0])
+        return hosts
+
+    def _subscribe(self, peer: Peer) -> None:
+        """Tell a participant that we want to know its nodes."""
+        listed = [
+            (0x5A, self._prefix + OWN_READER),
+            *((0x2F, locator(host, self._port)) for host in self._hosts()),
+            (0x50, self._prefix + rtps.PARTICIPANT),
+            (0x05, rtps.text(members.TOPIC)),
+            (0x07, rtps.text(members.TYPE)),
+            (0x70, self._prefix + OWN_READER),
+            (0x1D, struct.pack("<I", 1)),  # transient local
+            (0x1A, struct.pack("<IiI", 2, 0, 0x1999999A)),  # reliable
+            (0x2C, rtps.text(f"typehash={members.TYPE_HASH};").rstrip(b"\0")),
+        ]
+        reader, writer = rtps.SUBSCRIPTIONS_READER, rtps.SUBSCRIPTIONS_WRITER
+        self._count += 1
+        self._send(
+            peer.address,
+            rtps.to(peer.prefix),
+            rtps.sample(reader, writer, 1, listed),
+            rtps.heartbeat(reader, writer, 1, self._count),
+        )
+
+    def _ask(self, peer: Peer, stream: Stream, now: float) -> None:
+        if not (missing := stream.missing()):
+            return
+        stream.asked = now
+        self._count += 1
+        address = peer.address if stream.reader != OWN_READER else peer.data_address
+        request = rtps.ask(stream.reader, stream.writer, missing, self._count)
+        self._send(address, rtps.to(peer.prefix), request)
+
+    def _ask_again(self, now: float) -> None:
+        for peer in self._peers.values():
+            for stream in peer.streams():
+                if now - stream.asked >= _ASK_AGAIN_S:
+                    self._ask(peer, stream, now)
+
+    def _send(self, address: tuple[str, int], *submessages: bytes) -> None:
+        with contextlib.suppress(OSError):  # no such port any more, no route
+            self._socket.sendto(rtps.message(self._prefix, _VENDOR, *submessages), address)
+
+    # what we hear
+
+    def _receive(self, patience_s: float) -> None:
+        """Take what is there, or what comes first."""
+        select.select([self._socket], [], [], max(0.0, patience_s))
+        while True:
+            try:
+                datagram, sender = self._socket.recvfrom(65536)
+            except BlockingIOError:
+                return
+            try:
+                for part in rtps.parts(datagram, self._prefix):
+                    self._take(part, sender[0])
+            except ValueError:
+                continue  # not for us, whoever sent it
+
+    def _take(self, part: rtps.Part, host: str) -> None:
+        if isinstance(part, rtps.Request):
+            asker = self._peers.get(part.reader[: rtps.PREFIX_BYTES])
+            if asker and part.writer_entity == rtps.SUBSCRIPTIONS_WRITER:
+                self._subscribe(asker)
+            return
+        prefix, entity = part.writer[: rtps.PREFIX_BYTES], part.writer[rtps.PREFIX_BYTES :]
+        if isinstance(part, rtps.Data) and entity == rtps.SPDP_WRITER:
+            self._meet(part, prefix, host)
+        elif (peer := self._peers.get(prefix)) and (stream := peer.stream(entity)):
+            if isinstance(part, rtps.Fragment):
+                raise Unfit
+            stream.take(part)
+            if isinstance(part, rtps.Heartbeat) and time.monotonic() - stream.asked > _ASK_AGAIN_S:
+                self._ask(peer, stream, time.monotonic())
+
+    def _meet(self, data: rtps.Data, prefix: bytes, host: str) -> None:
+        if data.gone:
+            self._peers.pop(prefix, None)
+        elif prefix not in self._peers and prefix != self._prefix:
+            # those of this machine may answer from any of its addresses
+            near = host in self._hosts() or host.startswith("127.")
+            where = "127.0.0.1" if near else host
+            peer = self._peers[prefix] = Peer(prefix, data.payload, where)
+            self._subscribe(peer)

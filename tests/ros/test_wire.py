@@ -1,0 +1,73 @@
+"""A look by the messages of discovery, against rclpy's, on the same nodes."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+
+from launcher.graph.observer import Observer
+from launcher.graph.ports import participants_by_domain
+from launcher.graph.wire import look_round
+from tests.ros.conftest import ros_domain, talking
+from tests.support.verbs import launcher
+from tests.support.waiting import wait_until
+
+PATIENCE_S = 20.0
+
+
+def by_wire(domain_id: int, *, remote: bool = False):
+    seen = look_round(domain_id, PATIENCE_S, remote=remote)
+    assert seen.missing == 0
+    return seen.look
+
+
+@pytest.mark.parametrize("remote", [False, True], ids=["localhost", "subnet"])
+def test_both_ways_see_the_same_in_every_detail(tmp_path, remote):
+    with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes"):
+        domain_id = int(env["ROS_DOMAIN_ID"])
+        ours = by_wire(domain_id, remote=remote)
+        with Observer(domain_id) as observer:
+            wait_until(lambda: observer.look() == ours, "rclpy has seen all")
+        assert len(ours.infos) > 50
+        assert "/switch" in ours.service_types()
+
+
+def test_who_has_looked_is_forgotten_at_once(env, observer):
+    before = observer.participants()
+    by_wire(int(env["ROS_DOMAIN_ID"]))
+    wait_until(lambda: observer.participants() == before, "nobody else is known")
+
+
+def test_many_looks_at_a_time_are_all_complete(env):
+    from concurrent.futures import ThreadPoolExecutor
+
+    domain_id = int(env["ROS_DOMAIN_ID"])
+    with ThreadPoolExecutor(5) as pool:
+        looks = list(pool.map(by_wire, [domain_id] * 10))
+    assert {look.nodes for look in looks} == {looks[0].nodes}
+    assert looks[0].nodes.count("/twin") == 2
+
+
+def test_a_participant_that_cannot_answer_is_told(tmp_path):
+    with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes") as program:
+        os.kill(program.pid, signal.SIGSTOP)
+        try:
+            seen = look_round(int(env["ROS_DOMAIN_ID"]), 0.5, remote=False)
+        finally:
+            os.kill(program.pid, signal.SIGCONT)
+        assert (seen.missing, seen.look.nodes) == (1, ())
+        assert "/talker" in by_wire(int(env["ROS_DOMAIN_ID"])).nodes
+
+
+def test_where_discovery_is_unusual_the_verbs_say_the_same(env):
+    plain = launcher(env, "topic", "list", "-t")
+    unusual = launcher({**env, "ROS_STATIC_PEERS": "127.0.0.1"}, "topic", "list", "-t")
+    assert (plain.out, plain.code) == (unusual.out, unusual.code)
+
+
+def test_a_domain_without_anybody_is_known_to_be_empty(empty_domain):
+    domain_id = int(empty_domain["ROS_DOMAIN_ID"])
+    assert participants_by_domain()[domain_id] == 0
+    assert by_wire(domain_id).infos == ()
