@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 HORIZON_S = 3600.0  # virtual time is not played further; respawns and timers may go on for ever
 _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}
-_USER_LOGGER = "launch.user"
+USER_LOGGER = "launch.user"
 
 # Launch configurations that ROS 2 itself reads, whatever the launch file says.
 ROS_NAMES = (
@@ -137,7 +137,7 @@ def _load(plan: Plan) -> LaunchDescription | None:
         return frontends.load(plan.path)
     except LaunchFileError as fault:
         plan.arguments_error = fault.message
-        plan.error = _plan_error(fault, getattr(fault, "stage", "load"), "run")
+        plan.error = plan_error(fault, getattr(fault, "stage", "load"), "run")
         return None
 
 
@@ -159,7 +159,8 @@ def _evaluate(
     plan.names_read = frozenset(interpreter.host.names_read)
 
 
-def _plan_error(fault: LaunchFileError, stage: str, phase: str) -> PlanError:
+def plan_error(fault: LaunchFileError, stage: str, phase: str) -> PlanError:
+    """The fault as the plan tells it."""
     cause = fault.__cause__ or fault
     kind = getattr(cause, "ros_type", None) or type(cause).__name__
     return PlanError(kind=kind, message=str(cause), stage=stage, phase=phase, fault=fault)
@@ -199,7 +200,7 @@ class _World:
         finally:
             interpreter.close()
         if interpreter.failure is not None:
-            self._plan.error = _plan_error(interpreter.failure, "run", self._phase)
+            self._plan.error = plan_error(interpreter.failure, "run", self._phase)
 
     def _list_arguments(self, description: LaunchDescription) -> None:
         try:
@@ -277,7 +278,7 @@ class _World:
             case model.CancelTimer(timer_id=timer_id):
                 self._cancelled.add(timer_id)
             case model.LogMessage(logger=logger, text=text):
-                if logger == _USER_LOGGER:
+                if logger == USER_LOGGER:
                     self._plan.logs.append((text, self._stamp))
                     self._trace.logged(text)
             case model.SignalProcess(process_id=process_id, signum=signum):
@@ -298,7 +299,7 @@ class _World:
         action = self._interpreter.host.processes[effect.process_id].action
         respawn, delay_s, retries = action._respawn_settings()
         planned = PlannedProcess(
-            spec=_with_temporary_files(effect.spec),
+            spec=with_temporary_files(effect.spec),
             respawn=respawn,
             respawn_delay=delay_s,
             respawn_max_retries=retries,
@@ -312,7 +313,7 @@ class _World:
         return [model.ProcessStarted(process_id=effect.process_id, pid=_pid(effect.process_id))]
 
 
-def _with_temporary_files(spec: ProcessSpec) -> ProcessSpec:
+def with_temporary_files(spec: ProcessSpec) -> ProcessSpec:
     """The spec with the content of parameter files that helpers of the launch file wrote."""
     if spec.ros is None:
         return spec

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from launcher.model.events import Effect, Event
     from launcher.model.options import RunOptions
 
+MOST_CHAPTERS = 2000  # of what a run did, for its plan; memory is bounded
 CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
 
 USAGE = f"""usage: python -m launcher TARGET [name:=value ...] [options]
@@ -200,6 +201,7 @@ class _SoundCore:
         self._request = request
         self._patience = patience
         self._effects: Sequence[Effect] = ()
+        self._story: list[tuple[float, int | None, Sequence[Effect]]] = []
 
     def evaluate(self) -> None:
         """Visit the static part, before there is a run with files and processes; LauncherError."""
@@ -211,6 +213,7 @@ class _SoundCore:
 
     def start(self) -> Sequence[Effect]:
         """The effects of the launch file's static part."""
+        self._story.append((time.monotonic(), None, self._effects))
         return self._effects
 
     def _explained(self, fault: LaunchFileError) -> LauncherError:
@@ -227,11 +230,28 @@ class _SoundCore:
 
     def handle(self, event: Event) -> Sequence[Effect]:
         """The effects of what happened."""
-        return self._interpreter.handle(event)
+        effects = self._interpreter.handle(event)
+        if effects and len(self._story) < MOST_CHAPTERS:
+            self._story.append((time.monotonic(), _ended_process(event), effects))
+        return effects
 
     def watches_output(self, process_id: int) -> bool:
         """Whether the launch file wants the output of this process."""
         return self._interpreter.watches_output(process_id)
+
+    def plan(self) -> object:
+        """The plan document of what was asked for so far."""
+        from launcher.commands.run_plan import Chapter, run_document
+
+        story = [Chapter(*chapter) for chapter in self._story]
+        return run_document(self._interpreter, self._request.path, story)
+
+
+def _ended_process(event: Event) -> int | None:
+    """The process whose end this event tells."""
+    from launcher.model.events import ProcessExited, SpawnFailed
+
+    return event.process_id if isinstance(event, (ProcessExited, SpawnFailed)) else None
 
 
 def _supervise(

@@ -20,3 +20,6 @@ class Core(Protocol):
 
     def watches_output(self, process_id: int) -> bool:
         """Whether ProcessOutput is wanted for this process."""
+
+    def plan(self) -> object:
+        """What was asked for so far, ready for `json.dumps`."""

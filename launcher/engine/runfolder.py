@@ -6,7 +6,7 @@
 | `NAME-N.log` | what one process wrote, stdout and stderr |
 | `NAME-N-stdout.log`, `NAME-N-stderr.log` | one stream, where `output` is `own_log` or `full` |
 | `events.jsonl` | starts, ends, restarts, signals (`journal`) |
-| `plan.json` | the processes that the launch file asked for |
+| `plan.json` | what the launch file asked for, as `plan --json` has it (commands/run_plan.py) |
 
 The nodes' rclpy logs land here too, because ROS_LOG_DIR points here for them.
 """
@@ -18,7 +18,7 @@ import fcntl
 import os
 import re
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from launcher.engine.journal import Journal
@@ -93,15 +93,14 @@ class RunFolder:
         if Sink.OWN_LOG in sinks:
             self._append(f"{name}-{stream}.log", prefixed)
 
-    def write_plan(self, processes: Iterable[ProcessSpec], environment: Mapping[str, str]) -> None:
+    def write_plan(self, plan: Callable[[], object]) -> None:
         """`plan.json`: what was asked for so far; written anew each time."""
         if self.path is None or self._broken:
             return
         import json
 
-        plan = {"processes": [planned(spec, environment) for spec in processes]}
         try:
-            (self.path / "plan.json").write_text(json.dumps(plan, indent=1), encoding="utf-8")
+            (self.path / "plan.json").write_text(json.dumps(plan(), indent=1), encoding="utf-8")
         except OSError as error:
             self._give_up(error)
 

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 LAST_LINES = 10  # of the process that died first, in the summary
+PLAN_DELAY_S = 0.1  # nobody waits for it, and processes are still starting before
 LAST_WORDS_S = 2.0  # how long a slow reader of our output is waited for at the end
 
 
@@ -179,7 +180,7 @@ class Supervisor:
         self._carry_out(self._core.start())
         self._busy = False
         self._pump()
-        self._reactor.call_later(0, self._write_plan)
+        self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
         self._reactor.call_later(0, self._folder.prune)
         self._caretaker.start()
 
@@ -206,7 +207,7 @@ class Supervisor:
             self._agent = None
 
     def _write_plan(self) -> None:
-        self._folder.write_plan((p.spec for p in self._processes.values()), self._env)
+        self._folder.write_plan(self._core.plan)
 
     # ---- the interpreter
 

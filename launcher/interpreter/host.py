@@ -64,6 +64,7 @@ class RunHost:
         self.lifecycle_watchers: dict[str, list[Callable[[Any], None]]] = {}
         self.generated: dict[str, Any] = {}
         self.declared_values: dict[str, str] = {}
+        self.declared_arguments: dict[str, Any] = {}
         self.names_read: set[str] = set()
         self.surprises: dict[Surprise, None] = {}
         self.shutdown_pending = False
@@ -179,6 +180,7 @@ class RunHost:
     def declared(self, argument: Any, value: str) -> None:
         """Note the value of a launch argument."""
         self.declared_values[argument.name] = value
+        self.declared_arguments[argument.name] = argument
 
     def remember_file(self, path: str, content: Any) -> None:
         """Own a generated parameter file."""

@@ -1,0 +1,105 @@
+"""RunPlan: the plan document of what a run has really done, as `plan --json` has it.
+
+Nothing is evaluated a second time: it is made of the effects that the interpreter asked for while
+the run went on. So it differs from what `plan` says beforehand in this:
+
+* times are real ones, in seconds since the start; `exit` is the phase of what the end of a process
+  brought about, whenever that was, and `cause` is that process;
+* `arguments` are those whose declarations were executed; `plan` also lists those of includes that
+  a condition leaves out;
+* `shutdowns` holds the one that ended the run, whoever asked for it;
+* of a run in which very much happens, the beginning alone is there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from launcher.model import events as model
+from launcher.planner import (
+    USER_LOGGER,
+    Plan,
+    PlannedProcess,
+    Stamp,
+    plan_error,
+    with_temporary_files,
+)
+from launcher.render.plan_json import document
+
+if TYPE_CHECKING:
+    from launcher.interpreter import Interpreter
+
+
+class Chapter(NamedTuple):
+    """What an event led to, `when_s` on the monotonic clock; the first one is the start.
+
+    `ended` is the process_id if the event was the end of a process.
+    """
+
+    when_s: float
+    ended: int | None
+    effects: Sequence[model.Effect]
+
+
+def run_document(interpreter: Interpreter, path: str, story: Sequence[Chapter]) -> dict[str, Any]:
+    """The document of the story so far, ready for `json.dumps`."""
+    plan = Plan(path)
+    plan.environment = interpreter.environment
+    plan.arguments = list(interpreter.host.declared_arguments.values())
+    plan.declared = dict(interpreter.host.declared_values)
+    _Telling(plan, interpreter).tell(story)
+    if interpreter.failure is not None:
+        plan.error = plan_error(interpreter.failure, "run", "run")
+    return document(plan)
+
+
+class _Telling:
+    """Goes through the chapters of a run and puts them into the plan."""
+
+    def __init__(self, plan: Plan, interpreter: Interpreter) -> None:
+        self._plan = plan
+        self._interpreter = interpreter
+        self._indices: dict[int, int] = {}  # process_id -> index in the plan
+        self._is_over = False
+
+    def tell(self, story: Sequence[Chapter]) -> None:
+        for when_s, ended, effects in story:
+            cause = None if ended is None else self._indices.get(ended)
+            for effect in effects:
+                phase = "run" if cause is None else "exit"
+                phase = "shutdown" if self._is_over else phase
+                time_s = round(when_s - story[0].when_s, 3)
+                self._note(effect, Stamp(time_s=time_s, phase=phase, cause=cause))
+
+    def _note(self, effect: model.Effect, stamp: Stamp) -> None:
+        plan = self._plan
+        match effect:
+            case model.StartProcess(process_id=process_id):
+                self._indices[process_id] = len(plan.processes)
+                plan.processes.append(self._planned(effect, stamp))
+            case model.LogMessage(logger=logger, text=text):
+                if logger == USER_LOGGER:
+                    plan.logs.append((text, stamp))
+            case model.LoadComponent(request=load):
+                plan.loads.append((load, stamp))
+            case model.ChangeState(request=change):
+                plan.lifecycle.append((change, stamp))
+            case model.RequestShutdown(reason=reason):
+                plan.shutdowns.append((reason, stamp))
+                self._is_over = True
+
+    def _planned(self, effect: model.StartProcess, stamp: Stamp) -> PlannedProcess:
+        action = self._interpreter.host.processes[effect.process_id].action
+        respawn, delay_s, retries = action._respawn_settings()
+        spec = effect.spec
+        with contextlib.suppress(FileNotFoundError):  # a helper's file, which is gone by now
+            spec = with_temporary_files(spec)
+        return PlannedProcess(
+            spec=spec,
+            respawn=respawn,
+            respawn_delay=delay_s,
+            respawn_max_retries=retries,
+            stamp=stamp,
+        )

@@ -1,0 +1,83 @@
+"""`plan.json` of a run: the document of `plan --json`, made of what the run really did."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from tests.process.test_plan import Desk, desk
+
+__all__ = ["desk"]  # the fixture, for this module, too
+
+RICH = """
+    DeclareLaunchArgument("speed", default_value="3", description="how fast"),
+    DeclareLaunchArgument("side", default_value="left", choices=["left", "right"]),
+    LogInfo(msg=["speed ", LaunchConfiguration("speed")]),
+    ExecuteProcess(cmd=["echo", LaunchConfiguration("speed")], output="screen",
+                   additional_env={"EXTRA": "1"}, cwd="/", respawn=False),
+    ExecuteProcess(cmd=["true"], condition=IfCondition("false")),
+    __import__("launch_ros.actions").actions.Node(
+        executable="/bin/true", name="porter", namespace="fleet", remappings=[("a", "b")],
+        parameters=[{"depth": 5, "names": ["x", "y"]}]),
+"""
+
+
+def run_plan(desk: Desk, *words: object) -> dict[str, Any]:
+    done = desk.call(*words)
+    assert done.returncode == 0, done.stderr
+    return json.loads((desk.folder / "log" / "latest" / "plan.json").read_text())
+
+
+def timeless(document: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: [{k: v for k, v in entry.items() if k != "time"} for entry in value]
+        if key in ("processes", "logs", "loads", "lifecycle")
+        else value
+        for key, value in document.items()
+        if key != "shutdowns"
+    }
+
+
+def test_the_plan_of_a_run_is_the_plan_that_was_made_beforehand(desk: Desk):
+    file = desk.write(RICH)
+    done, planned = run_plan(desk, file, "speed:=9"), desk.document(file, "speed:=9")
+    assert timeless(done) == timeless(planned)
+    assert [list(entry) for entry in done["processes"]] == [
+        list(entry) for entry in planned["processes"]
+    ]
+    assert done["processes"][0]["time"] == 0.0
+    assert done["declared"] == {"speed": "9", "side": "left"}
+
+
+def test_functions_of_the_launch_file_are_evaluated_once(desk: Desk):
+    count = "lambda context: open('evaluated', 'a').write('once ') and None"
+    run_plan(desk, desk.write(f"OpaqueFunction(function={count}),"))
+    assert (desk.folder / "evaluated").read_text() == "once "
+
+
+def test_what_the_end_of_a_process_brought_about_names_that_process(desk: Desk):
+    follows = "ExecuteProcess(cmd=['echo', 'after'])"
+    file = desk.write(
+        f"""
+        *(lambda first: [first, RegisterEventHandler(
+            __import__("launch.event_handlers").event_handlers.OnProcessExit(
+                target_action=first, on_exit=[{follows}]))])(ExecuteProcess(cmd=["sleep", "0.3"])),
+        """
+    )
+    document = run_plan(desk, file)
+    first = next(p for p in document["processes"] if p["cmd"][0] == "sleep")
+    after = next(p for p in document["processes"] if p["cmd"] == ["echo", "after"])
+    assert (first["phase"], first["cause"]) == ("run", None)
+    assert after["phase"] == "exit"
+    assert after["cause"] == document["processes"].index(first)
+    assert after["time"] >= 0.3
+    assert [shutdown["reason"] for shutdown in document["shutdowns"]] == ["idle"]
+
+
+def test_what_a_handler_raises_is_the_error_of_the_plan(desk: Desk):
+    file = desk.write(
+        "TimerAction(period=0.2, actions=[OpaqueFunction(function=lambda context: 1 / 0)]),"
+    )
+    assert desk.call(file).returncode == 1
+    document = json.loads((desk.folder / "log" / "latest" / "plan.json").read_text())
+    assert document["error"]["type"] == "ZeroDivisionError"
