@@ -39,6 +39,7 @@ VERBS = (
     Verb("service", "VERB ...", "look at and call services"),
     Verb("interface", "VERB ...", "look at the types of messages and services"),
     Verb("doctor", "[--fix] [--json]", "find what is wrong on this machine, and mend it"),
+    Verb("smoke", "TARGET [name:=value ...]", "test a launch file: what is seen, what is left"),
     Verb("graph", "[OPTIONS]", "show who talks to whom: tree, drawing, page, difference"),
 )
 

@@ -24,6 +24,8 @@ class ExitCode(enum.IntEnum):
     OK = 0
     PROCESS_FAILED = 1
     USAGE = 2
+    NOT_MET = 3
+    NOT_READY = 124
     INTERRUPTED = 130
     TERMINATED = 143
 
@@ -37,6 +39,8 @@ _MEANINGS = {
     ExitCode.OK: "everything ended as expected, a requested stop included",
     ExitCode.PROCESS_FAILED: "a process died, could not be started, or the launcher itself failed",
     ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
+    ExitCode.NOT_MET: "smoke: an expectation was not met",
+    ExitCode.NOT_READY: "smoke: the system was not ready in time",
     ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process was killed or had died",
     ExitCode.TERMINATED: "stopped by SIGTERM, SIGHUP or SIGQUIT; a process was killed or had died",
 }

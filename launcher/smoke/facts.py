@@ -60,7 +60,6 @@ class GraphSeen:
     at_s: float
     snapshot: Snapshot
     topics: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    services: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,6 +124,7 @@ class Facts:
     events: tuple[ProcessEvent, ...] = ()
     samples: tuple[Sample, ...] = ()
     answers: Mapping[str, tuple[Answer, ...]] = field(default_factory=dict)
+    services: tuple[str, ...] = ()
     steps: Mapping[str, float] = field(default_factory=lambda: {START: 0.0})
     node_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     asked: frozenset[str] = frozenset()

@@ -163,7 +163,7 @@ def slow(name: str, facts: Facts, *, is_slow: bool) -> str | None:
 
 def missing_service(name: str, facts: Facts) -> str | None:
     """Why a service did not answer."""
-    known = facts.graphs[-1].services if facts.graphs else {}
+    known = facts.services
     if name in known:
         return None
     base = [s for s in known if s.rpartition("/")[2] == name.rpartition("/")[2]]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from launcher.errors import LauncherError, LaunchFileError, SeveralErrors
+from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
 from launcher.smoke.expectation import Expectation, Origin
 from launcher.smoke.facts import START
 from launcher.smoke.fields import FieldType, near
@@ -43,6 +44,16 @@ def load(path: str) -> Script:
     except UnicodeDecodeError as error:
         raise LaunchFileError(f"this is no UTF-8: {error.reason}", where=path) from None
     return parse(text, path)
+
+
+def parse_entry(entry: Mapping[str, object], origin: str) -> Expectation:
+    """One expectation from an option of the command line; LauncherError."""
+    reader = _Reader(yaml.safe_dump({"expect": [entry]}, allow_unicode=True), origin)
+    try:
+        (expectation,) = reader.script().expectations
+    except LauncherError as error:
+        raise UsageError(f"{origin}: {error.message}", hint=error.hint) from None
+    return replace(expectation, origin=Origin(text=origin))
 
 
 def parse(text: str, path: str) -> Script:
@@ -122,8 +133,6 @@ class _Reader:
             "options": values.get("options", ()),
         }
         if "chaos" in values:
-            from dataclasses import replace
-
             found["chaos"] = replace(values["chaos"], seed=values.get("seed", 0))
         found["steps"] = tuple(self._steps(document.get("scenario")))
         found["expectations"] = tuple(self._expectations(document.get("expect")))

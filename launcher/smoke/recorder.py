@@ -20,6 +20,7 @@ from launcher.smoke.facts import (
 )
 
 T = TypeVar("T")
+SHORTEST_S = 0.01
 
 
 class Recorder:
@@ -35,6 +36,7 @@ class Recorder:
         self._events: list[ProcessEvent] = []
         self._samples: list[Sample] = []
         self._answers: dict[str, list[Answer]] = {}
+        self._services: tuple[str, ...] = ()
         self._steps: dict[str, float] = {START: 0.0}
         self._nodes: dict[str, tuple[str, ...]] = {}
         self._asked: set[str] = set()
@@ -89,6 +91,11 @@ class Recorder:
         """An answer to a question."""
         self._add(self._answers.setdefault(key, []).append, answer)
 
+    def set_services(self, names: Iterable[str]) -> None:
+        """The services that the graph has now."""
+        with self._changed:
+            self._services = tuple(names)
+
     def add_trouble(self, text: str) -> None:
         """Something that kept us from seeing."""
         self._add(self._troubles.append, text)
@@ -137,6 +144,7 @@ class Recorder:
                 events=tuple(self._events),
                 samples=tuple(self._samples),
                 answers={key: tuple(found) for key, found in self._answers.items()},
+                services=self._services,
                 steps=dict(self._steps),
                 node_names=dict(self._nodes),
                 asked=frozenset(self._asked),
@@ -156,3 +164,4 @@ class Recorder:
                 return found
             with self._changed:
                 self._changed.wait(min(left_s, look_s))
+            time.sleep(SHORTEST_S)  # many things come at once, and looking has its price

@@ -61,7 +61,8 @@ class Script:
             for e in self.expectations
             if e.within is not None and e.after != STOP
         ]
-        return max([SHORTEST_S, *ends, *(at_s + STEP_ROOM_S for at_s in begins.values())])
+        steps = [begins[step.name] + STEP_ROOM_S for step in self.steps]
+        return max([SHORTEST_S, *ends, *steps])
 
     def _step_times(self) -> dict[str, float]:
         """When each step is expected; one that waits for a log line, right away."""

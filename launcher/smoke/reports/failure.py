@@ -1,0 +1,39 @@
+"""Failure: what was expected, what was seen, and what may help, in some lines."""
+
+from __future__ import annotations
+
+from launcher.smoke.facts import Facts
+from launcher.smoke.quantities import seconds_text
+from launcher.smoke.result import Judged
+
+LINES = 10
+_WIDTH = 200
+
+
+def describe(one: Judged, facts: Facts) -> list[str]:
+    """The lines about an expectation that is not met."""
+    verdict, expectation = one.verdict, one.expectation
+    lines = [
+        f"{expectation.name}    ({expectation.origin})",
+        f"    expected: {verdict.expected}",
+        f"    seen:     {verdict.seen or 'nothing'}",
+    ]
+    if verdict.at_s is not None:
+        lines.append(f"    since:    {seconds_text(max(0.0, verdict.at_s))} after the start")
+    if verdict.guess:
+        lines.append(f"    maybe:    {verdict.guess}")
+    for process in verdict.about:
+        lines += _last_lines(process, facts)
+    return lines
+
+
+def _last_lines(process: str, facts: Facts) -> list[str]:
+    last = facts.last_lines(process, LINES)
+    if not last:
+        return [f"    {process} printed nothing"]
+    shown = [f"        [{line.at_s:6.1f} s] {_short(line.plain)}" for line in last]
+    return [f"    last lines of {process}:", *shown]
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _WIDTH else f"{text[: _WIDTH - 3]}..."

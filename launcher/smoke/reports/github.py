@@ -1,0 +1,42 @@
+"""GitHub: annotations that a workflow shows at the line of the expectation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from launcher.smoke.reports.failure import describe
+from launcher.smoke.result import Judged, Result
+
+
+def commands(result: Result) -> Iterator[str]:
+    """A command of a workflow for everything that is not met."""
+    for one in result.failures:
+        message = _data("\n".join(describe(one, result.facts)[1:]))
+        yield f"::error {_properties(one)}::{message}"
+    if result.trouble:
+        yield f"::error title=smoke::{_data(result.trouble)}"
+
+
+def _properties(one: Judged) -> str:
+    properties = {"title": f"not met: {one.expectation.name}"}
+    origin = one.expectation.origin
+    if origin.line:
+        properties = {"file": _relative(origin.text), "line": str(origin.line), **properties}
+    return ",".join(f"{name}={_property(value)}" for name, value in properties.items())
+
+
+def _relative(path: str) -> str:
+    """Workflows know files from the root of the repository, where they run."""
+    try:
+        return str(Path(path).absolute().relative_to(Path.cwd()))
+    except ValueError:
+        return path
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")

@@ -1,0 +1,78 @@
+"""JUnit: the results as XML that CI servers read: one case for each expectation."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+from launcher.smoke.reports.failure import describe
+from launcher.smoke.result import Judged, Result
+
+# What XML 1.0 has no way to write.
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def write(path: Path, results: Sequence[Result], target: str) -> None:
+    """One suite for each run; the folder is made."""
+    root = ElementTree.Element("testsuites", name="smoke")
+    for number, result in enumerate(results, 1):
+        name = target if len(results) == 1 else f"{target} run {number}"
+        root.append(_suite(result, name, target))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tree = ElementTree.ElementTree(root)
+    ElementTree.indent(tree)
+    tree.write(path, encoding="utf-8", xml_declaration=True)
+
+
+def _suite(result: Result, name: str, target: str) -> ElementTree.Element:
+    cases = [_case(one, result, target) for one in result.judged]
+    errors = 0
+    if result.trouble or result.gave_up or result.interrupted:
+        cases.append(_error_case(result, target))
+        errors = 1
+    suite = ElementTree.Element(
+        "testsuite",
+        name=_clean(name),
+        tests=str(len(cases)),
+        failures=str(len(result.failures)),
+        errors=str(errors),
+        skipped="0",
+        time=f"{result.facts.now_s:.3f}",
+        timestamp=time.strftime("%Y-%m-%dT%H:%M:%S"),
+    )
+    suite.extend(cases)
+    return suite
+
+
+def _case(one: Judged, result: Result, target: str) -> ElementTree.Element:
+    verdict = one.verdict
+    case = ElementTree.Element(
+        "testcase",
+        classname=_clean(target),
+        name=_clean(one.expectation.name),
+        time=f"{max(0.0, verdict.at_s or 0.0):.3f}",
+    )
+    if one.expectation.origin.line:
+        case.set("file", _clean(one.expectation.origin.text))
+        case.set("line", str(one.expectation.origin.line))
+    if not one.is_met:
+        failure = ElementTree.SubElement(
+            case, "failure", message=_clean(verdict.seen or "not met"), type=one.expectation.kind
+        )
+        failure.text = _clean("\n".join(describe(one, result.facts)))
+    return case
+
+
+def _error_case(result: Result, target: str) -> ElementTree.Element:
+    case = ElementTree.Element("testcase", classname=_clean(target), name="run", time="0.000")
+    text = result.trouble or ("interrupted" if result.interrupted else "not ready in time")
+    error = ElementTree.SubElement(case, "error", message=_clean(text), type="run")
+    error.text = _clean(text)
+    return case
+
+
+def _clean(text: str) -> str:
+    return _FORBIDDEN.sub("\ufffd", text)

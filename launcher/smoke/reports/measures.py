@@ -1,0 +1,169 @@
+"""Measures: the numbers of a run that a later one is compared with, and the baseline file."""
+
+from __future__ import annotations
+
+import json
+import re
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from launcher.errors import UsageError
+from launcher.smoke.expectation import Expectation, Origin, Outcome, Verdict
+from launcher.smoke.result import Judged, Result
+
+VERSION = 1
+_MB = 1024 * 1024
+_NUMBER = re.compile(r"-\d+$")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measure:
+    """A number with its unit; `kind` is what decides how much it may change."""
+
+    name: str
+    kind: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tolerance:
+    """A value may be worse by so many percent of the baseline, and by `least` in any case.
+
+    `both` is whether less is as bad as more.
+    """
+
+    percent: float
+    least: float = 0.0
+    both: bool = False
+
+    def limits(self, base: float) -> tuple[float, float]:
+        """(lowest, highest) value that is no regression."""
+        room = max(abs(base) * self.percent / 100, self.least)
+        return (base - room if self.both else float("-inf"), base + room)
+
+
+# A start takes longer on a busy machine, and the first megabytes differ with the allocator.
+TOLERANCES = {
+    "rate": Tolerance(percent=20, both=True),
+    "start_up": Tolerance(percent=50, least=1.0),
+    "cpu": Tolerance(percent=50, least=10.0),
+    "memory": Tolerance(percent=25, least=20.0),
+}
+
+
+def of_result(result: Result) -> list[Measure]:
+    """The numbers of one run."""
+    facts = result.facts
+    found = [
+        Measure(name=one.expectation.name, kind="rate", value=one.verdict.value, unit="Hz")
+        for one in result.judged
+        if one.expectation.kind == "rate" and one.verdict.value is not None
+    ]
+    if facts.ready_s is not None:
+        found.append(Measure(name="start_up", kind="start_up", value=facts.ready_s, unit="s"))
+    for name in facts.processes():
+        label = _NUMBER.sub("", name)
+        samples = [s for s in facts.samples if s.process == name and s.at_s <= facts.stop_s]
+        loads = [s.cpu_percent for s in samples if s.cpu_percent is not None]
+        sizes = [s.memory_bytes for s in samples if s.memory_bytes is not None]
+        if loads:
+            load = sum(loads) / len(loads)
+            found.append(Measure(name=f"cpu {label}", kind="cpu", value=load, unit="%"))
+        if sizes:
+            size = max(sizes) / _MB
+            found.append(Measure(name=f"memory {label}", kind="memory", value=size, unit="MB"))
+    return found
+
+
+def medians(runs: Sequence[Iterable[Measure]]) -> list[Measure]:
+    """Of each measure over several runs."""
+    known: dict[str, list[Measure]] = {}
+    for measure in (measure for run in runs for measure in run):
+        known.setdefault(measure.name, []).append(measure)
+    return [
+        Measure(
+            name=name,
+            kind=found[0].kind,
+            value=statistics.median(m.value for m in found),
+            unit=found[0].unit,
+        )
+        for name, found in known.items()
+    ]
+
+
+# ---- the file
+
+
+def write(path: Path, measures: Iterable[Measure]) -> None:
+    """A baseline; tolerances may be changed in it by hand."""
+    document = {
+        "version": VERSION,
+        "tolerances": {
+            kind: {"percent": tolerance.percent, "least": tolerance.least}
+            for kind, tolerance in TOLERANCES.items()
+        },
+        "measures": {
+            m.name: {"kind": m.kind, "value": round(m.value, 4), "unit": m.unit} for m in measures
+        },
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def compare(path: Path, measures: Iterable[Measure]) -> list[Judged]:
+    """What is worse than the baseline allows, and what could not be compared; UsageError."""
+    tolerances, base = _read(path)
+    now = {measure.name: measure for measure in measures}
+    judged = []
+    for before in base:
+        verdict = _compared(before, now.get(before.name), tolerances[before.kind])
+        expectation = Expectation(
+            kind="baseline",
+            subject=before.name,
+            name=f"baseline: {before.name}",
+            origin=Origin(text=str(path)),
+        )
+        judged.append(Judged(expectation=expectation, verdict=verdict))
+    return judged
+
+
+def _compared(before: Measure, now: Measure | None, tolerance: Tolerance) -> Verdict:
+    low, high = tolerance.limits(before.value)
+    limit = f"{low:.3g} to {high:.3g}" if tolerance.both else f"at most {high:.3g}"
+    expected = f"{limit} {before.unit} (the baseline is {before.value:.3g})"
+    if now is None:
+        return Verdict(outcome=Outcome.VIOLATED, expected=expected, seen="it was not measured")
+    outcome = Outcome.MET if low <= now.value <= high else Outcome.VIOLATED
+    seen = f"{now.value:.3g} {now.unit}"
+    return Verdict(outcome=outcome, expected=expected, seen=seen, value=now.value, unit=now.unit)
+
+
+def _read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        tolerances = dict(TOLERANCES)
+        for kind, given in document.get("tolerances", {}).items():
+            tolerances[kind] = _tolerance(kind, given)
+        measures = [
+            Measure(name=name, kind=m["kind"], value=float(m["value"]), unit=m["unit"])
+            for name, m in document["measures"].items()
+        ]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        hint = "--update-baseline writes it anew"
+        raise UsageError(f"{path} is no baseline: {error}", hint=hint) from None
+    unknown = {m.kind for m in measures} - tolerances.keys()
+    if unknown:
+        raise UsageError(f"{path}: there is no kind of measure '{min(unknown)}'")
+    return tolerances, measures
+
+
+def _tolerance(kind: str, given: Mapping[str, float]) -> Tolerance:
+    base = TOLERANCES[kind]
+    return Tolerance(
+        percent=float(given.get("percent", base.percent)),
+        least=float(given.get("least", base.least)),
+        both=base.both,
+    )

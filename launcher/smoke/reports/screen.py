@@ -1,0 +1,81 @@
+"""Screen: the end of a smoke run for a person: a table, and every failure explained."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from typing import IO
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from launcher.smoke.reports import flakes
+from launcher.smoke.reports.failure import describe
+from launcher.smoke.result import Judged, Result
+
+PLAIN_WIDTH = 120  # what a log of CI shows without a terminal
+
+
+def console_for(stream: IO[str], *, colour: bool) -> Console:
+    """As wide as the terminal; no colours and no control sequences elsewhere."""
+    width = shutil.get_terminal_size().columns if stream.isatty() else PLAIN_WIDTH
+    return Console(
+        file=stream,
+        width=width,
+        color_system="standard" if colour else None,
+        highlight=False,
+        force_terminal=colour,
+    )
+
+
+def show(console: Console, result: Result) -> None:
+    """The table of all expectations, then the failures, then one line."""
+    table = Table(box=SIMPLE, show_edge=False, pad_edge=False)
+    for head in ("", "expectation", "seen"):
+        table.add_column(head, overflow="fold")
+    for one in result.judged:
+        table.add_row(_mark(one), Text(one.expectation.name), Text(one.verdict.seen))
+    console.print(table)
+    for one in result.failures:
+        console.print()
+        console.print(Text("\n".join(describe(one, result.facts))), soft_wrap=True)
+    console.print()
+    console.print(Text(summary(result), style="green" if not result.exit_code else "red"))
+
+
+def _mark(one: Judged) -> Text:
+    return Text("met", style="green") if one.is_met else Text("NOT MET", style="bold red")
+
+
+def summary(result: Result) -> str:
+    """`smoke: 12 of 12 expectations met` and what else there is to say."""
+    met = len(result.judged) - len(result.failures)
+    parts = [f"smoke: {met} of {len(result.judged)} expectations met"]
+    if result.gave_up:
+        parts.append("the system was not ready in time")
+    if result.trouble:
+        parts.append(result.trouble)
+    if result.interrupted:
+        parts.append("interrupted")
+    parts.append(f"exit code {int(result.exit_code)}")
+    return ", ".join(parts)
+
+
+def show_flakes(console: Console, results: Sequence[Result]) -> None:
+    """How often each expectation was met, and the spread of what was measured."""
+    table = Table(box=SIMPLE, show_edge=False, pad_edge=False)
+    for head in ("", "met", "expectation", "min / median / max"):
+        table.add_column(head, overflow="fold")
+    for row in flakes.rows(results):
+        style = "green" if row.met == row.runs else "bold red"
+        table.add_row(
+            Text(row.verdict, style=style),
+            Text(f"{row.met} of {row.runs}"),
+            Text(row.name),
+            Text(row.spread),
+        )
+    console.print(table)
+    good = sum(not result.exit_code for result in results)
+    console.print(Text(f"smoke: {good} of {len(results)} runs without a failure"))

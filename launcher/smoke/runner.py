@@ -1,0 +1,247 @@
+"""Runner: one smoke run, from the lease on a domain to the last verdict. Always bounded in time."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from launcher.errors import LauncherError
+from launcher.smoke.actor import Actor
+from launcher.smoke.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.facts import READY, Facts, ProcessEvent
+from launcher.smoke.judges.common import several
+from launcher.smoke.kinds import judge
+from launcher.smoke.narrator import Narrator
+from launcher.smoke.quantities import seconds_text
+from launcher.smoke.questions import Questions, watched
+from launcher.smoke.result import Judged, Result
+from launcher.smoke.script import Script
+from launcher.smoke.steps import Step
+from launcher.smoke.system import STOP_S, System
+from launcher.smoke.timeline import Strokes, Timeline, resumed
+
+LOOK_S = 0.1
+JUDGE_S = 0.5  # judging all of a long run's messages has its price
+STOP_ROOM_S = 15.0  # the launcher ends by itself this long after we should have ended it
+DRAW_S = 20.0
+
+
+class Runner:
+    """Runs a script once. `words` are the target and what else the launcher is to be told."""
+
+    def __init__(
+        self, script: Script, words: Sequence[str], folder: Path, narrator: Narrator
+    ) -> None:
+        self._script = script.completed()
+        self._words = tuple(words)
+        self._folder = folder
+        self._narrator = narrator
+        self._is_over = threading.Event()
+        self._timeline = Timeline(script.steps)
+        self._strokes = None if script.chaos is None else Strokes(script.chaos)
+        self._failed_steps: list[tuple[Step, str]] = []
+        self._decided: dict[str, Verdict] = {}
+        self._gave_up = False
+        self._interrupted = False
+        self._judged_s = -JUDGE_S
+
+    def run(self) -> Result:
+        """Start, watch, stop, judge. Ctrl-C stops the system, too."""
+        run_time_s = self._script.run_time_s()
+        self._system = System(
+            self._words,
+            folder=self._folder,
+            probe=self._script.needs_ros(),
+            longest_s=max(run_time_s, self._script.ready_limit_s()) + STOP_ROOM_S,
+        )
+        self._narrator.begin(self._script, self._words, run_time_s)
+        try:
+            self._system.start()
+            self._narrator.started(self._system)
+            self._watch(run_time_s)
+            self._draw()
+        except KeyboardInterrupt:
+            self._interrupted = True
+            self._narrator.say(self._now_s, "interrupted: stopping the system")
+        finally:
+            self._is_over.set()
+            self._stop()
+        return self._result()
+
+    @property
+    def _now_s(self) -> float:
+        return self._system.recorder.now_s
+
+    # ---- watching
+
+    def _watch(self, run_time_s: float) -> None:
+        system = self._system
+        expectations = self._script.expectations
+        if system.probe is not None:
+            expectations = tuple(watched(system.probe, expectations))
+            self._script = replace(self._script, expectations=expectations)
+            Questions(system, self._is_over).begin(expectations)
+        actor = Actor(system, self._is_over)
+        while system.is_alive and self._now_s < run_time_s and not self._gave_up:
+            facts = system.facts()
+            self._check_ready(facts)
+            self._act(actor, facts)
+            self._look(facts)
+            self._is_over.wait(LOOK_S)
+        self._check_ready(system.facts())
+
+    def _check_ready(self, facts: Facts) -> None:
+        """Ready: what has to be there at the start is there, and a process runs."""
+        if facts.ready_s is not None:
+            return
+        verdicts = [judge(replace(e, within=None), facts) for e in self._script.presence()]
+        if facts.processes() and all(v.outcome is Outcome.MET for v in verdicts):
+            self._system.recorder.step(READY)
+            self._narrator.say(self._now_s, "ready")
+        elif facts.now_s > self._script.ready_limit_s():
+            self._gave_up = True
+            limit = seconds_text(self._script.ready_limit_s())
+            self._narrator.say(self._now_s, f"not ready after {limit}: giving up")
+
+    def _look(self, facts: Facts) -> None:
+        """Tell what is decided by now."""
+        if facts.now_s < self._judged_s + JUDGE_S:
+            return
+        self._judged_s = facts.now_s
+        for expectation in self._script.expectations:
+            if expectation.name in self._decided:
+                continue
+            verdict = judge(expectation, facts)
+            if verdict.outcome is not Outcome.OPEN:
+                self._decided[expectation.name] = verdict
+                self._narrator.decided(self._now_s, expectation, verdict)
+
+    # ---- acting
+
+    def _act(self, actor: Actor, facts: Facts) -> None:
+        for step in self._timeline.due(facts):
+            self._do(actor, step)
+        for stroke in () if self._strokes is None else self._strokes.due(facts):
+            if stroke.process is None or not facts.lives(stroke.process, facts.now_s):
+                text = f"chaos {stroke.number}: {stroke.command.text}: it does not run"
+                self._narrator.say(self._now_s, text)
+                continue
+            self._narrator.say(self._now_s, f"chaos {stroke.number}: {stroke.command.text}")
+            actor.do(stroke.command, self._tell_stroke)
+
+    def _tell_stroke(self, error: str | None) -> None:
+        if error is not None:
+            self._narrator.say(self._now_s, f"chaos: {error}")
+
+    def _do(self, actor: Actor, step: Step) -> None:
+        def done(error: str | None) -> None:
+            if error is None:
+                self._system.recorder.step(step.name)
+                self._narrator.say(self._now_s, f"step: {step.command.text}")
+            elif not self._is_over.is_set():
+                self._failed_steps.append((step, error))
+                self._narrator.say(self._now_s, f"step failed: {step.command.text}: {error}")
+
+        def over() -> None:
+            self._system.recorder.step(resumed(step))
+            self._narrator.say(self._now_s, f"step: {step.command.text}: over")
+
+        actor.do(step.command, done, over)
+
+    # ---- the end
+
+    def _draw(self) -> None:
+        """The graph as it is before everything goes."""
+        probe = self._system.probe
+        if probe is None or not probe.is_alive:
+            return
+        try:
+            if any(e.kind == "service" for e in self._script.expectations):
+                found = probe.ask("services")["services"]
+                self._system.recorder.set_services(service["name"] for service in found)
+            drawn = probe.ask(
+                "draw",
+                timeout_s=DRAW_S,
+                json=str((self._folder / "graph.json").absolute()),
+                svg=str((self._folder / "graph.svg").absolute()),
+            )
+            for note in drawn.get("notes", ()):
+                self._narrator.say(self._now_s, f"graph: {note}")
+        except LauncherError as error:
+            self._narrator.say(self._now_s, f"no picture of the graph: {error.message}")
+
+    def _stop(self) -> None:
+        """Whatever happens: the system does not stay. A second Ctrl-C makes haste."""
+        self._narrator.say(self._now_s, "stopping")
+        try:
+            ending = self._system.stop(STOP_S)
+        except KeyboardInterrupt:
+            self._interrupted = True
+            ending = self._system.stop(0.0)
+        self._narrator.ended(self._now_s, ending, self._system.facts())
+
+    def _result(self) -> Result:
+        facts = self._system.facts()
+        judged = [Judged(expectation=e, verdict=judge(e, facts)) for e in self._script.expectations]
+        for one in judged:
+            if one.expectation.name not in self._decided:
+                self._narrator.decided(self._now_s, one.expectation, one.verdict)
+        judged += [_failed(step, error) for step, error in self._failed_steps]
+        if not self._gave_up and not self._interrupted:
+            judged += [_missed(step) for step in self._timeline.waiting]
+        return Result(
+            judged=tuple(judged),
+            facts=facts,
+            folder=self._folder,
+            words=self._words,
+            domain_id=self._system.domain_id,
+            gave_up=self._gave_up,
+            interrupted=self._interrupted,
+            trouble=self._trouble(facts),
+        )
+
+    def _trouble(self, facts: Facts) -> str | None:
+        """What keeps a run from being trusted although all expectations are met."""
+        ending = facts.ending
+        assert ending is not None
+        if ending.returncode is None:
+            return "the launcher did not end and had to be killed"
+        killed = [e.process for e in facts.of("signal") if _is_kill(e, facts)]
+        if killed:
+            return f"at the stop, by force: {several(sorted({name for name in killed if name}))}"
+        if ending.left_processes:
+            return f"left behind, and killed by us: {', '.join(ending.left_processes)}"
+        if not facts.processes():
+            return "no process was started"
+        if self._script.needs_ros() and self._system.probe is None:
+            return "nothing of ROS could be seen: " + "; ".join(facts.troubles)
+        return None
+
+
+def _is_kill(event: ProcessEvent, facts: Facts) -> bool:
+    return event.at_s >= facts.stop_s and event.details.get("signal") == int(signal.SIGKILL)
+
+
+def _failed(step: Step, error: str) -> Judged:
+    return _of_step(step, Verdict(outcome=Outcome.VIOLATED, expected=_wanted(step), seen=error))
+
+
+def _missed(step: Step) -> Judged:
+    what = "the run was over before"
+    if step.after_log is not None:
+        what = f"no line with '{step.after_log.pattern}' came"
+    return _of_step(step, Verdict(outcome=Outcome.VIOLATED, expected=_wanted(step), seen=what))
+
+
+def _wanted(step: Step) -> str:
+    return f"step '{step.command.text}' is done"
+
+
+def _of_step(step: Step, verdict: Verdict) -> Judged:
+    expectation = Expectation(
+        kind="step", subject=step.name, name=f"step {step.name}", origin=step.origin
+    )
+    return Judged(expectation=expectation, verdict=verdict)

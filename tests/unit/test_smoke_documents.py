@@ -1,0 +1,165 @@
+"""What is told about files of expectations is what the loader reads."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+
+from launcher.errors import LauncherError
+from launcher.smoke import flags, loader
+from launcher.smoke.grammar import json_schema
+from launcher.smoke.kinds import KINDS
+
+ROOT = Path(__file__).resolve().parents[2]
+SCHEMA = json_schema()
+
+GOOD = {
+    "nothing": "",
+    "no expectation": "expect: []",
+    "node": "expect: [{node: /robot_1, within: 8 s}]",
+    "node pattern": "expect: [{node: /robot_*, absent: true}]",
+    "topic": "expect: [{topic: /a, type: a/msg/B, publishers: 1, subscriptions: '>= 2'}]",
+    "qos": "expect: [{qos: /a, publishers: {reliability: best_effort, deadline: 2 s}}]",
+    "qos pairs": "expect: [{qos: /a, compatible: false, node: /robot_*}]",
+    "rate in words": "expect: [{rate: /a, is: 1 Hz ± 20 %}]",
+    "rate in ascii": "expect: [{rate: /a, is: 1Hz+-20%}]",
+    "rate as number": "expect: [{rate: /a, is: 2.5}]",
+    "rate from to": "expect: [{rate: /a, is: 0.9 to 1.1 Hz}]",
+    "rate at least": "expect: [{rate: /a, is: '>= 5 Hz', where: 'm.data'}]",
+    "message": "expect: [{message: /a, where: \"json.status == 'done'\", count: 2 to 4}]",
+    "message fields": "expect: [{message: /a, fields: {x: 1, y: [1, 2], z: {min: 0}}}]",
+    "all messages": "expect: [{message: /a, all: true, where: 'len(m.data) < 9'}]",
+    "message with qos": "expect: [{message: /a, qos: {reliability: reliable, depth: 3}}]",
+    "log": "expect: [{log: 'Fleet report', process: monitor, level: WARN, within: 5 to 8 s}]",
+    "no log": "expect: [{log: dropped, count: 0}]",
+    "order": "expect: [{order: [first, second], process: monitor}]",
+    "no errors": "expect: [{no_errors: '*', except: [harmless]}]",
+    "no tracebacks": "expect: [{no_tracebacks: robot_*}]",
+    "alive": "expect: [{process: robot_1}]",
+    "exit": "expect: [{process: robot_1, exits: 3, within: 2}]",
+    "exit by signal": "expect: [{process: robot_1, exits: SIGKILL}]",
+    "restarts": "expect: [{process: robot_1, restarts: '>= 1', alive: true}]",
+    "cpu": "expect: [{cpu: robot_*, below: 50 %, peak: 90}]",
+    "memory": "expect: [{memory: robot_*, below: 200 MB}]",
+    "parameter": "expect: [{parameter: a, node: /b, is: [1, 2]}]",
+    "service": "expect: [{service: /a, request: {data: true}, fields: {success: true}}]",
+    "run": "expect: [{start_up: 5 s}, {clean_shutdown: 3 s}, {shared_memory: clean}]",
+    "deaths": "expect: [{no_deaths: '*'}]",
+    "scenario": "scenario: [{at: 8 s, do: kill a, name: kill}, {after: kill, do: start a}]",
+    "pause": "scenario: [{do: pause robot_1 for 500 ms}]",
+    "publish": "scenario: [{do: 'publish /a std_msgs/msg/String {data: x}'}]",
+    "set": "scenario: [{do: set parameter /a speed 1.5}, {do: set /a name x}]",
+    "call": "scenario: [{do: call service /a std_srvs/srv/Trigger}]",
+    "after a line": "scenario: [{after_log: ready, process: a, at: 1 s, do: stop a}]",
+    "chaos": "{chaos: kill one of robot_* every 5 s, seed: 7}",
+    "pausing chaos": "{chaos: pause one of robot_* every 5 s for 2 s}",
+    "top": "{for: 20 s, ready_within: 10, arguments: {a: true, b: 1}, options: [--lenient]}",
+}
+BAD = {
+    "a list": "[1, 2]",
+    "unknown entry": "expects: []",
+    "unknown kind": "expect: [{nod: /a}]",
+    "no mapping": "expect: [node]",
+    "expectations as mapping": "expect: {node: /a}",
+    "two kinds": "expect: [{node: /a, log: b}]",
+    "unknown field": "expect: [{node: /a, withn: 8 s}]",
+    "no time": "expect: [{node: /a, within: soon}]",
+    "negative time": "expect: [{node: /a, within: -1}]",
+    "relative topic": "expect: [{topic: fleet/tasks}]",
+    "no count": "expect: [{topic: /a, publishers: some}]",
+    "half a count": "expect: [{topic: /a, publishers: 1.5}]",
+    "nothing of qos": "expect: [{qos: /a}]",
+    "unknown policy": "expect: [{qos: /a, publishers: {reliabilty: reliable}}]",
+    "unknown reliability": "expect: [{qos: /a, publishers: {reliability: good}}]",
+    "no rate": "expect: [{rate: /a}]",
+    "a bad rate": "expect: [{rate: /a, is: fast}]",
+    "a bad limit": "expect: [{message: /a, fields: {x: {least: 1}}}]",
+    "limit of true": "expect: [{message: /a, fields: {x: {min: true}}}]",
+    "no fields": "expect: [{message: /a, fields: {}}]",
+    "unknown level": "expect: [{log: a, level: LOUD}]",
+    "no regex": "expect: [{log: 3}]",
+    "one is no order": "expect: [{order: [a]}]",
+    "no flag": "expect: [{process: a, alive: maybe}]",
+    "no exit code": "expect: [{process: a, exits: badly}]",
+    "negative exit code": "expect: [{process: a, exits: -9}]",
+    "no cpu": "expect: [{cpu: a}]",
+    "no memory": "expect: [{memory: a, below: much}]",
+    "no parameter": "expect: [{parameter: a, node: /b}]",
+    "no request": "expect: [{service: /a, request: yes please}]",
+    "timed start": "expect: [{start_up: 5 s, within: 3 s}]",
+    "dirty": "expect: [{shared_memory: dirty}]",
+    "no step": "scenario: [kill robot_2]",
+    "nothing to do": "scenario: [{at: 3 s}]",
+    "unknown command": "scenario: [{do: kil robot_2}]",
+    "half a command": "scenario: [{do: publish /a}]",
+    "no chaos": "chaos: kill everything",
+    "no seed": "seed: x",
+    "no arguments": "arguments: [a]",
+    "nested arguments": "arguments: {a: [1]}",
+    "no options": "options: --lenient",
+}
+
+
+def is_loaded(text: str) -> bool:
+    try:
+        loader.parse(text, "x.yaml")
+    except LauncherError:
+        return False
+    return True
+
+
+def fits_schema(text: str) -> bool:
+    validator = jsonschema.Draft202012Validator(SCHEMA)
+    return bool(validator.is_valid(yaml.safe_load(text)))
+
+
+@pytest.mark.parametrize("text", GOOD.values(), ids=GOOD)
+def test_a_good_file_is_good_for_the_loader_and_the_schema(text: str):
+    loader.parse(text, "x.yaml")
+    jsonschema.validate(yaml.safe_load(text), SCHEMA, jsonschema.Draft202012Validator)
+
+
+@pytest.mark.parametrize("text", BAD.values(), ids=BAD)
+def test_a_bad_file_is_bad_for_the_loader_and_the_schema(text: str):
+    assert (is_loaded(text), fits_schema(text)) == (False, False)
+
+
+def test_every_kind_stands_in_the_corpus():
+    found = {
+        key
+        for text in GOOD.values()
+        for entry in (yaml.safe_load(text) or {}).get("expect") or ()
+        for key in entry
+    }
+    assert {kind.name for kind in KINDS} <= found
+
+
+def test_the_schema_in_the_repository_is_the_one_of_the_loader():
+    path = ROOT / "launcher" / "smoke" / "expectations.schema.json"
+    assert json.loads(path.read_text(encoding="utf-8")) == SCHEMA
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+
+
+def test_the_documentation_has_a_row_for_each_kind_with_all_its_entries():
+    document = (ROOT / "docs" / "smoke.md").read_text(encoding="utf-8")
+    for kind in KINDS:
+        row = next(line for line in document.splitlines() if line.startswith(f"| `{kind.name}` |"))
+        assert kind.doc in row
+        assert all(f"`{field.name}`" in row for field in kind.fields), kind.name
+
+
+def test_the_example_of_the_documentation_is_a_good_file():
+    document = (ROOT / "docs" / "smoke.md").read_text(encoding="utf-8")
+    example = document.split("```yaml\n")[1].split("```")[0]
+    script = loader.parse(example, "smoke.md")
+    assert len(script.expectations) == 4
+    assert fits_schema(example)
+
+
+def test_every_flag_stands_in_the_help():
+    for flag in (*flags.VALUED, *flags.PLAIN):
+        assert flag in flags.HELP, flag
