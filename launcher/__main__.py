@@ -1,5 +1,6 @@
 """`python -m launcher`: what has to be right before anything else is imported."""
 
+import gc
 import os
 import sys
 
@@ -21,6 +22,9 @@ def open_standard_files() -> None:
 def run() -> int:
     """The whole command; Ctrl-C before there is anything to stop ends it without a word."""
     try:
+        # What is made on the way to the first process stays, so collecting would find nothing;
+        # the supervisor enables it again, and so does every verb that supervises nothing.
+        gc.disable()
         from launcher.cli import main
 
         return main(sys.argv[1:])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import sys
@@ -116,6 +117,8 @@ def _dispatch(words: list[str]) -> int:
         verb, rest = VERBS[0], words
     else:
         rest = words[1:]
+    if verb is not VERBS[0]:
+        gc.enable()
     code: int = importlib.import_module(verb.module).main(rest)
     return code
 

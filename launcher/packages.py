@@ -19,7 +19,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
-_MARKERS = Path("share/ament_index/resource_index/packages")
+_MARKERS = "share/ament_index/resource_index/packages"
 
 
 def ament_environment(env: Mapping[str, str]) -> dict[str, str]:
@@ -28,7 +28,7 @@ def ament_environment(env: Mapping[str, str]) -> dict[str, str]:
     The wheels install an ament index below `sys.prefix` and set no `AMENT_PREFIX_PATH`
     (CONFORMANCE 4.23). Whoever has set one means that one: launch files look into it.
     """
-    if _split(env.get("AMENT_PREFIX_PATH")) or not (Path(sys.prefix) / _MARKERS).is_dir():
+    if _split(env.get("AMENT_PREFIX_PATH")) or not os.path.isdir(f"{sys.prefix}/{_MARKERS}"):
         return {}
     return {"AMENT_PREFIX_PATH": sys.prefix}
 

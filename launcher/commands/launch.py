@@ -11,10 +11,9 @@ from pathlib import Path
 
 from launcher.commands import words as command_line
 from launcher.commands.patience import Patience, limited
-from launcher.commands.run_options import HELP as RUN_HELP
-from launcher.commands.run_options import take_run_options
 from launcher.commands.words import Request
 from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
+from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,12 +25,12 @@ if TYPE_CHECKING:
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
     from launcher.model.events import Effect, Event
-    from launcher.model.options import RunOptions
 
 MOST_CHAPTERS = 2000  # of what a run did, for its plan; memory is bounded
 CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
 
-USAGE = f"""usage: python -m launcher TARGET [name:=value ...] [options]
+SYNOPSIS = "usage: python -m launcher TARGET [name:=value ...] [options]"
+_USAGE = f"""{SYNOPSIS}
        python -m launcher PACKAGE FILE [name:=value ...] [options]
 
 TARGET is a launch file or the name of one: `system` for launch/system.launch.py.
@@ -49,7 +48,7 @@ options:
                        every process's output on the screen and in the log
   --launch-prefix WORDS, --launch-prefix-filter REGEX
                        put words in front of the commands (of those that match)
-{RUN_HELP}
+{{run_help}}
   --evaluation-timeout S
                        how long reading the launch file may take; 0 for any time (default: 60 s,
                        and 20 s of computing)
@@ -68,13 +67,13 @@ PATIENCE = ("--evaluation-timeout",)
 def main(words: Sequence[str]) -> int:
     """Run the launch file that `words` name; the exit code."""
     if command_line.wants_help(words):
-        print(USAGE)
+        print(usage())
         return ExitCode.OK
-    options, rest = take_run_options(words)
+    options, rest = _take_run_options(words)
     request = command_line.read(
         rest,
         verb="launch",
-        usage=USAGE.splitlines()[0],
+        usage=SYNOPSIS,
         flags=(SHOW_ARGS, PRINT, LENIENT, NONINTERACTIVE, SHOW_ALL),
         valued=(PREFIX, PREFIX_FILTER, PATIENCE),
     )
@@ -92,6 +91,22 @@ def main(words: Sequence[str]) -> int:
 
         return plan.show(request, patience)
     return launch(request, options, patience)
+
+
+def usage() -> str:
+    """What `--help` prints."""
+    from launcher.commands.run_options import HELP
+
+    return _USAGE.format(run_help=HELP)
+
+
+def _take_run_options(words: Sequence[str]) -> tuple[RunOptions, list[str]]:
+    """(the options about the run in `words`, the words that are something else); UsageError."""
+    if any(word.startswith("-") for word in words):
+        from launcher.commands.run_options import take_run_options
+
+        return take_run_options(words)
+    return RunOptions(), list(words)
 
 
 def _with_prefix(request: Request) -> Request:

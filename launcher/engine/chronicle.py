@@ -5,10 +5,13 @@ from __future__ import annotations
 from launcher.engine.journal import Journal
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
-from launcher.engine.report import Line
 from launcher.engine.ring import LogRing
 from launcher.engine.runfolder import RunFolder
 from launcher.engine.screen import Screen
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.report import Line
 
 
 class Chronicle:

@@ -12,9 +12,12 @@ from launcher.engine.keeper import Keeper
 from launcher.engine.machine import Hurry, ProcessMachine, ProcessState, Stop
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
-from launcher.engine.remnants import Remnants
 from launcher.errors import ExitCode
 from launcher.model.events import Event, SignalReceived
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.remnants import Remnants
 
 WAITING_NOTE_S = 1.0  # a stop that takes longer says for whom it waits
 
@@ -122,6 +125,8 @@ class Ending:
             return
         if not self.has_begun and any(p.held for p in self._processes()):
             return  # a person stopped it, and may start it again
+        from launcher.engine.remnants import Remnants
+
         self.has_begun = True
         self._on_empty()
         self._remnants = Remnants(

@@ -11,7 +11,6 @@ from collections.abc import Callable
 
 from launcher.engine.execution import execute, reap
 from launcher.engine.reactor import Reactor
-from launcher.engine.watchdog import GOODBYE
 
 GOODBYE_S = 1.0  # a watchdog that does not go within this time is killed
 MOST = 3  # how many watchdogs a run starts before it goes on without one
@@ -46,6 +45,8 @@ class Guard:
 
     def close(self) -> None:
         """The run ended in order: nothing is to be killed."""
+        from launcher.engine.watchdog import GOODBYE
+
         # Somebody may have killed the watchdog; then there is nothing to say goodbye to.
         with contextlib.suppress(BrokenPipeError):
             os.write(self._line, GOODBYE)

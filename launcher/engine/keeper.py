@@ -8,7 +8,6 @@ import os
 import signal
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from launcher.engine import report
 from launcher.engine.chronicle import Chronicle
@@ -30,14 +29,15 @@ from launcher.engine.machine import (
     Tick,
     Withdrawn,
 )
-from launcher.engine.oom import OomWatch
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
 from launcher.engine.relay import Relay
 from launcher.engine.spawn import Child
 from launcher.model.events import Event, ProcessExited, ProcessStarted, SpawnFailed
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.engine.oom import OomWatch
     from launcher.engine.pacing import Pacer
 
 
@@ -73,9 +73,19 @@ class Keeper:
         self._on_idle = on_idle
         self._before_kill = before_kill
         self._on_left = on_left
-        self._oom = OomWatch()
+        self._oom: OomWatch | None = None
+        reactor.call_later(0, self._watch_memory)
         self._pacer: Pacer | None = None
         self.has_killed = False
+
+    def _watch_memory(self) -> None:
+        """Look at the kernel's counter, before anything that runs can be killed for it."""
+        from launcher.engine.oom import OomWatch
+
+        self._oom = OomWatch()
+
+    def _was_out_of_memory(self) -> bool:
+        return self._oom is not None and self._oom.has_struck()
 
     def pace(self, *, stagger_s: float, most: int | None) -> None:
         """From now on let processes start one after the other, as `Pacer` has it."""
@@ -236,7 +246,7 @@ class Keeper:
         outcome = Outcome(
             returncode=returncode,
             core_dumped=core_dumped,
-            out_of_memory=was_killed and self._oom.has_struck(),
+            out_of_memory=was_killed and self._was_out_of_memory(),
         )
         self.advance(process, Exited(outcome))
         if leaves_nothing:

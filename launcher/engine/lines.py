@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 
 LINE_LIMIT = 64 * 1024  # bytes; a longer line is cut here
@@ -9,16 +10,6 @@ CUT_MARK = b" [... cut by the launcher]"
 
 _RESET = b"\x1b[0m"
 
-# What moves the cursor, sets titles or switches character sets, complete or not; not colour.
-_ESCAPES = re.compile(
-    rb"\x1b(?!\[[0-9;:]*m)(?:"
-    rb"\[[0-?]*[ -/]*[@-~]?"  # CSI, but not SGR
-    rb"|[\]PX^_][^\x07\x1b\n]*(?:\x07|\x1b\\)?"  # OSC, DCS, SOS, PM, APC with their text
-    rb"|[ -/]+[0-~]?"  # nF: character sets
-    rb"|[0-Z\\`-~]"  # Fp, Fe, Fs: two-byte sequences
-    rb"|)"
-    rb"|\xc2[\x80-\x9f]"  # the same controls as one character of UTF-8
-)
 _SHIFTS = b"\x08\x0b\x0c\x0e\x0f"  # backspace, vertical tab, form feed, character sets
 
 # Only lines with one of these need a closer look; a search for a single byte costs next to nothing.
@@ -87,8 +78,25 @@ def for_screen(lines: bytes) -> bytes:
     """
     if not any(byte in lines for byte in _HARMFUL):
         return lines
-    lines = _ESCAPES.sub(b"", lines).translate(None, _SHIFTS)
+    lines = _escapes().sub(b"", lines).translate(None, _SHIFTS)
     return b"\n".join(_closed(_after_return(line)) for line in lines.split(b"\n"))
+
+
+@functools.cache
+def _escapes() -> re.Pattern[bytes]:
+    """What moves the cursor, sets titles or switches character sets, complete or not; not colour.
+
+    Compiled when it is first needed, like all patterns on the way to the first process.
+    """
+    return re.compile(
+        rb"\x1b(?!\[[0-9;:]*m)(?:"
+        rb"\[[0-?]*[ -/]*[@-~]?"  # CSI, but not SGR
+        rb"|[\]PX^_][^\x07\x1b\n]*(?:\x07|\x1b\\)?"  # OSC, DCS, SOS, PM, APC with their text
+        rb"|[ -/]+[0-~]?"  # nF: character sets
+        rb"|[0-Z\\`-~]"  # Fp, Fe, Fs: two-byte sequences
+        rb"|)"
+        rb"|\xc2[\x80-\x9f]"  # the same controls as one character of UTF-8
+    )
 
 
 def _closed(line: bytes) -> bytes:

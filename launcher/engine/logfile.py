@@ -12,12 +12,12 @@ from launcher.engine.descriptors import FOR_FILES, keep_free
 LIMIT_BYTES = 10 * 1024 * 1024
 BACKUPS = 3
 
-_COLOUR = re.compile(rb"\x1b\[[0-9;:]*m")
+_COLOUR = rb"\x1b\[[0-9;:]*m"
 
 
 def without_colour(lines: bytes) -> bytes:
     """The same lines without colour codes."""
-    return _COLOUR.sub(b"", lines) if b"\x1b" in lines else lines
+    return re.sub(_COLOUR, b"", lines) if b"\x1b" in lines else lines
 
 
 class LogFile:

@@ -28,7 +28,7 @@ from launcher.model.spec import OutputPolicy, ProcessSpec, Sink
 
 KEPT_RUNS = 20
 EVENTS = "events.jsonl"
-_RUN_NAME = re.compile(r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$")
+_RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 
 
 def log_root(env: Mapping[str, str]) -> Path:
@@ -163,7 +163,7 @@ def planned(spec: ProcessSpec, environment: Mapping[str, str]) -> dict[str, obje
 
 def _is_run_of_ours(path: Path) -> bool:
     """The real `ros2 launch` keeps its runs in the same place; those have no events file."""
-    return _RUN_NAME.match(path.name) is not None and (path / EVENTS).is_file()
+    return re.match(_RUN_NAME, path.name) is not None and (path / EVENTS).is_file()
 
 
 def _is_alive(run: Path) -> bool:

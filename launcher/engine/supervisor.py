@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import gc
 import signal
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -180,6 +181,7 @@ class Supervisor:
         self._carry_out(self._core.start())
         self._busy = False
         self._pump()
+        self._reactor.call_later(0, _settle)
         self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
         self._reactor.call_later(0, self._folder.prune)
         self._caretaker.start()
@@ -364,3 +366,9 @@ class Supervisor:
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()
+
+
+def _settle() -> None:
+    """Spare the garbage collector what lives as long as the run: a full one takes milliseconds."""
+    gc.freeze()
+    gc.enable()

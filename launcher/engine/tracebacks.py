@@ -10,8 +10,8 @@ from __future__ import annotations
 import re
 
 _BEGIN = b"Traceback (most recent call last):"
-_COLOUR = re.compile(rb"\x1b\[[0-9;:]*m")
-_OF_A_STOP = re.compile(rb"(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b")
+_COLOUR = rb"\x1b\[[0-9;:]*m"
+_OF_A_STOP = rb"(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b"
 HELD_LIMIT = 64 * 1024  # bytes; something longer is no traceback
 
 
@@ -64,7 +64,7 @@ def _end_of_traceback(block: bytes) -> int | None:
     position = block.find(b"\n") + 1
     while 0 < position < len(block):
         end = block.index(b"\n", position) + 1
-        line = _COLOUR.sub(b"", block[position:end])
+        line = re.sub(_COLOUR, b"", block[position:end])
         if line.strip() and not line.startswith((b" ", b"\t")):
             return end
         position = end
@@ -72,8 +72,8 @@ def _end_of_traceback(block: bytes) -> int | None:
 
 
 def _folded(traceback: bytes) -> bytes:
-    last = _COLOUR.sub(b"", traceback).rstrip(b"\n").rpartition(b"\n")[2]
-    found = _OF_A_STOP.match(last)
+    last = re.sub(_COLOUR, b"", traceback).rstrip(b"\n").rpartition(b"\n")[2]
+    found = re.match(_OF_A_STOP, last)
     if found is None:
         return traceback
     return b"(ended by %s, which the program does not catch; traceback in its log)\n" % found[1]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from launcher.errors import LaunchFileError
-from launcher.language import faults
 from launcher.language.description import LaunchDescription
 from launcher.language.sources import get_launch_description_from_any_launch_file
 
@@ -20,6 +19,8 @@ def load(path: str) -> LaunchDescription:
     try:
         description = get_launch_description_from_any_launch_file(path)
     except (Exception, SystemExit) as error:
+        from launcher.language import faults
+
         raise faults.explain(error, path) from _cause(error)
     if not isinstance(description, LaunchDescription):
         raise NoDescriptionError(

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from launcher.errors import LaunchFileError
 from launcher.interpreter.host import Answer, RunHost, Surprise
 from launcher.language import events as language
-from launcher.language import faults, process_events, session
+from launcher.language import process_events, session
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
@@ -107,7 +107,7 @@ class Interpreter:
         try:
             self._drain()
         except (Exception, SystemExit) as error:
-            self.failure = faults.explain(error, self._path, self.context)
+            self.failure = self._explained(error)
             if self._is_virtual:
                 self._run_steps()
 
@@ -258,8 +258,13 @@ class Interpreter:
             self.host.request(model.RequestShutdown(reason=event.reason))
         self.host.shutdown_pending = False
 
+    def _explained(self, error: BaseException) -> LaunchFileError:
+        from launcher.language import faults  # most launch files have none
+
+        return faults.explain(error, self._path, self.context)
+
     def _fail(self, error: BaseException) -> None:
-        self.failure = self.failure or faults.explain(error, self._path, self.context)
+        self.failure = self.failure or self._explained(error)
         if self._is_virtual:
             self._run_steps()
             return

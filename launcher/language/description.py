@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from launcher.language.actions.arguments import DeclareLaunchArgument
-from launcher.language.actions.configuration import ResetLaunchConfigurations
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
 
@@ -14,6 +12,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.action import Action
+    from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.language.context import LaunchContext
     from launcher.language.origin import Origin
 
@@ -99,18 +98,18 @@ class _ArgumentSearch:
     def look_at(
         self, entities: Iterable[Any], *, conditional: bool, includes: list[Any] | None
     ) -> None:
-        from launcher.language.actions.include import IncludeLaunchDescription
-
         for entity in entities:
             if isinstance(entity, LaunchDescription):
                 self._look_into(entity, includes)
                 continue
-            if isinstance(entity, ResetLaunchConfigurations):
-                return  # what comes after cannot be set from outside
-            if isinstance(entity, DeclareLaunchArgument):
+            # By an attribute: who uses none of these actions need not import them.
+            meaning = getattr(entity, "_to_arguments", "")
+            if meaning == "resets":
+                return
+            if meaning == "declares":
                 self._add(entity, conditional, includes)
             below = includes
-            if isinstance(entity, IncludeLaunchDescription):
+            if meaning == "includes":
                 # One list for all nested includes of a branch, as in ROS 2.
                 below = [] if includes is None else includes
                 below.append(entity)

@@ -20,6 +20,10 @@ class LaunchDescriptionEntity:
 
     _origin: Origin | None
 
+    # What it means to whoever looks for launch arguments: it "declares" one, "includes" a file,
+    # or "resets", so that nothing behind it can be set from outside.
+    _to_arguments = ""
+
     def __new__(cls, *args: Any, **kwargs: Any) -> Any:
         """Remember the place of creation, also for subclasses that never call `__init__`."""
         entity = super().__new__(cls)

@@ -132,7 +132,7 @@ class Executable:
     def _prefix_words(self, context: LaunchContext, cmd: list[str]) -> list[str]:
         if self.__prefix_filter is not None:
             pattern = perform_substitutions(context, self.__prefix_filter)
-            if re.match(pattern, os.path.basename(cmd[0])) is None:
+            if pattern and re.match(pattern, os.path.basename(cmd[0])) is None:
                 return []
         prefix = perform_substitutions(context, self.__prefix)
         if not prefix:

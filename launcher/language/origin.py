@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from pathlib import Path
 
 from launcher.model.record import Record
 
-_OWN_FILES = str(Path(__file__).resolve().parent.parent) + "/"
+# As the code objects of the modules beside this one spell it.
+_OWN_FILES = os.path.dirname(os.path.dirname(__file__)) + "/"
 _MAX_FRAMES = 40  # deeper than any helper library; bounds the cost of a runaway recursion
 
 

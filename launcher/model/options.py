@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import fnmatch
-from typing import TYPE_CHECKING
 
 from launcher.model.record import Record, replace
 from launcher.model.spec import ProcessSpec, RestartPolicy, StopPolicy
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.model.limits import Limits
 

@@ -31,10 +31,12 @@ class Record:
     """
 
     _fields: ClassVar[tuple[str, ...]] = ()
+    _required: ClassVar[set[str]] = set()
 
     def __init_subclass__(cls) -> None:
         fields = [name for name in cls.__annotations__ if name[0] != "_"]
         cls._fields = (*cls._fields, *fields)
+        cls._required = {name for name in cls._fields if not hasattr(cls, name)}
         type.__setattr__(cls, "__match_args__", cls._fields)  # for `match` by position
 
     def __init__(self, *values: Any, **named: Any) -> None:
@@ -44,12 +46,12 @@ class Record:
             if len(values) > len(fields) or given.keys() & named.keys():
                 raise TypeError(f"{type(self).__name__} takes {', '.join(fields)}, each once")
             named.update(given)
-        for name in fields:
-            if name not in named and not hasattr(type(self), name):
-                raise TypeError(f"{type(self).__name__} needs '{name}'")
-        if not named.keys() <= set(fields):
-            unknown = sorted(named.keys() - set(fields))
-            raise TypeError(f"{type(self).__name__} has no '{unknown[0]}'")
+        if not self._required <= named.keys():
+            missing = next(name for name in fields if name in self._required - named.keys())
+            raise TypeError(f"{type(self).__name__} needs '{missing}'")
+        for name in named:
+            if name not in fields:
+                raise TypeError(f"{type(self).__name__} has no '{name}'")
         self.__dict__.update(named)
 
     def __setattr__(self, name: str, value: object) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import enum
 import signal
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from launcher.model.record import Record
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.model.limits import Limits
 

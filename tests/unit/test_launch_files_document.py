@@ -63,5 +63,5 @@ def test_every_class_of_the_vocabulary_stands_in_the_document(module: str):
 def test_options_on_launch_files_stand_in_the_document_and_in_the_help(option: str):
     assert option in TEXT
     assert option in plan.USAGE
-    assert option == "--json" or option in launch.USAGE
+    assert option == "--json" or option in launch.usage()
     assert option not in ("--debug", "--evaluation-timeout") or option in args.USAGE

@@ -24,6 +24,8 @@ _LOGGER = "launch.actions.declare_launch_argument"
 class DeclareLaunchArgument(Action):
     """Declares an argument; its value is the launch configuration of the same name."""
 
+    _to_arguments = "declares"
+
     def __init__(
         self,
         name: str,

@@ -83,6 +83,8 @@ class UnsetLaunchConfiguration(Action):
 class ResetLaunchConfigurations(Action):
     """Removes all launch configurations but those given, which are evaluated first."""
 
+    _to_arguments = "resets"
+
     def __init__(
         self, launch_configurations: Mapping[Any, Any] | None = None, **kwargs: Any
     ) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 
 from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
-from launcher.language.actions.configuration import SetLaunchConfiguration
 from launcher.language.context import LaunchContext
 from launcher.language.naming import public
 from launcher.language.sources import AnyLaunchDescriptionSource, LaunchDescriptionSource
@@ -29,6 +28,8 @@ class IncludeLaunchDescription(Action):
 
     Not a scope: what the other file sets is set here afterwards.
     """
+
+    _to_arguments = "includes"
 
     def __init__(
         self,
@@ -86,10 +87,17 @@ class IncludeLaunchDescription(Action):
         )
         self._check_required(context, description)
         surprises.note_include(context, self._get_launch_file(), self._origin)
+        return [*self._settings(), description]
+
+    def _settings(self) -> list[LaunchDescriptionEntity]:
+        if not self.launch_arguments:
+            return []
+        from launcher.language.actions.configuration import SetLaunchConfiguration
+
         sets = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
         for one in sets:
             one._origin = self._origin
-        return [*sets, description]
+        return [*sets]
 
     def _check_required(self, context: LaunchContext, description: Any) -> None:
         # As in ROS 2, names that were given to one nested include count for all that follow.

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping
 from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.output import output_policy
-from launcher.language.conditions import evaluate_condition_expression
 from launcher.language.event_handler import EventHandler
 from launcher.language.executable import Executable
 from launcher.language.future import Future
@@ -23,10 +22,6 @@ from launcher.language.process_events import (
 )
 from launcher.language.substitution import Substitution
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.type_utils import (
-    normalize_typed_substitution,
-    perform_typed_substitution,
-)
 from launcher.language.utilities import (
     is_a_subclass,
     normalize_to_list_of_substitutions,
@@ -87,7 +82,7 @@ class ExecuteLocal(Action):
         self.__log_cmd = log_cmd
         self.__cached_output = cached_output
         self.__on_exit = on_exit
-        self.__respawn = normalize_typed_substitution(respawn, bool)
+        self.__respawn = respawn if isinstance(respawn, bool) else _as_switch(respawn)
         self.__respawn_delay = respawn_delay
         self.__respawn_max_retries = respawn_max_retries
         self.__process_event_args: dict[str, Any] | None = None
@@ -161,7 +156,10 @@ class ExecuteLocal(Action):
             "cwd": self.__process_description.final_cwd,
             "env": self.__process_description.final_env,
         }
-        self.__respawn = perform_typed_substitution(context, self.__respawn, bool)
+        if not isinstance(self.__respawn, bool):
+            from launcher.language.type_utils import perform_typed_substitution
+
+            self.__respawn = perform_typed_substitution(context, self.__respawn, bool)
 
     def execute(self, context: LaunchContext) -> Any:
         """Prepare, register handlers for what may happen to the process, ask for its start.
@@ -260,6 +258,8 @@ class ExecuteLocal(Action):
         # Read when the process really starts, so a later SetLaunchConfiguration counts.
         if "emulate_tty" not in context.launch_configurations:
             return bool(self.__emulate_tty)
+        from launcher.language.conditions import evaluate_condition_expression
+
         value = context.launch_configurations["emulate_tty"]
         return evaluate_condition_expression(context, normalize_to_list_of_substitutions(value))
 
@@ -301,6 +301,13 @@ class ExecuteLocal(Action):
                 f"proc '{self.__process_description.name}'"
             )
         return buffer.getvalue()
+
+
+def _as_switch(value: Any) -> Any:
+    """A bool, or substitutions that will become one; most launch files give a plain bool."""
+    from launcher.language.type_utils import normalize_typed_substitution
+
+    return normalize_typed_substitution(value, bool)
 
 
 class _TargetedHandler(EventHandler):

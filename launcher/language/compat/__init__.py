@@ -7,16 +7,16 @@ that is active inside of `vocabulary()` and nowhere else, so that a real ROS 2, 
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.machinery import ModuleSpec, PathFinder
-from pathlib import Path
 from types import ModuleType
 
 from launcher.language.session import Session, current_session, replace_environment
 
-_FOLDER = str(Path(__file__).resolve().parent)
+_FOLDER = os.path.dirname(__file__)
 TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
 
 

@@ -87,11 +87,11 @@ class LocalSubstitution(Substitution):
 
     def perform(self, context: LaunchContext) -> str:
         """The value; whatever evaluating the expression raises."""
-        key = _KEYED.fullmatch(self.expression)
+        key = re.fullmatch(_KEYED, self.expression)
         if key is not None:  # the common form, without the price of eval
             value: str = getattr(context.locals, key["name"])[key["key"]]
             return value
         return str(eval("context.locals." + self.expression, {"context": context}))
 
 
-_KEYED = re.compile(r"(?P<name>\w+)\['(?P<key>\w+)'\]")
+_KEYED = r"(?P<name>\w+)\['(?P<key>\w+)'\]"

@@ -1,0 +1,76 @@
+"""What is imported on the way from the command line to the first process.
+
+Every start of a system waits for it. What may wait itself is imported in a function, or when the
+first processes run; a new name here needs a reason, and a look at `python -m benchmarks first`.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+
+# From the standard library, with all that these need themselves.
+ALLOWED = """__future__ collections.abc contextlib contextvars enum fcntl fnmatch functools gc
+    heapq importlib.util pathlib re runpy select signal"""
+MOST_OF_OURS = 80  # 77 when this was written
+
+# Tells which modules there are when the launcher starts the first program of the launch file.
+TELL = """
+import os, runpy, sys
+
+def tell(event, args):
+    if event == "os.posix_spawn" and args[0] == "/bin/true":
+        with os.fdopen(os.dup(2), "w") as out:
+            print(*sys.modules, file=out)
+        os._exit(0)  # what comes after it is not what this is about
+
+sys.addaudithook(tell)
+sys.argv = ["launcher", sys.argv[1], "--no-log-files"]
+runpy.run_module("launcher", run_name="__main__", alter_sys=True)
+"""
+
+LAUNCH_FILE = """
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+
+def generate_launch_description():
+    return LaunchDescription([ExecuteProcess(cmd=["/bin/true"], output="screen")])
+"""
+
+
+def python(*words: str) -> str:
+    """The first line that a Python without site-packages writes to standard error."""
+    env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    command = [sys.executable, "-S", "-c", *words]
+    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stderr.splitlines()[0]
+
+
+@pytest.fixture
+def imported(tmp_path: Path) -> set[str]:
+    """The modules that are there when the first program is started."""
+    file = tmp_path / "one.launch.py"
+    file.write_text(LAUNCH_FILE, encoding="utf-8")
+    return set(python(TELL, str(file)).split())
+
+
+def test_little_of_the_standard_library_is_imported_before_the_first_process(imported: set[str]):
+    names = ", ".join(ALLOWED.split())
+    allowed = python(f"import sys, {names}\nprint(*sys.modules, file=sys.stderr)").split()
+    assert {name for name in imported if not is_ours(name)} - set(allowed) == set()
+
+
+def test_few_modules_of_the_launcher_are_imported_before_the_first_process(imported: set[str]):
+    ours = sorted(name for name in imported if is_ours(name))
+    assert len(ours) <= MOST_OF_OURS, ours
+
+
+def is_ours(name: str) -> bool:
+    return name.partition(".")[0] in ("launcher", "launch")
