@@ -146,6 +146,8 @@ class Ending:
         """
         if self.has_begun or not _has_members(pid):
             return
+        from launcher.engine.remnants import Remnants
+
         Remnants(
             self._run_id,
             reactor=self._reactor,
