@@ -197,10 +197,11 @@ HEAVY = ("rich", "psutil", "rclpy", "prompt_toolkit", "asyncio", "dataclasses", 
 def test_nothing_heavy_is_imported_on_the_way_to_a_plan_or_a_process(desk: Desk, words):
     file = desk.write("")
     script = (
-        "import sys; from launcher.cli import main; "
-        f"code = main({[*words, str(file)]!r}); "
-        f"print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr); "
-        "sys.exit(code)"
+        "import sys; from launcher.cli import main; found = []\n"
+        f"def look(): found.append([name for name in {HEAVY!r} if name in sys.modules])\n"
+        "sys.addaudithook(lambda event, args: event == 'os.posix_spawn' and look())\n"
+        f"code = main({[*words, str(file)]!r})\n"
+        "look(); print(found[0], file=sys.stderr); sys.exit(code)"
     )
     done = subprocess.run(
         [sys.executable, "-c", script],
