@@ -4,8 +4,6 @@ import errno
 import signal
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from launcher.engine.machine import (
     Ended,
@@ -241,78 +239,6 @@ def test_too_many_open_files_are_tried_again_but_not_in_a_busy_loop():
 )
 def test_an_outcome_reads_as_a_person_would_say_it(outcome, text):
     assert str(outcome) == text
-
-
-COMMANDS = st.lists(
-    st.sampled_from(
-        ["start", "stop", "restart", "hurry", "tick", "exit 0", "exit 1", "kill", "refuse"]
-    ),
-    max_size=40,
-)
-
-
-class World:
-    """Carries out what the machine says, as the supervisor does, on a clock that only we turn."""
-
-    def __init__(self, one: ProcessMachine) -> None:
-        self.one = one
-        self.alive = 0
-        self.refuses = False
-        self.now = 0.0
-
-    def feed(self, event: object) -> None:
-        for action in self.one.handle(event, self.now):
-            if isinstance(action, Spawn):
-                self.spawn()
-            elif action == Signal(KILL):
-                self.die(-9)
-
-    def spawn(self) -> None:
-        if self.refuses:
-            self.feed(SpawnError(errno.EAGAIN))
-            return
-        self.alive += 1
-        assert self.alive == 1, "two live children of one spec"
-        self.feed(Started(7))
-
-    def die(self, code: int) -> None:
-        if self.alive:
-            self.alive -= 1
-            self.feed(exited(code))
-
-    def do(self, command: str) -> None:
-        self.now += 0.7
-        self.refuses = command == "refuse"
-        match command:
-            case "start":
-                self.feed(Start())
-            case "stop":
-                self.feed(Stop())
-            case "restart":
-                self.feed(Restart())
-            case "hurry":
-                self.feed(Hurry())
-            case "tick":
-                self.feed(Tick())
-            case "exit 0" | "exit 1" | "kill":
-                self.die({"exit 0": 0, "exit 1": 1, "kill": -9}[command])
-            case "refuse":
-                self.feed(Start())
-
-
-@given(COMMANDS, st.sampled_from(RestartMode), st.sampled_from([None, 0, 2]))
-def test_there_are_never_two_children_and_every_stop_ends_dead(commands, mode, most):
-    world = World(machine(mode=mode, delay_s=0.5, max_restarts=most))
-    for command in commands:
-        world.do(command)
-    world.refuses = False
-    world.feed(Stop())
-    for _ in range(3):
-        world.now += 10.0
-        world.feed(Tick())
-    assert world.alive == 0
-    assert not world.one.state.is_alive
-    assert world.one.state is not ProcessState.BACKOFF
 
 
 @pytest.mark.parametrize(
