@@ -19,15 +19,20 @@ class NoAnswerError(VerbError):
 
 
 class Caller:
-    """Calls services from the observer's node; close it before the observer."""
+    """Calls services from the observer's node, or one that is given; close it before the observer.
 
-    def __init__(self, observer: Observer) -> None:
+    `answer_s` is how long an answer may take where nothing else is said.
+    """
+
+    def __init__(self, observer: Observer, node: Any = None) -> None:
         from rclpy.executors import SingleThreadedExecutor
 
         self.observer = observer
+        self.answer_s = ANSWER_S
+        self._node = observer.node if node is None else node
         self._executor = SingleThreadedExecutor(context=observer.context)
-        self._executor.add_node(observer.node)
-        self._clients: dict[str, Any] = {}
+        self._executor.add_node(self._node)
+        self._clients: dict[tuple[Any, str], Any] = {}
 
     def __enter__(self) -> Caller:
         return self
@@ -37,9 +42,9 @@ class Caller:
 
     def client(self, kind: Any, name: str) -> Any:
         """The client for a service, made at its first use."""
-        if name not in self._clients:
-            self._clients[name] = self.observer.node.create_client(kind, name)
-        return self._clients[name]
+        if (kind, name) not in self._clients:
+            self._clients[kind, name] = self._node.create_client(kind, name)
+        return self._clients[kind, name]
 
     def wait_for(self, client: Any, limit_s: float) -> bool:
         """Whether the service is ready within the limit."""
@@ -57,8 +62,9 @@ class Caller:
             raise NoAnswerError(f"service '{name}' is not available")
         return client.call_async(request)
 
-    def call(self, kind: Any, name: str, request: Any, limit_s: float = ANSWER_S) -> Any:
+    def call(self, kind: Any, name: str, request: Any, limit_s: float | None = None) -> Any:
         """The answer; NoAnswerError if there is none in time."""
+        limit_s = self.answer_s if limit_s is None else limit_s
         future = self.start(kind, name, request)
         self.wait_until_done([future], limit_s)
         if not future.done():

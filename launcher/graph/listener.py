@@ -22,6 +22,7 @@ from launcher.graph.settle import settle
 from launcher.graph.snapshot import Direction, Endpoint
 
 _LOOK_S = 0.004
+_BURST = 1000
 _STEADY_S = 0.06  # endpoints of one participant arrive together
 _GRAPH_LOOK_S = 0.5
 
@@ -120,16 +121,24 @@ class Listener:
         self._subscriptions.append((target, subscription))
 
     def take(self) -> list[Sample]:
-        """All messages that are there now."""
+        """All messages that are there now; no end of them from one topic holds up the others."""
         found: list[Sample] = []
         for target, subscription in self._subscriptions:
             take, kind = subscription.handle.take_message, subscription.msg_type
             with subscription.handle:
-                while (taken := take(kind, self._raw)) is not None:
+                for _ in range(_BURST):
+                    if (taken := take(kind, self._raw)) is None:
+                        break
                     message, info = taken
                     found.append(Sample(topic=target.name, message=message, info=info))
         self.heard.update(sample.topic for sample in found)
         return found
+
+    def close(self) -> None:
+        """Listen to nothing more."""
+        subscriptions, self._subscriptions = self._subscriptions, []
+        for _, subscription in subscriptions:
+            self._observer.node.destroy_subscription(subscription)
 
     def samples(self, tick: Callable[[], bool], say: Callable[[str], None]) -> Iterator[Sample]:
         """What comes, until `tick` (called after each look) says that it is enough.
@@ -165,17 +174,12 @@ class Listener:
         return f"nothing will be received on {target.name}:\n{explain(known)}"
 
     def _own_endpoint(self, target: Target, subscription: Any) -> Endpoint:
-        profile = subscription.qos_profile
-        return Endpoint(
+        return profiles.endpoint_of(
+            subscription.qos_profile,
             topic=target.name,
+            type_name=full_type(target.type),
+            direction=Direction.SUBSCRIPTION,
             node="this command",
-            direction=Direction.SUBSCRIPTION.value,
-            type=full_type(target.type),
-            reliability=profile.reliability.name,
-            durability=profile.durability.name,
-            liveliness=profile.liveliness.name,
-            deadline_ns=profile.deadline.nanoseconds or 2**63 - 1,
-            lease_ns=profile.liveliness_lease_duration.nanoseconds or 2**63 - 1,
         )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import rclpy
 from rclpy.context import Context
-from rclpy.node import Node
+from rclpy.node import Node, NodeNameNonExistentError
 
 from launcher.graph.domains import environment_domain
 from launcher.graph.look import UNKNOWN_NODE, Info, Look
@@ -38,14 +38,15 @@ class Observer:
             signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
         )
         self.created_s = time.monotonic()
-        self.node = Node(
-            self.name,
-            context=self.context,
-            use_global_arguments=False,
-            enable_rosout=False,
-            start_parameter_services=False,
-        )
+        self.node = _hidden_node(self.name, self.context)
         return self
+
+    def helper(self, suffix: str) -> Any:
+        """One more hidden node of the same participant, for somebody who spins it or publishes."""
+        return _hidden_node(f"{self.name}_{suffix}", self.context)
+
+    def _is_own(self, name: str) -> bool:
+        return name == self.name or name.startswith(f"{self.name}_")
 
     def __exit__(
         self,
@@ -57,13 +58,22 @@ class Observer:
         self.context.try_shutdown()
 
     def node_names(self) -> list[str]:
-        """Full names of all nodes but this one, sorted; a name that two nodes share comes twice."""
+        """Full names of all nodes but ours, sorted; a name that two nodes share comes twice."""
         found = self.node.get_node_names_and_namespaces()
-        return sorted(full_name(name, space) for name, space in found if name != self.name)
+        return sorted(full_name(name, space) for name, space in found if not self._is_own(name))
 
     def topic_types(self) -> dict[str, list[str]]:
         """Every topic and its types, our own `/parameter_events` among them."""
         return dict(self.node.get_topic_names_and_types())
+
+    def services_of(self, node: str) -> list[tuple[str, list[str]]]:
+        """The services that a node offers, with their types; none if the node is not known."""
+        namespace, _, name = node.rpartition("/")
+        try:
+            found = self.node.get_service_names_and_types_by_node(name, namespace or "/")
+        except NodeNameNonExistentError:
+            return []
+        return list(found)
 
     def participants(self) -> set[bytes]:
         """The GIDs of all participants known, this one's as well."""
@@ -83,7 +93,7 @@ class Observer:
             if direction is Direction.PUBLISHER
             else self.node.get_subscriptions_info_by_topic
         )
-        return [info for info in ask(topic) if info.node_name != self.name]
+        return [info for info in ask(topic) if not self._is_own(info.node_name)]
 
     def endpoints(self, topic: str) -> list[Endpoint]:
         """The publishers and subscriptions of a topic but our own."""
@@ -95,11 +105,10 @@ class Observer:
 
     def snapshot(self) -> Snapshot:
         """What is known now; discovery may still be on its way."""
-        found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
-        endpoints = [e for e in found if not e.node.endswith(UNKNOWN_NODE)]
+        endpoints = self.all_endpoints()
         return Snapshot(
             nodes=tuple(self.node_names()),
-            endpoints=tuple(sorted(endpoints)),
+            endpoints=tuple(endpoints),
             ghosts=tuple(sorted(self._ghosts(endpoints))),
         )
 
@@ -123,8 +132,13 @@ class Observer:
             if direction is Direction.PUBLISHER
             else self.node.get_subscriptions_info_by_topic
         )
-        found = [i for i in ask(topic, no_mangle=True) if i.node_name != self.name]
+        found = [i for i in ask(topic, no_mangle=True) if not self._is_own(i.node_name)]
         return [_info(topic, direction, info) for info in found]
+
+    def all_endpoints(self) -> list[Endpoint]:
+        """The endpoints of all topics, sorted, but those whose node has not been told yet."""
+        found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
+        return sorted(e for e in found if not e.node.endswith(UNKNOWN_NODE))
 
     def _ghosts(self, endpoints: list[Endpoint]) -> set[str]:
         """Nodes all of whose endpoints belong to processes that are gone."""
@@ -140,6 +154,16 @@ class Observer:
         while not fact(snapshot := self.snapshot()) and time.monotonic() < end:
             time.sleep(LOOK_S)
         return snapshot
+
+
+def _hidden_node(name: str, context: Context) -> Any:
+    return Node(
+        name,
+        context=context,
+        use_global_arguments=False,
+        enable_rosout=False,
+        start_parameter_services=False,
+    )
 
 
 def full_name(name: str, namespace: str) -> str:

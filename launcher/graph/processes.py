@@ -46,6 +46,11 @@ def _is_zombie(pid: str) -> bool:
         return True
 
 
+def is_alive(pid: int) -> bool:
+    """Whether the process is there and no zombie."""
+    return not _is_zombie(str(pid))
+
+
 def ghosts(gids: set[bytes], own_gid: bytes, own_pid: int) -> set[bytes]:
     """Those GIDs of this host whose process is gone; none where the scheme does not hold."""
     if not scheme_holds(own_gid, own_pid):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from launcher.graph.snapshot import Endpoint
+from launcher.graph.errors import VerbError
+from launcher.graph.snapshot import INFINITE_NS, Direction, Endpoint
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
@@ -18,6 +19,12 @@ RELIABILITIES = ("system_default", "reliable", "best_effort", "best_available")
 DURABILITIES = ("system_default", "transient_local", "volatile", "best_available")
 LIVELINESSES = ("system_default", "automatic", "manual_by_topic", "best_available")
 HISTORIES = ("system_default", "keep_last", "keep_all")
+POLICIES = {
+    "reliability": RELIABILITIES,
+    "durability": DURABILITIES,
+    "liveliness": LIVELINESSES,
+    "history": HISTORIES,
+}
 PRESETS = (
     "system_default",
     "sensor_data",
@@ -34,12 +41,7 @@ def add_qos_options(parser: argparse.ArgumentParser) -> None:
     """`--qos-*`, as ros2cli names them."""
     parser.add_argument("--qos-profile", choices=PRESETS, help="a preset to start from")
     parser.add_argument("--qos-depth", type=int, metavar="N", help="length of the queue")
-    for name, choices in (
-        ("history", HISTORIES),
-        ("reliability", RELIABILITIES),
-        ("durability", DURABILITIES),
-        ("liveliness", LIVELINESSES),
-    ):
+    for name, choices in POLICIES.items():
         parser.add_argument(f"--qos-{name}", choices=choices)
     parser.add_argument("--qos-liveliness-lease-duration-seconds", type=float, metavar="S")
 
@@ -81,6 +83,64 @@ def from_options(options: argparse.Namespace, base: QoSProfile) -> QoSProfile:
     return profile
 
 
+def from_words(words: Mapping[str, Any], depth: int) -> QoSProfile:
+    """Exactly the profile that the words name as `topic info -v` does; ROS's default elsewhere.
+
+    Times are `deadline_s` and `lease_s`. VerbError for a word that is none.
+    """
+    from rclpy.duration import Duration
+    from rclpy.qos import QoSProfile
+
+    named = {name: _policy(name, words.get(name)) for name in POLICIES}
+    for name in words:
+        if name not in (*POLICIES, "deadline_s", "lease_s"):
+            raise VerbError(f"'{name}' is no policy of QoS", hint=f"known: {', '.join(POLICIES)}")
+    options = argparse.Namespace(
+        qos_profile=None,
+        qos_depth=depth,
+        qos_liveliness_lease_duration_seconds=words.get("lease_s"),
+        **{f"qos_{name}": word for name, word in named.items()},
+    )
+    profile = from_options(options, QoSProfile(depth=depth))
+    if words.get("deadline_s") is not None:
+        profile.deadline = Duration(nanoseconds=int(words["deadline_s"] * 1e9))
+    return profile
+
+
+def _policy(name: str, word: str | None) -> str | None:
+    if word is not None and str(word).lower() not in POLICIES[name]:
+        known = ", ".join(choice.upper() for choice in POLICIES[name])
+        raise VerbError(f"'{word}' is no {name}", hint=f"one of {known}")
+    return None if word is None else str(word)
+
+
+def to_words(profile: QoSProfile) -> dict[str, Any]:
+    """The words of a profile, as `from_words` takes them, and its depth."""
+    times = {"deadline_s": profile.deadline, "lease_s": profile.liveliness_lease_duration}
+    return {
+        **{name: getattr(profile, name).name for name in POLICIES},
+        "depth": profile.depth,
+        **{name: time.nanoseconds / 1e9 or None for name, time in times.items()},
+    }
+
+
+def endpoint_of(
+    profile: QoSProfile, *, topic: str, type_name: str, direction: Direction, node: str
+) -> Endpoint:
+    """An endpoint of ours as the graph would show it, to compare it with what is there."""
+    return Endpoint(
+        topic=topic,
+        node=node,
+        direction=direction.value,
+        type=type_name,
+        reliability=profile.reliability.name,
+        durability=profile.durability.name,
+        liveliness=profile.liveliness.name,
+        deadline_ns=profile.deadline.nanoseconds or INFINITE_NS,
+        lease_ns=profile.liveliness_lease_duration.nanoseconds or INFINITE_NS,
+    )
+
+
 def _copy(profile: QoSProfile) -> QoSProfile:
     from rclpy.qos import QoSProfile
 
@@ -88,7 +148,9 @@ def _copy(profile: QoSProfile) -> QoSProfile:
     return QoSProfile(**{name: getattr(profile, name) for name in names})
 
 
-def listening(publishers: Iterable[Endpoint]) -> tuple[QoSProfile, list[str]]:
+def listening(
+    publishers: Iterable[Endpoint], depth: int = LISTEN_DEPTH
+) -> tuple[QoSProfile, list[str]]:
     """A profile that connects to all publishers, and the notes of ros2cli where they differ.
 
     As strong as all of them allow: RELIABLE only if all are, TRANSIENT_LOCAL only if all are.
@@ -98,7 +160,7 @@ def listening(publishers: Iterable[Endpoint]) -> tuple[QoSProfile, list[str]]:
     known = list(publishers)
     notes: list[str] = []
     profile = QoSProfile(
-        depth=LISTEN_DEPTH,
+        depth=depth,
         reliability=_fitted(
             ReliabilityPolicy.RELIABLE,
             ReliabilityPolicy.BEST_EFFORT,

@@ -61,16 +61,12 @@ def _await_subscriptions(observer: Observer, publisher: Any, wanted: int, own: E
 
 
 def _own_endpoint(name: str, type_name: str, profile: Any) -> Endpoint:
-    return Endpoint(
+    return profiles.endpoint_of(
+        profile,
         topic=name,
+        type_name=full_type(type_name),
+        direction=Direction.PUBLISHER,
         node="this command",
-        direction=Direction.PUBLISHER.value,
-        type=full_type(type_name),
-        reliability=profile.reliability.name,
-        durability=profile.durability.name,
-        liveliness=profile.liveliness.name,
-        deadline_ns=profile.deadline.nanoseconds or 2**63 - 1,
-        lease_ns=profile.liveliness_lease_duration.nanoseconds or 2**63 - 1,
     )
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from launcher.graph.errors import VerbError, did_you_mean
 from launcher.graph.look import Look
-from launcher.graph.matching import explain, mismatches
+from launcher.graph.matching import Mismatch, explain, mismatches
 from launcher.graph.snapshot import Direction, is_hidden
 
 # Every tool of ROS brings these two itself, so `ros2 topic list` always shows them.
@@ -107,19 +107,24 @@ def info_document(look: Look, name: str) -> Mapping[str, Any]:
         "name": name,
         "types": types,
         "endpoints": [endpoint_document(e) for e in endpoints],
-        "mismatches": [
-            {
-                "subscription": m.subscription.node,
-                "publishers": [e.node for e in m.publishers],
-                "policies": [
-                    {"policy": f.policy, "offered": f.offered, "asked": f.asked, "repair": f.advice}
-                    for f in m.faults
-                ],
-            }
-            for m in mismatches(endpoints)
-        ],
+        "mismatches": mismatch_documents(mismatches(endpoints)),
         "explanation": explain(endpoints),
     }
+
+
+def mismatch_documents(found: Iterable[Mismatch]) -> list[dict[str, Any]]:
+    """Mismatches as plain data."""
+    return [
+        {
+            "subscription": m.subscription.node,
+            "publishers": [e.node for e in m.publishers],
+            "policies": [
+                {"policy": f.policy, "offered": f.offered, "asked": f.asked, "repair": f.advice}
+                for f in m.faults
+            ],
+        }
+        for m in found
+    ]
 
 
 def endpoint_document(endpoint: Any) -> dict[str, Any]:

@@ -1,0 +1,202 @@
+"""Works: what errands do: parameters, service calls, publishing, drawing."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from launcher.errors import LauncherError
+from launcher.graph import parameters, profiles
+from launcher.graph.calls import ANSWER_S, Caller, NoAnswerError
+from launcher.graph.errors import VerbError, did_you_mean
+from launcher.graph.from_yaml import fill
+from launcher.graph.interfaces import load, load_message
+from launcher.graph.listener import full_topic, full_type
+from launcher.graph.matching import explain, mismatches
+from launcher.graph.picture import Filter, Mode
+from launcher.graph.probe.errands import pause
+from launcher.graph.probe.inbox import Request
+from launcher.graph.probe.portrait import Portrait
+from launcher.graph.probe.watches import Watches
+from launcher.graph.saved import to_document
+from launcher.graph.snapshot import Direction, Endpoint
+from launcher.graph.to_yaml import to_json_plain, to_plain
+
+_LOOK_S = 0.01
+_DEPTH = 100
+
+
+def get_parameters(caller: Caller, request: Request) -> dict[str, Any]:
+    """Values and types of a node's parameters; `missing` are names that it does not have."""
+    node = full_topic(request.text("node"))
+    caller.answer_s = request.number("timeout_s", ANSWER_S)
+    known = parameters.list_names(caller, node)
+    asked = request.names("names")
+    names = [name for name in (known if asked is None else asked) if name in known]
+    found = dict(zip(names, parameters.get(caller, node, names), strict=True)) if names else {}
+    return {
+        "values": {name: parameters.plain_value(value) for name, value in found.items()},
+        "types": {name: parameters.type_name(value.type) for name, value in found.items()},
+        "missing": [name for name in asked or () if name not in known],
+    }
+
+
+def set_parameters(caller: Caller, request: Request) -> dict[str, Any]:
+    """Set some, each by itself."""
+    node, values = full_topic(request.text("node")), request.values()
+    caller.answer_s = request.number("timeout_s", ANSWER_S)
+    declared = parameters.declared_types(caller, node, list(values))
+    messages = [parameters.parameter(n, v, declared.get(n, 0)) for n, v in values.items()]
+    results = parameters.set_all(caller, node, messages)
+    return {
+        "results": {
+            name: {"successful": result.successful, "reason": result.reason}
+            for name, result in zip(values, results, strict=True)
+        }
+    }
+
+
+class Works:
+    """The errands that need the newest graph."""
+
+    def __init__(self, portrait: Callable[[], Portrait], watches: Watches) -> None:
+        self._portrait = portrait
+        self._watches = watches
+        self._lock = threading.Lock()
+        self._publishers: dict[tuple[str, str, str], Any] = {}
+
+    def call(self, caller: Caller, request: Request) -> dict[str, Any]:
+        """Call a service, once it is there."""
+        name = full_topic(request.text("service"))
+        end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
+        type_name = self._service_type(caller, name, request.optional_text("type"), end_s)
+        kind = load(type_name, "srv", "The passed service type is invalid")
+        message = kind.Request()
+        fill(message, request.values())
+        if not caller.wait_for(caller.client(kind, name), end_s - time.monotonic()):
+            raise NoAnswerError(f"service '{name}' is not available")
+        asked_s = time.monotonic()
+        answer = caller.call(kind, name, message, max(0.0, end_s - asked_s))
+        took_s = time.monotonic() - asked_s
+        return {"type": type_name, "values": to_json_plain(to_plain(answer)), "took_s": took_s}
+
+    def _service_type(self, caller: Caller, name: str, wanted: str | None, end_s: float) -> str:
+        """The type that the service has; VerbError if it is another than the one wanted."""
+        while name not in self._portrait().services and time.monotonic() < end_s:
+            pause(caller, _LOOK_S)
+        offered = self._portrait().services.get(name, ())
+        if wanted is not None and "/srv/" not in wanted:
+            wanted = wanted.replace("/", "/srv/")
+        if not offered:
+            hint = did_you_mean(name, self._portrait().services)
+            raise NoAnswerError(f"service '{name}' is not available", hint=hint)
+        if wanted is not None and wanted not in offered:
+            raise VerbError(f"service '{name}' has the type {', '.join(offered)}, not {wanted}")
+        return wanted or offered[0]
+
+    def publish(self, caller: Caller, request: Request) -> dict[str, Any]:
+        """Publish some messages, once somebody hears them."""
+        topic = full_topic(request.text("topic"))
+        end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
+        type_name = self._topic_type(caller, topic, request.optional_text("type"), end_s)
+        message = load_message(type_name)()
+        stamps = fill(message, request.values())
+        publisher, own = self._publisher(caller, topic, type_name, request.mapping("qos"))
+        wanted = int(request.number("matched", 1))
+        matched = self._await_matched(caller, publisher, own, wanted, end_s)
+        times, pause_s = (
+            int(request.number("times", 1)),
+            1.0 / (request.number("rate_hz", 1.0) or 1),
+        )
+        for number in range(times):
+            if number:
+                pause(caller, pause_s)
+            now = caller.observer.node.get_clock().now().to_msg()
+            for stamp in stamps:
+                stamp(now)
+            publisher.publish(message)
+        return {"published": times, "matched": matched, "type": full_type(type_name)}
+
+    def _topic_type(self, caller: Caller, topic: str, wanted: str | None, end_s: float) -> str:
+        """The type that the topic has."""
+        while wanted is None and time.monotonic() < end_s:
+            if types := self._portrait().types_of(topic):
+                return types[0]
+            pause(caller, _LOOK_S)
+        if wanted is None:
+            near = did_you_mean(topic, self._portrait().snapshot.topics())
+            raise VerbError(f"nobody has the topic '{topic}', so its type is not known", hint=near)
+        return full_type(wanted)
+
+    def _publisher(
+        self, caller: Caller, topic: str, type_name: str, qos: dict[str, Any] | None
+    ) -> tuple[Any, Endpoint]:
+        """A publisher that stays, and how it looks in the graph."""
+        if qos is None:
+            asked = {e.durability for e in self._portrait().on(topic) if not e.is_publisher}
+            qos = {"durability": "TRANSIENT_LOCAL" if "TRANSIENT_LOCAL" in asked else "VOLATILE"}
+        profile = profiles.from_words(qos, _DEPTH)
+        key = (topic, type_name, json.dumps(qos, sort_keys=True))
+        with self._lock:
+            if key not in self._publishers:
+                make = caller.observer.node.create_publisher
+                self._publishers[key] = make(load_message(type_name), topic, profile)
+        return self._publishers[key], profiles.endpoint_of(
+            profile,
+            topic=topic,
+            type_name=full_type(type_name),
+            direction=Direction.PUBLISHER,
+            node="this publisher",
+        )
+
+    def _await_matched(
+        self, caller: Caller, publisher: Any, own: Endpoint, wanted: int, end_s: float
+    ) -> int:
+        """How many hear the publisher, ourselves left out; VerbError with the reason if too few."""
+        while True:
+            known: int = publisher.get_subscription_count()
+            matched = max(0, known - self._watches.matching(own))
+            if matched >= wanted:
+                return matched
+            if time.monotonic() >= end_s:
+                raise VerbError(
+                    f"{matched} of {wanted} subscriptions on '{own.topic}' would hear it",
+                    hint=self._reason(own),
+                )
+            pause(caller, _LOOK_S)
+
+    def _reason(self, own: Endpoint) -> str:
+        there = [e for e in self._portrait().on(own.topic) if not e.is_publisher]
+        if not there:
+            return f"nobody subscribes to {own.topic}"
+        return explain([*there, own]) if mismatches([*there, own]) else "the others are not there"
+
+    def draw(self, caller: Caller, request: Request) -> dict[str, Any]:
+        """Write the graph to files; where drawing is not possible `notes` say why."""
+        snapshot = self._portrait().snapshot
+        data, drawing = request.optional_text("json"), request.optional_text("svg")
+        notes: list[str] = []
+        if data is not None:
+            text = json.dumps(to_document(snapshot), indent=2, ensure_ascii=False)
+            _write(data, f"{text}\n")
+        if drawing is not None:
+            from launcher.graph.dot import to_dot
+            from launcher.graph.svg import to_svg
+
+            try:
+                _write(drawing, to_svg(to_dot(Filter().apply(snapshot), Mode.ALL)))
+            except LauncherError as error:
+                notes.append(": ".join(filter(None, [error.message, error.hint])))
+                drawing = None
+        return {"json": data, "svg": drawing, "notes": notes}
+
+
+def _write(path: str, text: str) -> None:
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise VerbError(f"{path}: {error.strerror}") from None
