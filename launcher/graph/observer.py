@@ -11,6 +11,7 @@ from typing import Any
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node, NodeNameNonExistentError
+from rclpy.parameter import Parameter
 
 from launcher.graph.domains import environment_domain
 from launcher.graph.look import UNKNOWN_NODE, Info, Look
@@ -163,6 +164,7 @@ def _hidden_node(name: str, context: Context) -> Any:
         use_global_arguments=False,
         enable_rosout=False,
         start_parameter_services=False,
+        parameter_overrides=[Parameter("start_type_description_service", value=False)],
     )
 
 

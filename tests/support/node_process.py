@@ -103,7 +103,7 @@ def shared_memory_of(pid: int) -> set[Path]:
     """The files of Fast DDS in /dev/shm that a process has in use, with their locks."""
     try:
         maps = Path(f"/proc/{pid}/maps").read_text(encoding="utf-8")
-    except (FileNotFoundError, ProcessLookupError):
+    except (FileNotFoundError, ProcessLookupError, PermissionError):
         return set()
     mapped = {Path(name) for name in re.findall(r"/dev/shm/fast\w+", maps)}
     return {path.with_name(name) for path in mapped for name in _companions(path.name)}

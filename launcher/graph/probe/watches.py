@@ -76,7 +76,7 @@ class Watches:
         if watch.qos is not None:
             profiles.from_words(watch.qos, watch.depth)
         self._watches[watch.key] = watch
-        self._fit(watch, portrait)
+        self._look(watch, portrait)
         return {"state": "waiting" if watch.listener is None else "subscribed"}
 
     def unsubscribe(self, request: Request) -> dict[str, Any]:
@@ -96,9 +96,12 @@ class Watches:
     def fit(self, portrait: Portrait) -> None:
         """Look at a new graph: subscribe where it has become possible, say what cannot match."""
         for watch in self._watches.values():
-            self._fit(watch, portrait)
-            if watch.endpoint is not None:
-                self._tell_mismatches(watch, watch.endpoint, portrait)
+            self._look(watch, portrait)
+
+    def _look(self, watch: Watch, portrait: Portrait) -> None:
+        self._fit(watch, portrait)
+        if watch.endpoint is not None:
+            self._tell_mismatches(watch, watch.endpoint, portrait)
 
     def _fit(self, watch: Watch, portrait: Portrait) -> None:
         try:

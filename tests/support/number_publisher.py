@@ -1,0 +1,56 @@
+"""`python -m tests.support.number_publisher TOPIC COUNT RATE [RELIABILITY]`: counts up.
+
+Prints `ready`, waits for a subscription, publishes, prints the seconds it took and stays until
+its stdin is closed. The node is called as the topic.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+import time
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Int32
+
+BURST_S = 0.01
+
+
+def publish(node: Node, topic: str, count: int, rate: int, reliability: str = "RELIABLE") -> None:
+    profile = QoSProfile(depth=count, reliability=ReliabilityPolicy[reliability])
+    publisher = node.create_publisher(Int32, topic, profile)
+    print("ready", flush=True)
+    while rclpy.ok() and publisher.get_subscription_count() < 1:
+        time.sleep(BURST_S)
+    start = time.monotonic()
+    for number in range(count):
+        publisher.publish(Int32(data=number))
+        ahead_s = number / rate - (time.monotonic() - start)
+        if ahead_s > BURST_S:
+            time.sleep(ahead_s)
+    print(time.monotonic() - start, flush=True)
+
+
+def main() -> None:
+    rclpy.init()
+    node = Node(sys.argv[1])
+    ended = threading.Event()
+
+    def watch_input() -> None:
+        sys.stdin.read()
+        ended.set()
+        rclpy.try_shutdown()
+
+    threading.Thread(target=watch_input, daemon=True).start()
+    # an input that ends before everything was published is no error
+    with contextlib.suppress(rclpy._rclpy_pybind11.RCLError):
+        publish(node, sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), *sys.argv[4:])
+    ended.wait()
+    node.destroy_node()
+
+
+if __name__ == "__main__":
+    main()
