@@ -60,7 +60,8 @@ def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
             problems.append(f"{folder} is too long for the path of a socket")
             continue
         try:
-            folder.mkdir(mode=0o700, exist_ok=True)
+            if not os.path.lexists(folder):
+                folder.mkdir(mode=0o700, exist_ok=True)
             problem = problem_of(folder, uid)
         except OSError as error:
             problem = f"{folder}: {error.strerror}"

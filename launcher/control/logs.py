@@ -15,6 +15,7 @@ from launcher.engine.ring import Block, LogRing, texts_of
 from launcher.model.record import Record
 
 Item = dict[str, Any]
+ANSWER_BYTES = 1024 * 1024  # of lines in one answer, so that making it keeps nobody waiting
 
 
 class Follower(Record):
@@ -41,8 +42,14 @@ class Logs:
         for process in processes:
             found += [(process.name, block) for block in process.ring.last(most)]
         found.sort(key=lambda one: one[1].heard_s)
-        items = [item for name, block in found for item in self._items(name, block)]
-        return items[-most:] if most else []
+        items: list[Item] = []
+        size = 0
+        for name, block in reversed(found):
+            if len(items) >= most or size > ANSWER_BYTES:
+                break
+            items += reversed(list(self._items(name, block)))
+            size += len(block.lines)
+        return items[:most][::-1]
 
     def follow(self, processes: Sequence[Process] | None, exchange: Exchange) -> None:
         """Hand on what comes until the exchange ends."""

@@ -32,9 +32,16 @@ class Exchange:
 
     def reply(self, result: Mapping[str, Any], text: Sequence[str] = ()) -> None:
         """The last answer: it was done."""
+        self._last(protocol.reply(self.id, result, text))
+
+    def reply_raw(self, name: str, values: Sequence[str]) -> None:
+        """The last answer: a list of values that are JSON already."""
+        self._last(protocol.raw_reply(self.id, name, values))
+
+    def _last(self, data: bytes) -> None:
         if self.is_open:
             self.say_dropped()
-            self._peer.write(protocol.reply(self.id, result, text))
+            self._peer.write(data)
             self.end()
 
     def fail(self, problem: BadCallError) -> None:
@@ -45,13 +52,22 @@ class Exchange:
 
     def item(self, value: Mapping[str, Any]) -> None:
         """One of a stream; dropped and counted if the client does not read."""
+        if self._has_room():
+            self._peer.write(protocol.item(self.id, value))
+
+    def item_raw(self, text: str) -> None:
+        """The same, of what is JSON already."""
+        if self._has_room():
+            self._peer.write(protocol.raw_item(self.id, text))
+
+    def _has_room(self) -> bool:
         if not self.is_open:
-            return
+            return False
         if self._peer.is_full:
             self.dropped += 1
-            return
+            return False
         self.say_dropped()
-        self._peer.write(protocol.item(self.id, value))
+        return True
 
     def say_dropped(self) -> None:
         """Tell how many items found no room."""

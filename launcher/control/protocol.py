@@ -92,6 +92,18 @@ def item(request_id: Any, value: Mapping[str, Any]) -> bytes:
     return encode({"id": request_id, "item": value})
 
 
+def raw_item(request_id: Any, text: str) -> bytes:
+    """One of a stream that is JSON already."""
+    return f'{{"id":{json.dumps(request_id)},"item":{text}}}\n'.encode()
+
+
+def raw_reply(request_id: Any, name: str, values: Sequence[str]) -> bytes:
+    """A list of values that are JSON already; they are also the text."""
+    listed, text = ",".join(values), json.dumps(list(values))
+    result = f'{{"{name}":[{listed}]}}'
+    return f'{{"id":{json.dumps(request_id)},"ok":true,"result":{result},"text":{text}}}\n'.encode()
+
+
 def failure(request_id: Any, problem: BadCallError) -> bytes:
     """It was not done."""
     error = {"code": problem.code, "message": problem.message, "hint": problem.hint}

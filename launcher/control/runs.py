@@ -12,6 +12,7 @@ from typing import Any
 from launcher.control import folder
 from launcher.control.client import Connection, NoRunError, SilentError, connect
 from launcher.control.folder import ControlError
+from launcher.engine.sweep import RUN_ID_VARIABLE
 from launcher.model.record import Record
 
 LOOK_S = 0.02
@@ -94,13 +95,14 @@ def live_runs(say: Say = _silent) -> list[Run]:
 def find_run(which: str | None = None, say: Say = _silent) -> Run:
     """The run that is meant: by its id, its pid or its target, of each the beginning is enough.
 
-    None stands for the only one. ControlError in words where there is none, or are several.
+    None stands for the only one, or the one that we are a part of. ControlError in words where
+    there is none, or are several.
     """
     runs = live_runs(say)
     if not runs:
         hint = "python -m launcher TARGET starts one (not with --no-control)"
         raise ControlError("no run of yours is going on", hint=hint)
-    found = runs if which is None else _matching(runs, which)
+    found = _ours(runs) if which is None else _matching(runs, which)
     if len(found) == 1:
         return found[0]
     listed = "\n".join(f"  {_described(run)}" for run in (found or runs))
@@ -108,6 +110,11 @@ def find_run(which: str | None = None, say: Say = _silent) -> Run:
         raise ControlError(f"there is no run '{which}'", hint=f"these are going on:\n{listed}")
     what = "several runs are going on" if which is None else f"'{which}' may be several runs"
     raise ControlError(what, hint=f"pick one with --run ID:\n{listed}")
+
+
+def _ours(runs: Sequence[Run]) -> Sequence[Run]:
+    """The one that we were started by, if it is among them; else all."""
+    return [run for run in runs if run.run_id == os.environ.get(RUN_ID_VARIABLE)] or runs
 
 
 def _matching(runs: Sequence[Run], which: str) -> list[Run]:

@@ -115,7 +115,10 @@ class Server:
 
 def _listening(path: Path) -> socket.socket:
     """A socket at `path` for our user alone; ControlError."""
-    listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    except OSError as error:
+        raise ControlError(error.strerror or str(error)) from None
     before = os.umask(0o177)  # nobody else may connect, not even for a moment
     try:
         listening.bind(os.fsencode(folder.not_yet(path)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -72,6 +71,12 @@ class Service:
             handler(call, exchange)
         except BadCallError as problem:
             exchange.fail(problem)
+        except Exception:
+            # A fault of ours must not end a run of robots, only what somebody wanted to know.
+            import traceback
+
+            self._desk.chronicle.say("ERROR", "launch", traceback.format_exc().rstrip())
+            exchange.fail(BadCallError("internal", f"'{request.verb}' failed; the log has more"))
 
     # ---- who is meant
 
@@ -140,17 +145,13 @@ class Service:
     def _do_events(self, call: Call, exchange: Exchange) -> None:
         journal = self._desk.chronicle.journal
         history = journal.history() if call.options.get("history", True) else []
-        entries = [json.loads(line) for line in history]
         if not call.options.get("follow"):
-            exchange.reply({"events": entries}, history)
+            exchange.reply_raw("events", history)
             return
         exchange.is_stream = True
-        for entry in entries:
-            exchange.item(entry)
-
-        def tell(line: str) -> None:
-            exchange.item(json.loads(line))
-
+        for line in history:
+            exchange.item_raw(line)
+        tell = exchange.item_raw  # one object, to be found again
         journal.listeners.append(tell)
         exchange.on_end = lambda: journal.listeners.remove(tell)
 
@@ -199,20 +200,20 @@ class Service:
 
     def _do_quit(self, call: Call, exchange: Exchange) -> None:
         running = sum(process.child is not None for process in self._desk.processes)
-        self._desk.quit("somebody asked for it")
+        self._desk.quit("somebody asked to quit")
         what = "1 process" if running == 1 else f"{running} processes"
         exchange.reply({"running": running}, [f"the run is being stopped: {what} to go"])
 
     # ---- what is shown
 
     def _do_mute(self, call: Call, exchange: Exchange) -> None:
-        _show(exchange, self._desk.views.mute(self._chosen(call)))
+        _show(call, exchange, self._desk.views.mute(self._chosen(call)))
 
     def _do_unmute(self, call: Call, exchange: Exchange) -> None:
-        _show(exchange, self._desk.views.unmute(self._chosen(call)))
+        _show(call, exchange, self._desk.views.unmute(self._chosen(call)))
 
     def _do_solo(self, call: Call, exchange: Exchange) -> None:
-        _show(exchange, self._desk.views.solo(self._chosen(call)))
+        _show(call, exchange, self._desk.views.solo(self._chosen(call)))
 
     def _do_level(self, call: Call, exchange: Exchange) -> None:
         try:
@@ -220,7 +221,7 @@ class Service:
         except ValueError as error:
             hint = "there are DEBUG, INFO, WARN, ERROR, FATAL, and ALL"
             raise BadCallError("bad-option", str(error), hint) from None
-        _show(exchange, self._desk.views.level(level, self._chosen(call)))
+        _show(call, exchange, self._desk.views.level(level, self._chosen(call)))
 
     def _do_grep(self, call: Call, exchange: Exchange) -> None:
         text = call.options.get("pattern")
@@ -228,7 +229,7 @@ class Service:
             pattern = re.compile(text.encode()) if text else None
         except (re.error, ValueError, OverflowError, RecursionError) as error:
             raise BadCallError("bad-option", f"'{text}' is no pattern: {error}") from None
-        _show(exchange, self._desk.views.grep(pattern, self._chosen(call)))
+        _show(call, exchange, self._desk.views.grep(pattern, self._chosen(call)))
 
 
 def _answer(exchange: Exchange, outcomes: Sequence[Outcome]) -> None:
@@ -242,9 +243,19 @@ def _answer(exchange: Exchange, outcomes: Sequence[Outcome]) -> None:
     exchange.fail(BadCallError("stopping" if is_stopping else "wrong-state", "; ".join(text)))
 
 
-def _show(exchange: Exchange, shown: Sequence[Shown]) -> None:
+def _show(call: Call, exchange: Exchange, shown: Sequence[Shown]) -> None:
     entries = [{"name": s.process, "text": s.text, "hidden_lines": s.hidden_lines} for s in shown]
-    exchange.reply({"processes": entries}, [one.text for one in shown])
+    exchange.reply({"processes": entries}, _shown_text(call, shown))
+
+
+def _shown_text(call: Call, shown: Sequence[Shown]) -> list[str]:
+    """One line for each, or one for all where all are meant and the same is true of them."""
+    if call.names or len(shown) < 2:
+        return [one.text for one in shown]
+    sentences = {one.text.partition(" ")[2] for one in shown}
+    if len(sentences) == 1:
+        return [f"every process {sentences.pop()}"]
+    return [one.text for one in shown if not one.text.endswith("was not muted")]
 
 
 def _with_name(item: Mapping[str, Any]) -> str:

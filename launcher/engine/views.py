@@ -74,7 +74,7 @@ class Views:
             _view(process).level = level
             _drop_if_open(process)
         what = f"{LEVELS[level]} and above" if level else "all levels"
-        return [Shown(p.name, f"{p.name} is shown with {what}") for p in processes]
+        return _told(processes, what)
 
     def grep(self, pattern: re.Pattern[bytes] | None, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines in which this is found; None shows all."""
@@ -84,7 +84,11 @@ class Views:
             _view(process).pattern = pattern
             _drop_if_open(process)
         what = "every line" if pattern is None else f"lines with {pattern.pattern.decode()!r} alone"
-        return [Shown(p.name, f"{p.name} is shown with {what}") for p in processes]
+        return _told(processes, what)
+
+
+def _told(processes: Sequence[Process], what: str) -> list[Shown]:
+    return [Shown(p.name, f"{p.name} is shown with {what}") for p in processes]
 
 
 def _view(process: Process) -> View:

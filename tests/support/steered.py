@@ -84,14 +84,20 @@ class Steered:
         return row
 
     def shell(self, *words: str) -> subprocess.CompletedProcess[str]:
-        """A command from another shell."""
-        return subprocess.run(
+        """A command from another shell, to its end."""
+        command = self.shell_start(*words)
+        out, err = command.communicate(timeout=PATIENCE_S)
+        return subprocess.CompletedProcess(command.args, command.returncode, out, err)
+
+    def shell_start(self, *words: str) -> subprocess.Popen[str]:
+        """A command from another shell, when the run listens."""
+        assert self.process.poll() is not None or self.socket
+        return subprocess.Popen(
             [sys.executable, "-m", "launcher", *words],
             env=self.env,
-            capture_output=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
             text=True,
-            timeout=PATIENCE_S,
-            check=False,
         )
 
     # ---- what can be seen of it

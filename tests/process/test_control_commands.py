@@ -1,0 +1,151 @@
+"""The commands of another shell."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from launcher.cli import CONTROL_VERBS
+from tests.process.conftest import SteeringBench
+from tests.support.steered import PATIENCE_S
+from tests.support.terminal import Terminal
+
+CAT = 'sh("exec cat", name="cat")'
+
+
+def words_of(table: str) -> list[list[str]]:
+    return [line.split() for line in table.splitlines()]
+
+
+def test_ps_is_a_table_for_people_and_an_object_for_programs(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        pid = str(run.row("cat")["pid"])
+        head, row = words_of(run.shell("ps").stdout)
+        assert head[:3] == ["process", "state", "pid"]
+        assert row[:4] == ["cat-1", "RUNNING", pid, "0"]
+        (found,) = json.loads(run.shell("ps", "--json").stdout)["processes"]
+        assert found["pid"] == int(pid)
+        run.shell("mute", "cat")
+        assert "muted: 0 lines not shown" in run.shell("ps", "cat").stdout
+
+
+def test_each_command_tells_what_happened(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        done = run.shell("kill", "cat")
+        assert re.fullmatch(r"cat-1 stopped in \d\.\d\d s \(SIGINT\)\n", done.stdout)
+        assert run.shell("start", "cat").stdout.startswith("cat-1 started with pid ")
+        assert run.shell("level", "WARN").stdout == "cat-1 is shown with WARN and above\n"
+        assert run.shell("unmute").stdout == "cat-1 was not muted\n"
+        assert "  command    sh -c exec cat\n" in run.shell("info", "cat").stdout
+        done = run.shell("quit")
+        assert done.stdout == "the run is being stopped: 1 process to go\nthe run has ended\n"
+        assert run.exit_code() == 0
+
+
+def test_a_text_with_dashes_goes_to_the_process_as_it_is(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        assert run.shell("send", "cat", "-n", "--json", "it's").returncode == 0
+        run.wait_for("[cat-1] -n --json it's\n")
+
+
+def test_what_did_not_work_is_1_and_what_makes_no_sense_is_2(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        unknown = run.shell("stop", "cta")
+        assert unknown.returncode == 1
+        assert unknown.stderr == (
+            "error: there is no process 'cta'\nhint: did you mean cat-1? there are cat-1\n"
+        )
+        for words in (["stop"], ["kill", "cat", "-s", "NO"], ["ps", "-x"], ["ps", "--run"]):
+            wrong = run.shell(*words)
+            assert wrong.returncode == 2, words
+            assert wrong.stderr.startswith("error: ")
+        assert run.shell("stop", "cat").returncode == 0
+        assert run.shell("stop", "cat").returncode == 1
+
+
+def test_without_a_run_that_is_said(steering: SteeringBench):
+    with steering.steer('sh("true")', "--no-control") as run:
+        run.exit_code()
+        done = run.shell("ps")
+        assert done.returncode == 1
+        assert "no run of yours is going on" in done.stderr
+        assert run.shell("runs").stdout == "no run of yours is going on\n"
+        assert json.loads(run.shell("runs", "--json").stdout) == {"runs": []}
+
+
+def test_logs_are_followed_until_ctrl_c(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        run.tell("send", "cat", text="before")
+        run.wait_for_log("cat", "before")
+        follower = run.shell_start("logs", "-f", "-n", "1", "cat")
+        assert follower.stdout.readline() == "[cat-1] before\n"
+        run.tell("send", "cat", text="after")
+        assert follower.stdout.readline() == "[cat-1] after\n"
+        follower.send_signal(signal.SIGINT)
+        assert follower.wait(PATIENCE_S) == 0
+        assert follower.stderr.read() == ""
+
+
+def test_events_are_followed_to_the_end_of_the_run(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        follower = run.shell_start("events", "-f", "--json")
+        assert json.loads(follower.stdout.readline())["event"] == "started"
+        run.tell("quit")
+        events = [json.loads(line)["event"] for line in follower.stdout]
+        assert events[-1] == "finished"
+        assert follower.wait(PATIENCE_S) == 0
+
+
+def test_events_are_lines_for_people(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        pid = run.row("cat")["pid"]
+        first = run.shell("events").stdout.splitlines()[0]
+        assert re.fullmatch(rf"\d\d:\d\d:\d\d started cat-1 pid={pid} restarts=0", first)
+
+
+def test_top_is_drawn_again_and_again_in_a_terminal(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        assert run.socket
+        command = [sys.executable, "-m", "launcher", "top", "-p", "0.1"]
+        with Terminal(command, env={**run.env, "TERM": "xterm-256color"}) as terminal:
+            terminal.wait_for("cat-1")
+            terminal.wait_for("RUNNING")
+            run.tell("pause", "cat")
+            terminal.wait_for("PAUSED")
+            terminal.ctrl_c()
+            assert terminal.exit_code() == 0
+
+
+def test_top_through_a_pipe_ends_with_the_run(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        follower = run.shell_start("top", "--json", "-p", "0.1")
+        assert json.loads(follower.stdout.readline())["processes"][0]["name"] == "cat-1"
+        run.tell("quit")
+        follower.stdout.read()
+        assert follower.wait(PATIENCE_S) == 0
+
+
+def test_a_process_of_a_run_means_its_own_run(steering: SteeringBench):
+    with steering.steer('sh("exec cat", name="one")') as one:
+        assert one.row("one")["pid"]
+        asker = f'sh("{sys.executable} -m launcher ps --json; exec cat", name="asker")'
+        with steering.steer(asker) as two:
+            two.wait_for('"name": "asker-1"')
+            assert '"name": "one-1"' not in two.screen
+
+
+@pytest.mark.parametrize("verb", CONTROL_VERBS)
+def test_every_command_has_help(steering: SteeringBench, verb: str):
+    done = subprocess.run(
+        [sys.executable, "-m", "launcher", verb, "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=PATIENCE_S,
+    )
+    assert done.stdout.startswith(f"usage: python -m launcher {verb}")
