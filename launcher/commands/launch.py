@@ -273,13 +273,14 @@ def _supervise(
     core: _SoundCore, options: RunOptions, run_path: Path | None, request: Request
 ) -> ExitCode:
     from launcher.engine.reactor import Reactor
-    from launcher.engine.screen import Screen, wants_colour
+    from launcher.engine.screen import Screen, passes_colour, wants_colour
     from launcher.engine.supervisor import Supervisor
 
     environment = dict(os.environ)
     run_id = _new_run_id()
     with Reactor() as reactor:
-        screen = Screen(reactor, colour=wants_colour(1, environment))
+        plain = not passes_colour(1, environment)
+        screen = Screen(reactor, colour=wants_colour(1, environment), plain=plain)
         supervisor = Supervisor(
             core,
             env=environment,

@@ -30,17 +30,29 @@ def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
     return os.isatty(fd) and env.get("TERM") != "dumb"
 
 
+def passes_colour(fd: int, env: Mapping[str, str]) -> bool:
+    """Whether the colours of processes reach the output.
+
+    As ours do; but who asks the nodes for colours wants them in a pipe, too (CONFORMANCE 1.34).
+    """
+    if env.get("NO_COLOR") or env.get("FORCE_COLOR"):
+        return wants_colour(fd, env)
+    return env.get("RCUTILS_COLORIZED_OUTPUT") == "1" or wants_colour(fd, env)
+
+
 class Screen:
     """Writes whole blocks to a descriptor, never blocks, and keeps what could not be written.
 
-    `on_pressure(True)` is called when much waits, `on_pressure(False)` when it has gone;
-    `on_closed()` once when nobody reads any more (`| head`).
+    `colour` is for our own words, `plain` keeps back that of processes. `on_pressure(True)` is
+    called when much waits, `on_pressure(False)` when it has gone; `on_closed()` once when nobody
+    reads any more (`| head`).
     """
 
-    def __init__(self, reactor: Reactor, fd: int = 1, *, colour: bool) -> None:
+    def __init__(self, reactor: Reactor, fd: int = 1, *, colour: bool, plain: bool = False) -> None:
         self._reactor = reactor
         self.fd, self._own = _non_blocking(fd)
         self.colour = colour
+        self._plain = plain
         self.is_tty = os.isatty(fd)
         self.closed = False
         self.dropped_bytes = 0
@@ -65,7 +77,7 @@ class Screen:
     def write_lines(self, source: object, prefix: bytes, lines: bytes, shown: int = 0) -> None:
         """Show whole lines of a process. `shown` is as in `LineBuffer`."""
         continues = shown and self._partial_of is source
-        text = for_screen(lines[shown:] if continues else lines)
+        text = self._clean(lines[shown:] if continues else lines)
         block = with_prefix(prefix, text)
         if continues:
             block = block[len(prefix) :]
@@ -81,13 +93,23 @@ class Screen:
         if self._partial_of is source:
             text = partial[shown:]
             if b"\r" in text:  # a progress bar: write over what is there
-                text = b"\r\x1b[K" + prefix + for_screen(text.rstrip(b"\r") + b"\n")[:-1]
+                text = b"\r\x1b[K" + prefix + self._clean(text.rstrip(b"\r") + b"\n")[:-1]
+            else:
+                text = self._clean(text + b"\n")[:-1]
             self._write(text)
         else:
             newline = b"\n" if self._partial_of is not None else b""
-            self._write(newline + prefix + for_screen(partial + b"\n")[:-1])
+            self._write(newline + prefix + self._clean(partial + b"\n")[:-1])
         self._partial_of = source
         return len(partial)
+
+    def _clean(self, lines: bytes) -> bytes:
+        text = for_screen(lines)
+        if not self._plain or text is lines:
+            return text
+        from launcher.engine.logfile import without_colour
+
+        return without_colour(text)
 
     def log(self, level: str, logger: str, text: str) -> None:
         """Show a line of our own: `[INFO] [launch]: text`, as ROS 2 does."""

@@ -1,0 +1,131 @@
+"""Where the output of processes goes, and with which colours."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+
+import pytest
+
+from tests.process.conftest import Bench
+
+WRITES = "sh('echo to stdout; echo to stderr >&2', output={})"
+
+# What `output=` puts on the screen and into files of its own (CONFORMANCE 1.30). The run's
+# launch.log and the process's own file hold everything, whatever it says.
+OUTPUTS = {
+    "'log'": ("stderr", []),
+    "'screen'": ("stdout stderr", []),
+    "'both'": ("stdout stderr", []),
+    "'own_log'": ("", ["sh-1-stderr.log", "sh-1-stdout.log"]),
+    "'full'": ("stdout stderr", ["sh-1-stderr.log", "sh-1-stdout.log"]),
+    "{'stdout': 'log', 'stderr': 'screen'}": ("stderr", []),
+    "{'stdout': 'screen'}": ("stdout", []),
+    "{'both': {'screen', 'log', 'own_log'}}": ("stdout stderr", []),
+    "{'stdout': {'screen', 'own_log'}, 'stderr': 'log'}": ("stdout", ["sh-1-stdout.log"]),
+    "{}": ("", []),
+}
+
+
+def _shown(done: subprocess.CompletedProcess[bytes]) -> str:
+    return " ".join(re.findall(r"^\[sh-1\] to (\w+)$", done.stdout.decode(), re.M))
+
+
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_the_output_goes_where_it_was_asked_to_go(bench: Bench, output: str):
+    screen, files = OUTPUTS[output]
+    done = bench.run(WRITES.format(output))
+    run = bench.folder / "log" / "latest"
+    assert done.returncode == 0
+    assert _shown(done) == screen
+    assert sorted(path.name for path in run.glob("sh-1-*.log")) == files
+    for path in run.glob("sh-1-*.log"):
+        assert path.read_text() == f"[sh-1] to {path.stem.rpartition('-')[2]}\n"
+    assert (run / "sh-1.log").read_text().count("[sh-1] to ") == 2
+
+
+@pytest.mark.parametrize("output", ["'bogus'", "{'both': 'bogus'}", "{'bogus': 'screen'}"])
+def test_an_output_that_does_not_exist_is_refused(bench: Bench, output: str):
+    done = bench.run(WRITES.format(output))
+    assert done.returncode == 2
+    assert b"bogus" in done.stderr
+    assert b"not valid" in done.stderr or b"not a valid" in done.stderr
+
+
+def test_the_environment_decides_about_the_output_of_all_and_the_option_about_that(bench: Bench):
+    bench.env["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "own_log"
+    assert _shown(bench.run(WRITES.format("'screen'"))) == ""
+    assert _shown(bench.run(WRITES.format("{'stdout': 'screen'}"), "-a")) == "stdout stderr"
+    bench.env["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "bogus"
+    assert bench.run(WRITES.format("'screen'")).returncode == 2
+
+
+# ---- colours
+
+COLOURED = r"""
+printf '\033[31mred\033[0m %s\n' $RCUTILS_COLORIZED_OUTPUT
+printf '\033[31mred\033[0m no newline'
+"""
+
+# environment -> (colour of the prefix, of the process, what rcutils is told)
+PIPED = {
+    "": (False, False, "0"),
+    "NO_COLOR=1": (False, False, "0"),
+    "NO_COLOR=": (False, False, "0"),
+    "FORCE_COLOR=1": (True, True, "1"),
+    "FORCE_COLOR=0": (False, False, "0"),
+    "NO_COLOR=1 FORCE_COLOR=1": (False, False, "0"),
+    "RCUTILS_COLORIZED_OUTPUT=1": (False, True, "1"),
+    "RCUTILS_COLORIZED_OUTPUT=0": (False, False, "0"),
+    "RCUTILS_COLORIZED_OUTPUT=1 NO_COLOR=1": (False, False, "1"),
+    "RCUTILS_COLORIZED_OUTPUT=0 FORCE_COLOR=1": (True, True, "0"),
+}
+ON_A_TERMINAL = {
+    "": (True, True, "1"),
+    "NO_COLOR=1": (False, False, "0"),
+    "FORCE_COLOR=0": (False, False, "0"),
+    "TERM=dumb": (False, False, "0"),
+    "RCUTILS_COLORIZED_OUTPUT=0": (True, True, "0"),
+}
+
+
+def _coloured(bench: Bench, words: str) -> str:
+    """The actions of a process that writes in colours, in this environment."""
+    bench.env.pop("RCUTILS_COLORIZED_OUTPUT", None)
+    bench.env.update(word.split("=") for word in words.split())
+    (bench.folder / "coloured.sh").write_text(COLOURED)
+    return f'sh(". {bench.folder}/coloured.sh")'
+
+
+def _assert_coloured(text: str, expected: tuple[bool, bool, str]) -> None:
+    prefix, process, told = expected
+    (line,) = re.findall(rf"^.*red.* {told}\r*$", text, re.M)
+    (last,) = re.findall(r"^.*red.* no newline.*$", text, re.M)
+    assert ("\x1b[38;5;" in line) is prefix
+    assert ("\x1b[31mred" in line) is process
+    assert ("\x1b[31mred" in last) is process
+
+
+@pytest.mark.parametrize("words", PIPED)
+def test_colour_in_a_pipe_comes_only_when_it_is_asked_for(bench: Bench, words: str):
+    actions = _coloured(bench, words)
+    _assert_coloured(bench.run(actions).stdout.decode(), PIPED[words])
+    log = (bench.folder / "log" / "latest" / "launch.log").read_text()
+    assert "\x1b" not in log
+    assert log.count("] red") == 2
+
+
+@pytest.mark.parametrize("words", ON_A_TERMINAL)
+def test_colour_on_a_terminal_goes_when_it_is_not_wanted(bench: Bench, words: str):
+    terminal = bench.terminal(_coloured(bench, words))
+    assert terminal.exit_code() == 0
+    _assert_coloured(terminal.raw, ON_A_TERMINAL[words])
+
+
+def test_nothing_but_colour_steers_the_terminal_not_even_in_the_rest_of_a_prompt(bench: Bench):
+    title, clear = r"\033]0;title\007", r"\033[2J"
+    steps = [f"printf 'name{title}? '", "sleep 0.3", f"printf 'bo{clear}'", "sleep 0.3", "echo b"]
+    terminal = bench.terminal(f'sh("{"; ".join(steps)}")'.replace("\\", "\\\\"))
+    assert terminal.exit_code() == 0
+    assert "[sh-1] name? bob\n" in terminal.text
+    assert "\x1b]" not in terminal.raw and "\x1b[2J" not in terminal.raw
