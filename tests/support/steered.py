@@ -30,7 +30,7 @@ class Steered:
         files: int | None = None,
     ) -> None:
         self.screen_path = screen
-        self._sockets = runtime / "ros-launcher"
+        self._runtime = runtime
         # Runs of others on this machine are not seen: their sockets may be below /tmp.
         self.env = {"TMPDIR": str(runtime), **env, "XDG_RUNTIME_DIR": str(runtime)}
         limits = (files, files)
@@ -63,7 +63,7 @@ class Steered:
         return self._find()[0]
 
     def _find(self) -> list[Path]:
-        return list(self._sockets.glob(f"{self.process.pid}-*.sock"))
+        return list(self._runtime.rglob(f"{self.process.pid}-*.sock"))
 
     def connect(self) -> Connection:
         return connect(self.socket, patience_s=PATIENCE_S)
