@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.errors import ExitCode, LauncherError, PackageNotFoundError, UsageError
 from launcher.model.record import Record
 from launcher.packages import ament_environment
 
@@ -119,8 +119,23 @@ def _dispatch(words: list[str]) -> int:
         rest = words[1:]
     if verb is not VERBS[0]:
         gc.enable()
-    code: int = importlib.import_module(verb.module).main(rest)
+    try:
+        code: int = importlib.import_module(verb.module).main(rest)
+    except (UsageError, PackageNotFoundError) as error:
+        if rest is words:
+            _suggest_verb(words[0], error)
+        raise
     return code
+
+
+def _suggest_verb(word: str, error: LauncherError) -> None:
+    """Add to what is wrong with a target that it looks like a misspelt verb."""
+    import difflib
+
+    near = difflib.get_close_matches(word, [*(v.name for v in VERBS), *CONTROL_VERBS], n=1)
+    if near and f"'{word}'" in error.message:
+        meant = f"did you mean python -m launcher {near[0]}?"
+        error.hint = f"{meant} ({error.hint})" if error.hint else meant
 
 
 def overview() -> str:

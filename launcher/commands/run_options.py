@@ -105,6 +105,8 @@ def take_run_options(words: Sequence[str]) -> tuple[RunOptions, list[str]]:
     while queue:
         word = queue.popleft()
         name, has_value, value = word.partition("=")
+        if word == "--":
+            return options, [*rest, word, *queue]
         if name in _FLAGS and not has_value:
             options = _FLAGS[name](options)
         elif name in _OPTIONS:

@@ -40,7 +40,7 @@ def read(
     """The words with the launch file located; UsageError.
 
     `flags` and `valued` are options with all their spellings; those of `valued` take the next
-    word, or what follows a `=`. Options may stand anywhere.
+    word, or what follows a `=`. Options may stand anywhere in front of a `--`.
     """
     spellings = {word: option[0] for option in (DEBUG, *flags, *valued) for word in option}
     with_value = {option[0] for option in valued}
@@ -48,16 +48,18 @@ def read(
     plain: list[str] = []
     rest = iter(words)
     for word in rest:
-        if not _is_option(word):
+        if word == "--":
+            plain += rest
+        elif not _is_option(word):
             plain.append(word)
-            continue
-        name, equals, value = word.partition("=")
-        option = spellings.get(name)
-        if option is None or (equals and option not in with_value):
-            raise _unknown(word, verb, list(spellings))
-        if option in with_value and not equals:
-            value = _value_after(name, next(rest, None))
-        options[option] = value
+        else:
+            name, equals, value = word.partition("=")
+            option = spellings.get(name)
+            if option is None or (equals and option not in with_value):
+                raise _unknown(word, verb, list(spellings))
+            if option in with_value and not equals:
+                value = _value_after(name, next(rest, None))
+            options[option] = value
     targets, arguments = split_words(plain)
     if not targets:
         raise UsageError("the launch file is missing", hint=usage)

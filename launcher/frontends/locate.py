@@ -38,7 +38,11 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     found = _by_name(target, env)
     if not found:
         known = sorted({_stem(file) for file in _all_launch_files(env)})
-        raise UsageError(f"there is no launch file '{_shown(target)}'", hint=_near(target, known))
+        hint = _near(target, known) or (
+            "a name is looked for in launch/ here and in the folders above, and in installed "
+            "packages; a path is found from anywhere"
+        )
+        raise UsageError(f"there is no launch file '{_shown(target)}'", hint=hint)
     return _only(target, found)
 
 

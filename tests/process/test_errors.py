@@ -295,3 +295,31 @@ def test_surprises_are_told_at_launch_once_each(desk: Desk):
     done = desk.call(file)
     assert done.returncode == 0
     assert done.stdout.count(f"[WARNING] [launch]: {file}:13: ") == 1
+
+
+# ---- misspelt verbs, and names outside of a project
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["lunch", "x"], "hint: did you mean python -m launcher launch?"),
+        (["tpoic", "list"], "hint: did you mean python -m launcher topic?"),
+        (["docter"], "hint: did you mean python -m launcher doctor?"),
+        (["kil", "robot_1"], "hint: did you mean python -m launcher kill?"),
+        (["warehouse"], "hint: a name is looked for in launch/ here and in the folders above"),
+    ],
+)
+def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(desk: Desk, words, said):
+    done = desk.call(*words, AMENT_PREFIX_PATH="")
+    assert done.returncode == 2
+    assert said in done.stderr
+
+
+def test_words_behind_two_dashes_are_no_options(desk: Desk):
+    file = desk.write('DeclareLaunchArgument("x"),')
+    file.rename(desk.folder / "--timeout.launch.py")
+    done = desk.call("--no-log-files", "--", "--timeout.launch.py", "x:=2")
+    assert done.returncode == 0, done.stderr
+    assert desk.started.exists()
+    assert not (desk.folder / "log").exists()
