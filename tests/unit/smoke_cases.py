@@ -1,0 +1,45 @@
+"""A case of an expectation: what it is met by, what not, and what is said then."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from launcher.smoke.expectation import Outcome
+from launcher.smoke.facts import Answer
+from tests.unit.smoke_facts import EMPTY, lines, verdict
+
+STEPS = {"steps": {"kill": 5.0}}
+
+
+@dataclass(frozen=True)
+class Case:
+    """An expectation, facts of which it is met, facts of which it is not, and what is said then."""
+
+    entry: str
+    good: dict[str, Any]
+    bad: dict[str, Any]
+    seen: str
+    guess: str | None = None
+
+    def check(self) -> None:
+        """Met by the good facts, not met by the bad ones, and told so."""
+        good, bad = verdict(self.entry, **self.good), verdict(self.entry, **self.bad)
+        assert good.outcome is Outcome.MET, good
+        assert bad.outcome is Outcome.VIOLATED
+        assert self.seen in bad.seen
+        if self.guess is not None:
+            assert bad.guess is not None and self.guess in bad.guess
+        assert len(good.expected.split()) >= 3
+
+
+def graphs(*found: Any) -> dict[str, Any]:
+    return {"graphs": (EMPTY, *found)}
+
+
+def answers(name: str, *found: Answer) -> dict[str, Any]:
+    return {"answers": {name: found}}
+
+
+def log(*found: str, **options: Any) -> dict[str, Any]:
+    return {"lines": lines(*found, **options)}
