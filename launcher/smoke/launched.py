@@ -9,13 +9,16 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from launcher.smoke.guard import Guard
+
 KILL_S = 5.0  # between SIGTERM and SIGKILL
 
 
 class Launched:
     """`python -m launcher WORDS`, without a terminal, in a session of its own.
 
-    What it prints goes to the file `output`. A Ctrl-C in our terminal does not reach it.
+    What it prints goes to the file `output`. A Ctrl-C in our terminal does not reach it. If we are
+    killed, a guard stops it.
     """
 
     def __init__(self, words: Sequence[str], environment: Mapping[str, str], output: Path) -> None:
@@ -29,6 +32,7 @@ class Launched:
                 env=dict(environment),
                 start_new_session=True,
             )
+        self._guard = Guard(self._process.pid)
         self._was_killed = False
 
     @property
@@ -58,8 +62,11 @@ class Launched:
         """As Ctrl-C does; then SIGTERM, then SIGKILL. It has ended afterwards."""
         if self.is_alive:
             self._process.send_signal(signal.SIGINT)
-        if self.wait(patience_s):
-            return
+        if not self.wait(patience_s):
+            self._force()
+        self._guard.close()
+
+    def _force(self) -> None:
         self._process.send_signal(signal.SIGCONT)  # somebody may have halted it
         self._process.send_signal(signal.SIGTERM)
         if not self.wait(KILL_S):

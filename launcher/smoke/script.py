@@ -104,7 +104,8 @@ def default_name(kind: str, subject: object) -> str:
     if isinstance(subject, tuple):
         subject = " > ".join(getattr(one, "pattern", str(one)) for one in subject)
     text = getattr(subject, "pattern", subject)
-    return f"{kind.replace('_', ' ')} {text:g}" if isinstance(text, float) else f"{kind} {text}"
+    shown = f"{text:g} s" if isinstance(text, float) else str(text)
+    return f"{kind.replace('_', ' ')} {shown}"
 
 
 def _with_names(expectations: Iterable[Expectation]) -> Iterable[Expectation]:

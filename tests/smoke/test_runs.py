@@ -1,0 +1,120 @@
+"""Whole smoke runs on real processes: how they come up, go on, and come down."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+from launcher.smoke.remains import processes_of
+from tests.smoke.bench import DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
+from tests.support.waiting import wait_until
+
+NODE = "--expect-node=/nowhere=1s"
+
+
+def test_everything_met_is_zero_and_leaves_nothing(bench: Bench):
+    bench.write(PATIENT)
+    done = bench.smoke("--for=1", "--expect-alive=patient", "--max-shutdown=5")
+    assert done.returncode == 0, done.stdout
+    assert "smoke: 3 of 3 expectations met" in done.stdout
+    assert bench.report()["ending"]["left_processes"] == []
+
+
+def test_an_expectation_that_is_not_met_is_three_and_explained(bench: Bench):
+    bench.write(PATIENT)
+    done = bench.smoke("--for=1", "--expect-log=patient: gone")
+    assert done.returncode == 3
+    assert "expected: a line from patient with 'gone'" in done.stdout
+    assert "last lines of patient-1:" in done.stdout
+    assert "here I am" in done.stdout
+
+
+def test_a_death_that_nobody_expected_is_one(bench: Bench):
+    bench.write(PATIENT, SHORT)
+    done = bench.smoke("--for=1", "--expect-alive=patient")
+    assert done.returncode == 1
+    assert "short-2 died at" in done.stdout
+
+
+def test_an_expected_death_is_none(bench: Bench):
+    bench.write(PATIENT, SHORT)
+    done = bench.smoke("--for=1", "--expect-exit=short=3")
+    assert done.returncode == 0, done.stdout
+
+
+def test_a_system_that_dies_at_once(bench: Bench):
+    bench.write(SHORT)
+    done = bench.smoke("--for=60", "--expect-log=short: last words", "--expect-alive=short")
+    assert done.returncode == 3
+    assert bench.outcomes()["log last words"] == "met"
+    assert "ended at" in bench.judged("process short")["seen"]
+
+
+def test_a_system_that_ends_well_before_its_time(bench: Bench):
+    bench.write(DONE)
+    done = bench.smoke("--for=60", "--expect-exit=done=0")
+    assert done.returncode == 0, done.stdout
+
+
+def test_a_system_that_never_comes_up(bench: Bench):
+    bench.write(PATIENT)
+    done = bench.smoke("--for=60", NODE)
+    assert done.returncode == 124
+    assert "not ready after 1.0 s: giving up" in done.stdout
+
+
+def test_a_system_that_hangs_on_shutdown(bench: Bench):
+    bench.write(DEAF)
+    done = bench.smoke("--for=1", "--max-shutdown=5", "--expect-log=deaf", *IMPATIENT)
+    assert done.returncode == 3
+    assert "deaf-1 needed SIGKILL" in bench.judged("clean shutdown 5 s")["seen"]
+
+
+def test_force_at_the_stop_is_told_even_if_nobody_asks(bench: Bench):
+    bench.write(DEAF)
+    done = bench.smoke("--for=1", "--expect-log=deaf", *IMPATIENT)
+    assert done.returncode == 1
+    assert "at the stop, by force: deaf-1" in done.stdout
+
+
+def test_a_bad_launch_file_is_two_and_its_error_is_shown(bench: Bench):
+    bench.write("1 / 0,")
+    done = bench.smoke("--for=1")
+    assert done.returncode == 2
+    assert "tested.launch.py" in done.stderr and "ZeroDivisionError" in done.stderr
+
+
+def test_two_runs_side_by_side_have_unlike_domains(bench: Bench, tmp_path: Path):
+    other = Bench(tmp_path / "other")
+    other.folder.mkdir()
+    for one in (bench, other):
+        one.write('sh("domain", "echo domain $ROS_DOMAIN_ID; exec sleep 1000"),')
+    runs = [one.start("--for=2", "--expect-log=domain: domain") for one in (bench, other)]
+    assert [run.communicate(timeout=60)[0] and run.returncode for run in runs] == [0, 0]
+    assert bench.report()["domain_id"] != other.report()["domain_id"]
+
+
+def test_an_interrupted_run_takes_its_system_along(bench: Bench):
+    bench.write(PATIENT)
+    run = bench.start("--for=60", "--expect-alive=patient")
+    assert run.stdout is not None
+    told = ""
+    while "ready" not in told:
+        told = run.stdout.readline()
+    launcher = next(bench.evidence.glob("log/*-*")).name.rpartition("-")[2]
+    run.send_signal(signal.SIGTERM)
+    run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert processes_of(int(launcher)) == {}
+
+
+def test_the_system_of_a_killed_run_is_stopped(bench: Bench):
+    bench.write(PATIENT)
+    run = bench.start("--for=60", "--expect-alive=patient")
+    wait_until(lambda: list(bench.evidence.glob("log/*-*/patient-1.log")), "the system is up")
+    launcher = int(next(bench.evidence.glob("log/*-*")).name.rpartition("-")[2])
+    run.kill()
+    run.communicate(timeout=60)
+    wait_until(lambda: not os.path.exists(f"/proc/{launcher}"), "the launcher ends")
+    wait_until(lambda: not processes_of(launcher), "everything of its run ends")
