@@ -49,14 +49,15 @@ class Caretaker:
 
     def start(self) -> None:
         """Begin to tick; the first one comes when the processes have had time to start."""
+        from launcher.engine.shared_memory import Ledger
+
+        self._ledger = Ledger(self._run_id)  # now: what the processes make is not there yet
         self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
 
     def _warm_up(self) -> None:
         """Import what the ticks need, which takes longer than any of them."""
         from launcher.engine.resources import Sampler
-        from launcher.engine.shared_memory import Ledger
 
-        self._ledger = Ledger(self._run_id)
         try:
             self._sampler = Sampler()
         except ImportError as error:  # a broken environment is no reason to stop robots
@@ -81,7 +82,8 @@ class Caretaker:
 
     def _tick(self) -> None:
         self._timer = self._reactor.call_later(PERIOD_S, self._tick)
-        self.note_shared_memory()
+        if self._ledger is not None:
+            self._ledger.keep_up(self._reactor.now())
         self._free()
         if self._sampler is not None:
             self._sample(self._sampler)

@@ -32,12 +32,13 @@ from launcher.model.record import Record
 FOLDER = Path("/dev/shm")
 # Fast DDS makes a lock file and locks it right after; in between it looks as if nobody held it.
 SETTLING_S = 2.0
+STALE_NEWS_S = 30.0  # a port may get another owner without a change in the folder
 
-_SEGMENT_LOCK = re.compile(r"(fast(?:rtps|dds)_[0-9a-f]{16})_el$")
-_PORT_FILE = re.compile(r"(?:sem\.)?(fast(?:rtps|dds)_port\d+)(?:_el|_sl|_mutex)?$")
-_LOCK_FILE = re.compile(r"fast(?:rtps|dds)_\w+_[es]l$")
-_MAPPED = re.compile(rb"/(fast(?:rtps|dds)_\w+)")
-_LOCK_LINE = re.compile(r"^\d+: FLOCK +\S+ +\S+ +(\d+) ([0-9a-f]+):([0-9a-f]+):(\d+) ", re.M)
+_SEGMENT_LOCK = r"(fast(?:rtps|dds)_[0-9a-f]{16})_el$"
+_PORT_FILE = r"(?:sem\.)?(fast(?:rtps|dds)_port\d+)(?:_el|_sl|_mutex)?$"
+_LOCK_FILE = r"fast(?:rtps|dds)_\w+_[es]l$"
+_MAPPED = rb"/(fast(?:rtps|dds)_\w+)"
+_LOCK_LINE = r"^\d+: FLOCK +\S+ +\S+ +(\d+) ([0-9a-f]+):([0-9a-f]+):(\d+) "
 
 
 class Stale(Record):
@@ -52,7 +53,7 @@ class Stale(Record):
     @property
     def is_port(self) -> bool:
         """Whether it is a port, and not a segment."""
-        return _PORT_FILE.match(self.name) is not None
+        return re.match(_PORT_FILE, self.name) is not None
 
 
 def stale(*, folder: Path = FOLDER, proc: Path = PROC, now_s: float | None = None) -> list[Stale]:
@@ -78,7 +79,7 @@ def free(names: Iterable[str], *, folder: Path = FOLDER, proc: Path = PROC) -> i
     What is in use, already gone or somebody else's to delete is left, without an error.
     """
     wanted = set(names)
-    ports = {name for name in wanted if _PORT_FILE.match(name)}
+    ports = {name for name in wanted if re.match(_PORT_FILE, name)}
     freed_bytes = sum(_free(folder, name) for name in wanted - ports)
     # Now, since a fresh segment of the dead is like that of a participant which is just starting.
     unused = _unmapped(ports, folder, proc, time.time() - SETTLING_S)
@@ -91,10 +92,9 @@ def held(*, folder: Path = FOLDER, proc: Path = PROC) -> dict[str, int]:
     A lock from another pid namespace is not listed there. One read for all processes.
     """
     owners = _lock_owners(proc)
-    with os.scandir(folder) as entries:
-        files = {entry.name: entry.inode() for entry in entries if _LOCK_FILE.match(entry.name)}
     device = os.stat(folder).st_dev
-    found = ((name[:-3], owners.get((device, inode))) for name, inode in files.items())
+    files = _lock_files(folder).items()
+    found = ((name[:-3], owners.get((device, inode))) for name, inode in files)
     return {name: pid for name, pid in found if pid}
 
 
@@ -104,13 +104,16 @@ class Ledger:
     How the supervisor uses it::
 
         ledger = Ledger(run_id)
-        ledger.note()   # once a second with the resource samples, and right before a SIGKILL
-        ledger.free()   # at the next such moment after a death by a signal, and at the end
+        ledger.keep_up(now)   # once a second with the resource samples
+        ledger.note()         # right before a SIGKILL
+        ledger.free()         # at the next such moment after a death by a signal, and at the end
 
-    Both block for about a millisecond; `free` looks at the mappings of every participant on the
-    machine (0.3 ms each), so a crash loop should not call it for every death. Grandchildren and
-    daemons count, since they carry the run id, too. What dies before it was first looked at is
-    missed; `doctor --fix` finds that.
+    `note` blocks for 5 to 15 ms, since a reader of /proc/locks waits until every processor has
+    been idle or switched once; `keep_up` does so only where there are files that were not there
+    when the ledger was made. `free` looks at the mappings of every participant on the machine
+    (0.3 ms each), so a crash loop should not call it for every death. Grandchildren and daemons
+    count, since they carry the run id, too. What dies before it was first looked at is missed;
+    `doctor --fix` finds that.
     """
 
     def __init__(self, run_id: str, *, folder: Path = FOLDER, proc: Path = PROC) -> None:
@@ -119,14 +122,29 @@ class Ledger:
         self._proc = proc
         self._ours: set[str] = set()
         self._seen: dict[str, int] = {}
+        self._files = _lock_files(folder)
+        self._unsettled_until_s = 0.0
+        self._noted_s = 0.0
 
     @property
     def names(self) -> frozenset[str]:
         """What our processes held when it was last looked, and was not freed since."""
         return frozenset(self._ours)
 
+    def keep_up(self, now: float) -> None:
+        """`note`, if there are other lock files than before; `now` is monotonic."""
+        files = _lock_files(self._folder)
+        if files != self._files:
+            self._files = files
+            self._unsettled_until_s = now + SETTLING_S
+        self._noted_s = self._noted_s or now
+        has_news = now < self._unsettled_until_s or now > self._noted_s + STALE_NEWS_S
+        if files and has_news:
+            self._noted_s = now
+            self.note()
+
     def note(self) -> None:
-        """Look who holds what now: 0.3 ms, and the environment of each owner that is new."""
+        """Look who holds what now, and at the environment of each owner that is new."""
         with contextlib.suppress(OSError):  # no /dev/shm: nothing to note
             now = held(folder=self._folder, proc=self._proc)
             for name, pid in now.items():
@@ -155,17 +173,26 @@ def _names(folder: Path) -> list[str]:
         return []
 
 
+def _lock_files(folder: Path) -> dict[str, int]:
+    """Name -> inode of the lock files; none where there is no such folder."""
+    try:
+        with os.scandir(folder) as entries:
+            return {e.name: e.inode() for e in entries if re.match(_LOCK_FILE, e.name)}
+    except OSError:
+        return {}
+
+
 def _segments(names: Iterable[str]) -> set[str]:
-    return {match[1] for name in names if (match := _SEGMENT_LOCK.match(name))}
+    return {match[1] for name in names if (match := re.match(_SEGMENT_LOCK, name))}
 
 
 def _ports(names: Iterable[str]) -> set[str]:
-    return {match[1] for name in names if (match := _PORT_FILE.match(name))}
+    return {match[1] for name in names if (match := re.match(_PORT_FILE, name))}
 
 
 def _files(name: str) -> tuple[str, ...]:
     """All files that go by this name; those that matter least are removed last."""
-    if _PORT_FILE.match(name):
+    if re.match(_PORT_FILE, name):
         return (name, f"sem.{name}_mutex", f"{name}_sl", f"{name}_el")
     return (name, f"{name}_el")
 
@@ -198,7 +225,7 @@ def _lock_owners(proc: Path) -> dict[tuple[int, int], int]:
         return {}
     return {
         (os.makedev(int(major, 16), int(minor, 16)), int(inode)): int(pid)
-        for pid, major, minor, inode in _LOCK_LINE.findall(text)
+        for pid, major, minor, inode in re.findall(_LOCK_LINE, text, re.M)
     }
 
 
@@ -231,7 +258,7 @@ def _mapped_by(pid: int | None, proc: Path) -> set[str] | None:
         maps = (proc / str(pid) / "maps").read_bytes()
     except OSError:
         return None
-    names = {name.decode("ascii") for name in _MAPPED.findall(maps)}
+    names = {name.decode("ascii") for name in re.findall(_MAPPED, maps)}
     return names or None  # an owner maps its own segment, so somebody else has this pid
 
 
@@ -262,7 +289,7 @@ def _take(stack: contextlib.ExitStack, folder: Path, name: str) -> bool:
 
     A segment must have its lock file; a port may have lost it.
     """
-    is_port = _PORT_FILE.match(name) is not None
+    is_port = re.match(_PORT_FILE, name) is not None
     for suffix in ("_el", "_sl") if is_port else ("_el",):
         try:
             stack.enter_context(_locked(folder / f"{name}{suffix}"))

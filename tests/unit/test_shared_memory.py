@@ -14,7 +14,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from launcher.engine.shared_memory import SETTLING_S, Ledger, Stale, clean, free, held, stale
+from launcher.engine.shared_memory import (
+    SETTLING_S,
+    STALE_NEWS_S,
+    Ledger,
+    Stale,
+    clean,
+    free,
+    held,
+    stale,
+)
 
 SEGMENT = "fastrtps_0123456789abcdef"
 OTHER = "fastrtps_fedcba9876543210"
@@ -191,6 +200,23 @@ def test_a_ledger_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
     shelf.close()  # both die
     assert ledger.free() >= 5000
     assert (ledger.names, shelf.left) == (set(), {OTHER, f"{OTHER}_el"})
+
+
+def test_a_ledger_keeps_up_with_new_files_and_looks_again_at_old_ones_only_now_and_then(
+    shelf: Shelf,
+):
+    ledger = Ledger("1-a", folder=shelf.folder, proc=shelf.proc)
+    for pid in (11, 12):
+        shelf.maps(SEGMENT, pid=pid, run_id="1-a")
+    shelf.put(SEGMENT, f"{SEGMENT}_el", OTHER, f"{OTHER}_el")
+    shelf.lock(f"{SEGMENT}_el", pid=11)
+    ledger.keep_up(100.0)
+    assert ledger.names == {SEGMENT}
+    shelf.lock(f"{OTHER}_el", pid=12)  # its file was there before
+    ledger.keep_up(100.0 + SETTLING_S)
+    assert ledger.names == {SEGMENT}
+    ledger.keep_up(100.0 + 2 * STALE_NEWS_S)
+    assert ledger.names == {SEGMENT, OTHER}
 
 
 def test_a_found_item_knows_whether_it_is_a_port():
