@@ -47,7 +47,7 @@ def row(desk: Desk, process: Process) -> dict[str, Any]:
 def _pattern(process: Process) -> str | None:
     if process.view is None or process.view.pattern is None:
         return None
-    return process.view.pattern.pattern.decode(errors="replace")
+    return process.view.pattern.text
 
 
 def _last_exit(process: Process) -> dict[str, Any] | None:

@@ -36,7 +36,11 @@ class Named(Record):
     def all(self) -> tuple[str, ...]:
         """Every word that means it."""
         short = tuple(node.rpartition("/")[2] for node in self.nodes)
-        return (self.name, self.label, *short, *self.nodes)
+        nodes = self.nodes
+        if not nodes and self.namespace is not None:
+            # The program names its node itself, most often as it is called.
+            nodes = (_full_name(self.namespace, self.label),)
+        return (self.name, self.label, *short, *nodes)
 
 
 def _full_name(namespace: str, node: str) -> str:

@@ -15,6 +15,7 @@ from launcher.control.protocol import VERSION, Request
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.desk import Desk
 from launcher.engine.operator import Done, Outcome
+from launcher.engine.pattern import Pattern
 from launcher.engine.process import Process
 from launcher.engine.runfolder import planned
 from launcher.engine.view import level_named
@@ -201,7 +202,7 @@ class Service:
     def _do_quit(self, call: Call, exchange: Exchange) -> None:
         running = sum(process.child is not None for process in self._desk.processes)
         self._desk.quit("somebody asked to quit")
-        what = "1 process" if running == 1 else f"{running} processes"
+        what = "1 process" if running == 1 else f"{running or 'no'} processes"
         exchange.reply({"running": running}, [f"the run is being stopped: {what} to go"])
 
     # ---- what is shown
@@ -226,7 +227,7 @@ class Service:
     def _do_grep(self, call: Call, exchange: Exchange) -> None:
         text = call.options.get("pattern")
         try:
-            pattern = re.compile(text.encode()) if text else None
+            pattern = Pattern(text) if text else None
         except (re.error, ValueError, OverflowError, RecursionError) as error:
             raise BadCallError("bad-option", f"'{text}' is no pattern: {error}") from None
         _show(call, exchange, self._desk.views.grep(pattern, self._chosen(call)))

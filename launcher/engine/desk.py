@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 
 from launcher.engine.chronicle import Chronicle
@@ -42,7 +43,8 @@ class Desk:
         self.operator = Operator(
             reactor, keeper, chronicle, is_stopping=lambda: self._ending.has_begun
         )
-        self.views = Views(processes.values)
+        warn = functools.partial(chronicle.say, "WARNING", "launch")
+        self.views = Views(processes.values, warn)
         self.on_process: Callable[[Process], None] = lambda process: None
         self._ending = ending
         self._processes = processes

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+
+from launcher.engine.pattern import Pattern, TooSlowError
 
 # By the names that ROS prints; Python's logging writes two of them differently.
 LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
@@ -23,14 +26,15 @@ class View:
 
     `level` is an index into LEVELS: less is not shown. A line without a level is INFO; an indented
     one belongs to the line before it, and so does the last line of a traceback. `hidden_lines`
-    counts what was not shown.
+    counts what was not shown. A pattern that takes too long is given up, and `on_slow` is told.
     """
 
     def __init__(self) -> None:
         self.muted = False  # by name
         self.outside = False  # others are shown alone
         self.level = 0
-        self.pattern: re.Pattern[bytes] | None = None
+        self.pattern: Pattern | None = None
+        self.on_slow: Callable[[Pattern], None] = lambda pattern: None
         self.hidden_lines = 0
         self._last: dict[int, int] = {}
 
@@ -49,14 +53,21 @@ class View:
         if self.is_silent:
             self.hidden_lines += lines.count(b"\n")
             return b""
-        shown = [line for line in lines[:-1].split(b"\n") if self._is_wanted(source, line)]
+        shown = lines[:-1].split(b"\n")
+        if self.level:
+            shown = [line for line in shown if self._level_of(source, line) >= self.level]
+        if self.pattern is not None:
+            shown = self._found(shown, self.pattern)
         self.hidden_lines += lines.count(b"\n") - len(shown)
         return b"\n".join(shown) + b"\n" if shown else b""
 
-    def _is_wanted(self, source: int, line: bytes) -> bool:
-        if self.level and self._level_of(source, line) < self.level:
-            return False
-        return self.pattern is None or self.pattern.search(line) is not None
+    def _found(self, lines: list[bytes], pattern: Pattern) -> list[bytes]:
+        try:
+            return pattern.choose(lines)
+        except TooSlowError:
+            self.pattern = None
+            self.on_slow(pattern)
+            return lines
 
     def _level_of(self, source: int, line: bytes) -> int:
         level = level_of(line)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Sequence
 
+from launcher.engine.pattern import Pattern
 from launcher.engine.process import Process
 from launcher.engine.view import LEVELS, View
 from launcher.model.record import Record
@@ -19,24 +19,30 @@ class Shown(Record):
 
 
 class Views:
-    """Changes what is shown of processes; `everyone()` are all of the run."""
+    """Changes what is shown of processes; `everyone()` are all of the run.
 
-    def __init__(self, everyone: Callable[[], Collection[Process]]) -> None:
+    `warn` is called when a pattern has to be given up.
+    """
+
+    def __init__(
+        self, everyone: Callable[[], Collection[Process]], warn: Callable[[str], None]
+    ) -> None:
         self._everyone = everyone
+        self._warn = warn
         self._common = View()  # for whoever is started later
 
     def adopt(self, process: Process) -> None:
         """Show a process that is new as everybody is shown."""
         if self._common.is_open:
             return
-        view = process.view = View()
+        view = self._view(process)
         view.outside, view.level = self._common.outside, self._common.level
         view.pattern = self._common.pattern
 
     def mute(self, processes: Sequence[Process]) -> list[Shown]:
         """Show nothing of them."""
         for process in processes:
-            _view(process).muted = True
+            self._view(process).muted = True
         return [Shown(p.name, f"{p.name} is muted; its files go on") for p in processes]
 
     def unmute(self, processes: Sequence[Process]) -> list[Shown]:
@@ -60,7 +66,7 @@ class Views:
         alone = {process.process_id for process in processes}
         self._common.outside = True
         for process in self._everyone():
-            view = _view(process)
+            view = self._view(process)
             view.outside = process.process_id not in alone
             view.muted = view.muted and view.outside
             _drop_if_open(process)
@@ -71,30 +77,37 @@ class Views:
         if len(processes) == len(self._everyone()):
             self._common.level = level
         for process in processes:
-            _view(process).level = level
+            self._view(process).level = level
             _drop_if_open(process)
         what = f"{LEVELS[level]} and above" if level else "all levels"
         return _told(processes, what)
 
-    def grep(self, pattern: re.Pattern[bytes] | None, processes: Sequence[Process]) -> list[Shown]:
+    def grep(self, pattern: Pattern | None, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines in which this is found; None shows all."""
         if len(processes) == len(self._everyone()):
             self._common.pattern = pattern
         for process in processes:
-            _view(process).pattern = pattern
+            self._view(process).pattern = pattern
             _drop_if_open(process)
-        what = "every line" if pattern is None else f"lines with {pattern.pattern.decode()!r} alone"
+        what = "every line" if pattern is None else f"lines with {pattern.text!r} alone"
         return _told(processes, what)
+
+    def _view(self, process: Process) -> View:
+        if process.view is None:
+            process.view = View()
+            process.view.on_slow = self._give_up
+        return process.view
+
+    def _give_up(self, pattern: Pattern) -> None:
+        """Nobody may wait for it again."""
+        self._warn(f"looking for {pattern.text!r} takes too long; every line is shown again")
+        for view in (self._common, *(p.view for p in self._everyone() if p.view is not None)):
+            if view.pattern is pattern:
+                view.pattern = None
 
 
 def _told(processes: Sequence[Process], what: str) -> list[Shown]:
     return [Shown(p.name, f"{p.name} is shown with {what}") for p in processes]
-
-
-def _view(process: Process) -> View:
-    if process.view is None:
-        process.view = View()
-    return process.view
 
 
 def _drop_if_open(process: Process) -> None:

@@ -238,6 +238,17 @@ def test_only_lines_with_a_pattern_are_shown(steering: SteeringBench):
         assert refused.value.code == "bad-option"
 
 
+def test_a_pattern_that_takes_for_ever_does_not_hold_up_the_run(steering: SteeringBench):
+    other = 'sh("exec cat", name="other")'
+    with steering.steer(f"{CAT}, {other}") as run:
+        run.tell("grep", pattern="(a+)+$")
+        run.tell("send", "cat", text="a" * 60 + "!")
+        run.wait_for("looking for '(a+)+$' takes too long; every line is shown again")
+        run.tell("send", "other", text="a line")
+        run.wait_for("[other-2] a line\n")
+        assert run.row("other")["grep"] is None
+
+
 def test_logs_are_followed_whatever_is_shown_and_without_any_files(steering: SteeringBench):
     with steering.steer(CAT, "--no-log-files") as run:
         run.tell("mute", "cat")

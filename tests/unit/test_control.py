@@ -25,6 +25,7 @@ FLEET = (
     Named("robot_2-3", "robot", ("/fleet/south/robot_2",), "/fleet/south"),
     Named("fleetwide-4", "fleetwide", ("/fleetwide",), "/"),
     Named("sh-5", "sh"),
+    Named("driver-6", "driver", (), "/base"),
 )
 
 
@@ -37,14 +38,15 @@ FLEET = (
         (["/fleet/south/robot_2"], [2]),
         (["robot*"], [1, 2]),
         (["robot_?"], [1, 2]),
-        (["*"], [0, 1, 2, 3, 4]),
+        (["*"], [0, 1, 2, 3, 4, 5]),
         (["/fleet"], [0, 1, 2]),
         (["/fleet/"], [0, 1, 2]),
         (["/fleet/north"], [1]),
         (["/fleetwide"], [3]),
-        (["/"], [0, 1, 2, 3]),
+        (["/"], [0, 1, 2, 3, 5]),
         (["sh-5", "dispatcher", "sh"], [0, 4]),
         (["/fleet/*/robot_1"], [1]),
+        (["/base/driver"], [5]),
     ],
 )
 def test_a_process_has_many_names(words: list[str], places: list[int]):
@@ -72,7 +74,10 @@ def test_a_near_miss_is_offered_by_the_name_of_the_process():
     with pytest.raises(BadCallError) as error:
         resolve(["robot_9"], FLEET)
     assert "did you mean robot_" in error.value.hint
-    assert "there are dispatcher-1, robot_1-2, robot_2-3, fleetwide-4 and sh-5" in error.value.hint
+    assert (
+        "there are dispatcher-1, robot_1-2, robot_2-3, fleetwide-4, sh-5 and driver-6"
+        in error.value.hint
+    )
 
 
 @pytest.mark.parametrize(

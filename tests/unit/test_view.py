@@ -1,9 +1,8 @@
 """What is shown of a process, and what is remembered of it."""
 
-import re
-
 import pytest
 
+from launcher.engine.pattern import Pattern
 from launcher.engine.ring import LIMIT_BLOCKS, LIMIT_BYTES, LogRing
 from launcher.engine.view import LEVELS, View, level_named, level_of
 
@@ -63,10 +62,22 @@ def test_a_muted_process_shows_nothing_and_counts_its_lines():
 
 def test_a_pattern_shows_the_lines_in_which_it_is_found():
     view = View()
-    view.pattern = re.compile(rb"task \d")
+    view.pattern = Pattern(r"task \d")
     assert view.choose(3, b"a task 7\nnone\ntask 8\n") == b"a task 7\ntask 8\n"
     assert view.choose(3, b"none\n") == b""
     assert view.hidden_lines == 2
+
+
+def test_a_pattern_that_takes_for_ever_is_given_up_and_everything_shown():
+    view = View()
+    view.pattern = Pattern(r"(a+)+$")
+    given_up = []
+    view.on_slow = given_up.append
+    lines = b"a" * 60 + b"!\nb\n"
+    assert view.choose(3, lines) == lines
+    assert [pattern.text for pattern in given_up] == ["(a+)+$"]
+    assert view.choose(3, lines) == lines
+    assert view.is_open
 
 
 def test_levels_are_named_as_people_name_them():
