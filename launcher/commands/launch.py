@@ -18,6 +18,7 @@ from launcher.model.options import RunOptions
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.control.server import Server
+    from launcher.engine.bridge_link import BridgeLink
     from launcher.engine.console_link import ConsoleLink
     from launcher.engine.reactor import Reactor
     from launcher.engine.screen import Screen
@@ -293,7 +294,7 @@ def _supervise(
         if not options.control:
             return supervisor.run()
         # Not on the way to the first process.
-        control = _Control(supervisor, request, run_id, environment)
+        control = _Control(supervisor, request, run_id, environment, wants_ros=options.ros)
         reactor.call_later(0, control.open)
         console = _Console(reactor, screen, supervisor)
         if options.console:
@@ -309,17 +310,25 @@ class _Control:
     """What other shells steer the run through; opened when the first processes have started."""
 
     def __init__(
-        self, supervisor: Supervisor, request: Request, run_id: str, environment: dict[str, str]
+        self,
+        supervisor: Supervisor,
+        request: Request,
+        run_id: str,
+        environment: dict[str, str],
+        *,
+        wants_ros: bool,
     ) -> None:
         self._supervisor = supervisor
+        self._wants_ros = wants_ros
         self._request = request
         self._run_id = run_id
         self._environment = environment
         self._started = time.time()
         self._server: Server | None = None
+        self._bridge: BridgeLink | None = None
 
     def open(self) -> None:
-        """Listen, if that is possible."""
+        """Listen, if that is possible, and show the run to ROS, if that is wanted."""
         from launcher import __version__
         from launcher.control.opening import open_control
         from launcher.control.service import Identity
@@ -333,9 +342,21 @@ class _Control:
             environment=self._environment,
         )
         self._server = open_control(self._supervisor.desk, identity)
+        if self._server is not None and self._wants_ros:
+            self._show_to_ros(self._server)
+
+    def _show_to_ros(self, server: Server) -> None:
+        from launcher.engine.bridge_link import BridgeLink
+
+        desk = self._supervisor.desk
+        warn = functools.partial(desk.chronicle.say, "WARNING", "launch")
+        self._bridge = BridgeLink(desk.reactor, server.path, self._environment, warn)
+        self._bridge.start()
 
     def close(self) -> None:
         """Say goodbye to all clients."""
+        if self._bridge is not None:
+            self._bridge.close()
         if self._server is not None:
             self._server.close()
 

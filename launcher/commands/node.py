@@ -77,11 +77,15 @@ def _info(options: Namespace) -> int:
 def _ps(options: Namespace) -> int:
     from dataclasses import asdict
 
+    from launcher.graph.ask import look_of_a_run
     from launcher.graph.calls import Caller
-    from launcher.graph.ps import rows, to_table
+    from launcher.graph.ps import rows, to_table, with_ghosts
 
     with settled(options) as observer, Caller(observer) as caller:
         found = rows(caller, hidden=options.all, patience_s=options.patience)
+        look = None if options.no_observer else look_of_a_run(observer.domain_id)
+    if look is not None:
+        found = with_ghosts(found, look.ghosts)
     if options.json:
         print_json([asdict(row) for row in found])
     else:

@@ -91,6 +91,8 @@ HELP = """\
   --timeout S          the run ends after S seconds
   --budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop
                        a limit on what a process may use; --budgets FILE reads them from YAML
+  --ros                a node /launcher: /diagnostics, and services that start, stop and restart
+                       processes, for rqt and Foxglove
   --no-log-files       only the screen
   --no-console         no prompt and no status bar below the output
   --no-control         no socket through which other shells see and steer the run; no
@@ -117,6 +119,8 @@ def take_run_options(words: Sequence[str]) -> tuple[RunOptions, list[str]]:
             options = _OPTIONS[name](options, value)
         else:
             rest.append(word)
+    if options.ros and not options.control:
+        raise UsageError("--ros steers the run by its socket, so it cannot go with --no-control")
     return options, rest
 
 
@@ -165,6 +169,7 @@ _FLAGS: dict[str, Callable[[RunOptions], RunOptions]] = {
     "--no-log-files": lambda options: replace(options, log_files=False),
     "--no-console": lambda options: replace(options, console=False),
     "--no-control": lambda options: replace(options, control=False),
+    "--ros": lambda options: replace(options, ros=True),
 }
 _OPTIONS: dict[str, Callable[[RunOptions, str], RunOptions]] = {
     "--restart": lambda options, word: replace(

@@ -52,8 +52,13 @@ class Server:
         self._peers: list[Peer] = []
         self._rest: Timer | None = None
         self._has_warned = False
-        self._socket = _listening(path)
+        self._socket = listening(path)
         reactor.add_reader(self._socket.fileno(), self._accept)
+
+    @property
+    def path(self) -> Path:
+        """The socket's file."""
+        return self._path
 
     def _accept(self) -> None:
         try:
@@ -72,7 +77,7 @@ class Server:
         self._welcome(connection)
 
     def _welcome(self, connection: socket.socket) -> None:
-        pid, uid = _credentials(connection)
+        pid, uid = credentials(connection)
         peer = Peer(self._reactor, connection, serve=self._serve, on_close=self._gone)
         if uid not in (self._owner, 0):
             self._warn(f"refused to be steered by user {uid} (pid {pid})")
@@ -113,7 +118,7 @@ class Server:
             peer.conclude(BadCallError("stopping", "the run has ended"), LAST_WORDS_S)
 
 
-def _listening(path: Path) -> socket.socket:
+def listening(path: Path) -> socket.socket:
     """A socket at `path` for our user alone; ControlError."""
     try:
         listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -133,7 +138,7 @@ def _listening(path: Path) -> socket.socket:
     return listening
 
 
-def _credentials(connection: socket.socket) -> tuple[int, int]:
+def credentials(connection: socket.socket) -> tuple[int, int]:
     """(pid, uid) of who has connected, as the kernel knows them."""
     raw = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     pid, uid, _ = _CREDENTIALS.unpack(raw)

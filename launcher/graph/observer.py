@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter
 
 from launcher.graph.domains import environment_domain
 from launcher.graph.look import UNKNOWN_NODE, Info, Look
-from launcher.graph.processes import PARTICIPANT_BYTES, ghosts
+from launcher.graph.processes import PARTICIPANT_BYTES, ghosts, scheme_holds
 from launcher.graph.snapshot import Direction, Endpoint, Snapshot
 
 LOOK_S = 0.1
@@ -24,12 +24,16 @@ _MEMBERS_TOPIC = "ros_discovery_info"
 
 
 class Observer:
-    """A hidden node of its own context; use with `with`. `domain_id` None: the environment's."""
+    """A node of its own context; use with `with`. `domain_id` None: the environment's.
 
-    def __init__(self, domain_id: int | None = None) -> None:
+    With a name it is a node like others, and sees itself; without, nobody sees it.
+    """
+
+    def __init__(self, domain_id: int | None = None, *, name: str | None = None) -> None:
         self.domain_id = environment_domain() if domain_id is None else domain_id
+        self._is_hidden = name is None
         # hidden, as everything that begins with an underscore; two may look at the same time
-        self.name = f"_launcher_observer_{os.getpid()}_{id(self):x}"
+        self.name = name or f"_launcher_observer_{os.getpid()}_{id(self):x}"
 
     def __enter__(self) -> Observer:
         self.context = Context()
@@ -39,15 +43,15 @@ class Observer:
             signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
         )
         self.created_s = time.monotonic()
-        self.node = _hidden_node(self.name, self.context)
+        self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
         return self
 
     def helper(self, suffix: str) -> Any:
         """One more hidden node of the same participant, for somebody who spins it or publishes."""
-        return _hidden_node(f"{self.name}_{suffix}", self.context)
+        return _node(f"{self.name}_{suffix}", self.context, is_hidden=True)
 
-    def _is_own(self, name: str) -> bool:
-        return name == self.name or name.startswith(f"{self.name}_")
+    def _hides(self, name: str) -> bool:
+        return self._is_hidden and (name == self.name or name.startswith(f"{self.name}_"))
 
     def __exit__(
         self,
@@ -61,7 +65,7 @@ class Observer:
     def node_names(self) -> list[str]:
         """Full names of all nodes but ours, sorted; a name that two nodes share comes twice."""
         found = self.node.get_node_names_and_namespaces()
-        return sorted(full_name(name, space) for name, space in found if not self._is_own(name))
+        return sorted(full_name(name, space) for name, space in found if not self._hides(name))
 
     def topic_types(self) -> dict[str, list[str]]:
         """Every topic and its types, our own `/parameter_events` among them."""
@@ -85,6 +89,8 @@ class Observer:
         """The GID of this node's own publisher."""
         own = self.node.get_publishers_info_by_topic("/parameter_events")
         gids = [bytes(i.endpoint_gid) for i in own if i.node_name == self.name]
+        # a visible one may have a namesake
+        gids.sort(key=lambda gid: not scheme_holds(gid, os.getpid()))
         return gids[0] if gids else b""
 
     def infos(self, topic: str, direction: Direction) -> list[Any]:
@@ -94,7 +100,7 @@ class Observer:
             if direction is Direction.PUBLISHER
             else self.node.get_subscriptions_info_by_topic
         )
-        return [info for info in ask(topic) if not self._is_own(info.node_name)]
+        return [info for info in ask(topic) if not self._hides(info.node_name)]
 
     def endpoints(self, topic: str) -> list[Endpoint]:
         """The publishers and subscriptions of a topic but our own."""
@@ -116,7 +122,7 @@ class Observer:
     def look(self) -> Look:
         """The same as plain data, with services."""
         names = [name for name, _ in self.node.get_topic_names_and_types(no_demangle=True)]
-        own = self.own_gid()[:PARTICIPANT_BYTES].hex(".")
+        own = self.own_gid()[:PARTICIPANT_BYTES].hex(".") if self._is_hidden else ""
         found = [i for name in names for d in Direction for i in self._mangled(name, d)]
         infos = [info for info in found if not own or not info.gid.startswith(own)]
         return Look(
@@ -133,7 +139,7 @@ class Observer:
             if direction is Direction.PUBLISHER
             else self.node.get_subscriptions_info_by_topic
         )
-        found = [i for i in ask(topic, no_mangle=True) if not self._is_own(i.node_name)]
+        found = [i for i in ask(topic, no_mangle=True) if not self._hides(i.node_name)]
         return [_info(topic, direction, info) for info in found]
 
     def all_endpoints(self) -> list[Endpoint]:
@@ -157,14 +163,15 @@ class Observer:
         return snapshot
 
 
-def _hidden_node(name: str, context: Context) -> Any:
+def _node(name: str, context: Context, *, is_hidden: bool) -> Any:
+    """A hidden node offers nothing."""
     return Node(
         name,
         context=context,
         use_global_arguments=False,
-        enable_rosout=False,
-        start_parameter_services=False,
-        parameter_overrides=[Parameter("start_type_description_service", value=False)],
+        enable_rosout=not is_hidden,
+        start_parameter_services=not is_hidden,
+        parameter_overrides=[Parameter("start_type_description_service", value=not is_hidden)],
     )
 
 

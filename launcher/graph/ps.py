@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -74,6 +74,13 @@ def rows(caller: Caller, *, hidden: bool, patience_s: float) -> list[Row]:
         )
         for owner in owners
     ]
+
+
+def with_ghosts(found: list[Row], ghosts: Iterable[str]) -> list[Row]:
+    """The rows with those of ghosts that only somebody who was there before can know."""
+    known = {row.node for row in found}
+    more = [Row(node=node, liveness=GHOST) for node in ghosts if node not in known]
+    return sorted([*found, *more], key=lambda row: row.node)
 
 
 def _silent_pids(caller: Caller) -> list[int]:

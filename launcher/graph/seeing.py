@@ -5,12 +5,16 @@ from __future__ import annotations
 import argparse
 
 from launcher.graph import domains
+from launcher.graph.ask import look_of_a_run
 from launcher.graph.look import Look
 from launcher.graph.verb import domain_option, settled, spin_time_s, tell_what_is_missing
 
 
 def seen(options: argparse.Namespace) -> Look:
     """The graph of the domain that is asked for; what could not be seen is said on stderr."""
+    if not options.no_observer and (look := look_of_a_run(domain_option(options))):
+        tell_what_is_missing(look.domain_id, look.nodes, 0, 0.0)
+        return look
     if domains.is_plain() and (look := _by_wire(options)):
         return look
     with settled(options) as observer:

@@ -21,7 +21,7 @@ from launcher.graph.look import UNKNOWN_NODE
 from launcher.graph.nudge import nudge_silent
 from launcher.graph.observer import Observer
 from launcher.graph.ports import participants_by_domain
-from launcher.graph.processes import ghosts
+from launcher.graph.processes import ghosts, same_host
 
 QUIET_S = 0.1  # news of one participant arrives within a few milliseconds
 _LOOK_S = 0.02  # a look holds up the threads that discover
@@ -66,10 +66,17 @@ def settle(
         time.sleep(_LOOK_S)
 
 
+def knows_all(observer: Observer) -> bool:
+    """Whether every participant of this machine is known, with its nodes."""
+    return _missing(observer) == 0 and not _nameless(observer)
+
+
 def _missing(observer: Observer) -> int:
+    own_gid = observer.own_gid()
     known = observer.participants()
-    living = known - ghosts(known, observer.own_gid(), os.getpid())
-    return max(0, participants_by_domain()[observer.domain_id] - len(living))
+    living = known - ghosts(known, own_gid, os.getpid())
+    local = {gid for gid in living if not own_gid or same_host(gid, own_gid)}
+    return max(0, participants_by_domain()[observer.domain_id] - len(local))
 
 
 def _nameless(observer: Observer) -> bool:

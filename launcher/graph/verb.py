@@ -49,6 +49,9 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    parser.add_argument(
+        "--no-observer", action="store_true", help="look ourselves, even if a run's bridge knows"
+    )
     parser.add_argument("--no-daemon", action="store_true", help="accepted: there is no daemon")
 
 

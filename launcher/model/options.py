@@ -21,7 +21,7 @@ class RunOptions(Record):
     `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
     time; `exit_when_any_dies` after the first death that is not followed by a restart. `budgets`
     and `budget_file` are limits on resources (`engine.budget_reader` reads them). `control`: other
-    shells may look at the run and steer it.
+    shells may look at the run and steer it; `ros`: so may ROS.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -35,6 +35,7 @@ class RunOptions(Record):
     log_files: bool = True
     control: bool = True
     console: bool = True
+    ros: bool = False
     budgets: tuple[str, ...] = ()
     budget_file: str | None = None
 

@@ -23,7 +23,7 @@ MAY_IMPORT = {
     "control": {"errors", "model", "engine"},
     "console": {"errors", "control"},
     "doctor": {"model", "engine"},
-    "graph": {"errors"},
+    "graph": {"errors", "control"},
     "domain_lease": set(),
     "smoke": {"errors", "engine", "control", "graph", "domain_lease"},
     "render": {"errors", "model", "interpreter", "language", "planner"},

@@ -1,0 +1,280 @@
+"""`--ros`: a run that ROS sees and steers, and that knows the graph for other commands."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from std_srvs.srv import Trigger
+
+from launcher.graph import ask
+from launcher.graph.calls import Caller
+from launcher.graph.observer import Observer
+from launcher.graph.wire import look_round
+from tests.process.conftest import HEAD
+from tests.ros.conftest import ros_domain, talking
+from tests.support.steered import Steered
+from tests.support.waiting import wait_until
+
+OK, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
+SLEEPERS = """sh("exec sleep 1000", name="left"), sh("exec sleep 1000", name="right")"""
+
+
+class Monitor:
+    """What rqt would show: the last status of each name, and when messages came."""
+
+    def __init__(self, observer: Observer) -> None:
+        self.caller = Caller(observer)
+        self.last: dict[str, DiagnosticStatus] = {}
+        self.stamps_s: list[float] = []
+        observer.node.create_subscription(DiagnosticArray, "/diagnostics", self._take, 50)
+
+    def _take(self, message: DiagnosticArray) -> None:
+        stamp = message.header.stamp
+        self.stamps_s.append(stamp.sec + stamp.nanosec / 1e9)
+        self.last.update({status.name: status for status in message.status})
+
+    def wait(self, name: str, level: bytes, text: str) -> DiagnosticStatus:
+        """The status of a process when it is so."""
+
+        def is_so() -> bool:
+            self.caller.wait_until_done([_Never()], 0.05)
+            one = self.last.get(f"launcher: {name}")
+            return one is not None and one.level == level and text in one.message
+
+        wait_until(is_so, f"{name}: {level!r} {text}; there is {self.last}")
+        return self.last[f"launcher: {name}"]
+
+    def steer(self, process: str, verb: str) -> Trigger.Response:
+        return self.caller.call(Trigger, f"/launcher/{process}/{verb}", Trigger.Request(), 20.0)
+
+
+class _Never:
+    def done(self) -> bool:
+        return False
+
+
+@pytest.fixture
+def domain(tmp_path: Path) -> Iterator[dict[str, str]]:
+    """A domain, and a folder for sockets, of our own."""
+    with tempfile.TemporaryDirectory(prefix="run-") as runtime, ros_domain(tmp_path) as env:
+        yield {**env, "TMPDIR": runtime, "XDG_RUNTIME_DIR": runtime}
+
+
+def run_of(env: Mapping[str, str], folder: Path, actions: str = SLEEPERS, *words: str) -> Steered:
+    file = folder / "bridge.launch.py"
+    file.write_text(f"{HEAD}{actions}\n    ])\n", encoding="utf-8")
+    return Steered(
+        [sys.executable, "-m", "launcher", str(file), "--ros", *words],
+        env=env,
+        runtime=Path(env["XDG_RUNTIME_DIR"]),
+        screen=folder / "screen",
+    )
+
+
+@pytest.fixture
+def run(domain: dict[str, str], tmp_path: Path) -> Iterator[Steered]:
+    """Two sleepers, shown to ROS."""
+    with run_of(domain, tmp_path) as run:
+        yield run
+
+
+@pytest.fixture
+def monitor(domain: dict[str, str]) -> Iterator[Monitor]:
+    with Observer(int(domain["ROS_DOMAIN_ID"])) as observer:
+        monitor = Monitor(observer)
+        with monitor.caller:
+            yield monitor
+
+
+def bridge_pid(run: Steered) -> int:
+    """The bridge among the children of the launcher."""
+
+    def find() -> list[int]:
+        children = Path(f"/proc/{run.process.pid}/task/{run.process.pid}/children").read_text()
+        return [pid for pid in map(int, children.split()) if _is_bridge(pid)]
+
+    wait_until(find, "a bridge is at work")
+    return find()[0]
+
+
+def _is_bridge(pid: int) -> bool:
+    try:
+        return b"launcher.graph.bridge" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False
+
+
+def answers(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> ask.Look:
+    """What the observer of the run says, as soon as it knows all."""
+    for name in ("XDG_RUNTIME_DIR", "TMPDIR", "ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
+        monkeypatch.setenv(name, env[name])
+    domain_id = int(env["ROS_DOMAIN_ID"])
+    wait_until(lambda: ask.look_of_a_run(domain_id), "the observer answers")
+    wait_until(lambda: (look := ask.look_of_a_run(domain_id)) and look.nodes, "it knows nodes")
+    look = ask.look_of_a_run(domain_id)
+    assert look is not None
+    return look
+
+
+def test_diagnostics_tell_each_process_and_its_death(run: Steered, monitor: Monitor):
+    left = monitor.wait("left-1", OK, "running")
+    values = {value.key: value.value for value in left.values}
+    assert values["pid"] == str(run.row("left")["pid"])
+    assert {"state", "restarts", "uptime (s)"} <= values.keys()
+    assert left.hardware_id == socket.gethostname()
+    os.kill(run.row("left")["pid"], signal.SIGKILL)
+    monitor.wait("left-1", ERROR, "died: SIGKILL")
+    monitor.wait("run", ERROR, "1 of 2 processes run; look at left-1")
+
+
+def test_what_changes_is_told_before_its_turn(run: Steered, monitor: Monitor):
+    monitor.wait("right-2", OK, "running")
+    for _ in range(3):
+        assert monitor.steer("right", "restart").success
+    monitor.wait("right-2", OK, "running")
+    gaps_s = [b - a for a, b in zip(monitor.stamps_s, monitor.stamps_s[1:], strict=False)]
+    assert min(gaps_s) < 0.5  # the period is 1 s
+
+
+def test_services_steer_and_say_what_happened(run: Steered, monitor: Monitor):
+    monitor.wait("left-1", OK, "running")
+    stopped = monitor.steer("left", "stop")
+    assert stopped.success
+    assert stopped.message.startswith("left-1 stopped in ")
+    monitor.wait("left-1", STALE, "stopped because somebody asked")
+    assert run.row("left")["state"] == "STOPPED"
+    assert monitor.steer("left", "start").message.startswith("left-1 started with pid ")
+    again = monitor.steer("left", "start")
+    assert not again.success
+    assert "left-1" in again.message
+
+
+def test_the_run_ends_as_if_the_bridge_were_not_there(domain, tmp_path, monitor: Monitor):
+    actions = 'sh("read line; exit 3", name="brief")'
+    with run_of(domain, tmp_path, actions) as run:
+        monitor.wait("brief-1", OK, "running")
+        pid = bridge_pid(run)
+        run.tell("send", "brief", text="go")
+        monitor.wait("brief-1", STALE, "the run has ended")
+        assert run.exit_code() == 1
+        assert not Path(f"/proc/{pid}").exists()
+        assert not list(Path(domain["XDG_RUNTIME_DIR"]).rglob("*.graph"))
+        assert "left behind" not in run.screen
+
+
+def test_a_killed_launcher_takes_the_bridge_with_it(run: Steered, monitor: Monitor):
+    monitor.wait("left-1", OK, "running")
+    pid = bridge_pid(run)
+    run.process.kill()
+    wait_until(lambda: not _is_bridge(pid), "the bridge has ended")
+
+
+def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: Steered, monitor: Monitor):
+    monitor.wait("left-1", OK, "running")
+    for count in range(1, 4):
+        os.kill(bridge_pid(run), signal.SIGKILL)
+        wait_until(
+            lambda count=count: run.screen.count("the ROS bridge died (signal 9)") == count,
+            "its death is told",
+        )
+    assert run.screen.count("it is started again") == 2
+    assert "the run goes on without it" in run.screen
+    assert run.row("left")["state"] == "RUNNING"
+    run.tell("quit")
+    assert run.exit_code() == 0
+
+
+def test_ros_without_a_socket_is_a_usage_error(domain, tmp_path):
+    with run_of(domain, tmp_path, SLEEPERS, "--no-control") as run:
+        assert run.exit_code() == 2
+        assert "--ros steers the run by its socket" in run.screen
+
+
+def test_the_observer_of_a_run_sees_what_a_look_of_our_own_sees(
+    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+):
+    domain_id = int(domain["ROS_DOMAIN_ID"])
+    assert answers(domain, monkeypatch).nodes == ("/launcher",)
+    with talking(domain, "tests.support.sample_nodes"):
+        ours = look_round(domain_id, 10.0, remote=False).look
+        wait_until(lambda: ask.look_of_a_run(domain_id) == ours, "it has seen all, too")
+        assert "/talker" in ours.nodes
+        quick, own = (
+            run.shell("topic", "list", "-v", *words).stdout for words in ((), ("--no-observer",))
+        )
+        assert quick == own
+
+
+def test_it_answers_only_who_means_the_same_graph(
+    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+):
+    answers(domain, monkeypatch)
+    domain_id = int(domain["ROS_DOMAIN_ID"])
+    assert ask.look_of_a_run(domain_id + 1) is None
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
+    assert ask.look_of_a_run(domain_id) is None
+
+
+def test_an_observer_that_does_not_answer_is_passed_over(domain, monkeypatch):
+    folder = Path(domain["XDG_RUNTIME_DIR"]) / "ros-launcher"
+    folder.mkdir(mode=0o700)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", domain["XDG_RUNTIME_DIR"])
+    with socket.socket(socket.AF_UNIX) as deaf:
+        deaf.bind(str(folder / "1-a.graph"))
+        deaf.listen()
+        assert ask.look_of_a_run(int(domain["ROS_DOMAIN_ID"])) is None
+        assert (folder / "1-a.graph").exists()
+    assert ask.look_of_a_run(int(domain["ROS_DOMAIN_ID"])) is None
+    assert not (folder / "1-a.graph").exists()  # nobody is behind it any more
+
+
+def test_strange_questions_harm_nobody(
+    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+):
+    answers(domain, monkeypatch)
+    path = next(Path(domain["XDG_RUNTIME_DIR"]).rglob("*.graph"))
+    assert path.stat().st_mode & 0o777 == 0o600
+    for noise in (b"\n", b"[]\n", b"{\n", b'{"domain_id": []}\n', b"x" * 100_000):
+        with socket.socket(socket.AF_UNIX) as client:
+            client.connect(str(path))
+            sender = threading.Thread(target=_send, args=(client, noise))
+            sender.start()
+            sender.join()
+    assert answers(domain, monkeypatch).nodes == ("/launcher",)
+
+
+def _send(client: socket.socket, noise: bytes) -> None:
+    try:
+        client.sendall(noise)
+    except OSError:
+        return  # it has heard enough
+
+
+def test_a_killed_node_is_a_ghost_for_who_was_there_before(
+    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+):
+    answers(domain, monkeypatch)
+    domain_id = int(domain["ROS_DOMAIN_ID"])
+    with talking(domain, "tests.support.sample_nodes") as program:
+        wait_until(
+            lambda: (look := ask.look_of_a_run(domain_id)) and "/talker" in look.nodes, "it is seen"
+        )
+        os.kill(program.pid, signal.SIGKILL)
+        program.wait()
+        wait_until(
+            lambda: (look := ask.look_of_a_run(domain_id)) and "/talker" in look.ghosts, "a ghost"
+        )
+        assert "/talker" in json.loads(run.shell("graph", "--json").stdout)["ghosts"]
+        assert "/talker" not in run.shell("node", "list", "--no-observer").stdout
+        rows = json.loads(run.shell("node", "ps", "--json").stdout)
+        assert {r["liveness"] for r in rows if r["node"] == "/talker"} == {"ghost"}
