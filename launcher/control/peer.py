@@ -124,12 +124,14 @@ class Peer:
 
     def _listen(self) -> None:
         """Read, unless it does not read itself, has more to be served, or has said all."""
+        if self._is_closed:
+            return  # its descriptor may be somebody else's by now
         wanted = not (self._output or self._is_scheduled or self._has_said_all or self._is_ending)
-        if wanted and not self._is_reading and not self._is_closed:
+        if wanted and not self._is_reading:
             self._reactor.add_reader(self._fd, self._read)
         elif not wanted and self._is_reading:
             self._reactor.remove(self._fd)
-        self._is_reading = wanted and not self._is_closed
+        self._is_reading = wanted
 
     def _read(self) -> None:
         try:
