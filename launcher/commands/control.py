@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -15,6 +16,7 @@ from launcher.control.verbs import Call, Verb
 from launcher.errors import ExitCode, UsageError
 from launcher.model.record import Record
 
+WIDE = 200  # columns of a table that goes into a pipe
 RUNS_USAGE = "runs [--json]"
 COMMON = """\
   --run ID             which run, where there are several: its id, pid or target, or the
@@ -113,9 +115,7 @@ def _runs(settings: Settings, words: Sequence[str]) -> int:
     if settings.as_json:
         _print_json({"runs": found})
     elif found:
-        from launcher.render.run_tables import run_table
-
-        _print_table(run_table(found))
+        _print_table(_run_table(found))
     else:
         print("no run of yours is going on")
     return ExitCode.OK
@@ -135,11 +135,31 @@ def _as_document(run: Any) -> dict[str, Any]:
     }
 
 
-def _print_table(table: Any) -> None:
-    from rich.console import Console
+def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
+    from rich.table import Table
+    from rich.text import Text
 
-    # Through a pipe, rich would cut at 80 columns what somebody wants to read as a whole.
-    Console(width=None if sys.stdout.isatty() else 200).print(table, highlight=False)
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for title in ("run", "target", "arguments", "since", "processes", "domain"):
+        table.add_column(title, overflow="fold")
+    for run in runs:
+        since = time.strftime("%H:%M:%S", time.localtime(run["started"]))
+        words = (run["id"], run["target"], " ".join(run["arguments"]), since)
+        domain = "-" if run["domain_id"] is None else str(run["domain_id"])
+        table.add_row(*map(Text, (*words, str(len(run["processes"])), domain)))
+    return table
+
+
+def _print_table(table: Any) -> None:
+    from launcher.console.tables import render
+    from launcher.engine.screen import wants_colour
+
+    print(render(table, _width(), colour=wants_colour(1, os.environ)), flush=True)
+
+
+def _width() -> int:
+    """Through a pipe, nothing is left out: whoever reads it wants the whole."""
+    return os.get_terminal_size(1).columns if sys.stdout.isatty() else WIDE
 
 
 # ---- one way to show each kind of answer
@@ -169,9 +189,20 @@ def _ps(connection: Connection, call: Call, settings: Settings) -> int:
     if settings.as_json:
         _print_json(result)
     else:
-        from launcher.render.run_tables import process_table
+        from launcher.console.tables import processes
 
-        _print_table(process_table(result["processes"]))
+        _print_table(processes(result["processes"], _width()))
+    return ExitCode.OK
+
+
+def _info(connection: Connection, call: Call, settings: Settings) -> int:
+    result = connection.ask("info", call.names).result
+    if settings.as_json:
+        _print_json(result)
+    else:
+        from launcher.console.tables import about, several
+
+        _print_table(several([about(one) for one in result["processes"]]))
     return ExitCode.OK
 
 
@@ -184,17 +215,17 @@ def _top(connection: Connection, call: Call, settings: Settings) -> int:
     from rich.console import Console
     from rich.live import Live
 
-    from launcher.render.run_tables import process_table
+    from launcher.console.tables import processes
 
-    console = Console()
-    if not console.is_terminal:
-        for result in looks:
-            _print_table(process_table(result["processes"]))
+    found = (look["processes"] for look in looks if "processes" in look)
+    if not sys.stdout.isatty():
+        for rows in found:
+            _print_table(processes(rows, _width()))
         return ExitCode.OK
+    console = Console()
     with Live(console=console, auto_refresh=False) as live:
-        for result in looks:
-            if "processes" in result:
-                live.update(process_table(result["processes"]), refresh=True)
+        for rows in found:
+            live.update(processes(rows, console.width, console.height - 2), refresh=True)
     return ExitCode.OK
 
 
@@ -251,6 +282,7 @@ def _used(sample: Mapping[str, Any]) -> str:
 
 _SHOWS: dict[str, Callable[[Connection, Call, Settings], int]] = {
     "ps": _ps,
+    "info": _info,
     "top": _top,
     "logs": _logs,
     "events": _events,

@@ -9,6 +9,7 @@ from typing import Any
 from prompt_toolkit.utils import get_cwidth
 
 from launcher.console.figures import cpu, memory
+from launcher.console.trouble import is_in_trouble
 
 Fragment = tuple[str, str]
 Line = list[Fragment]
@@ -22,7 +23,6 @@ _STYLES = {
     "STOPPING": "class:bar.waiting",
     "FATAL": "class:bar.trouble",
 }
-_TROUBLE = ("FATAL", "BACKOFF", "STOPPING", "STOPPED")
 
 
 def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
@@ -75,14 +75,6 @@ def _joined(cells: Sequence[Line]) -> Line:
     for cell in cells:
         line += [SEPARATOR, *cell] if line else cell
     return line
-
-
-def is_in_trouble(process: Mapping[str, Any]) -> bool:
-    """Whether a person should look at it, however many others there are."""
-    state = process["state"]
-    last = process.get("last_exit") or {}
-    died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")
-    return died or state in _TROUBLE or bool(process.get("paused"))
 
 
 def _style(process: Mapping[str, Any]) -> str:

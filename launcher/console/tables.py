@@ -11,8 +11,8 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from launcher.console.bar import is_in_trouble
 from launcher.console.figures import cpu, duration, memory
+from launcher.console.trouble import is_in_trouble
 
 NARROW = 60  # columns; below it only the most important ones are shown
 

