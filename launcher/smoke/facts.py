@@ -189,8 +189,14 @@ class Facts:
         return tuple(found[-count:])
 
     def graph(self) -> Snapshot:
-        """The newest graph."""
-        return self.graphs[-1].snapshot if self.graphs else Snapshot(nodes=(), endpoints=())
+        """The newest graph, or the last one before the stop, which empties it."""
+        seen = self.last_graph()
+        return Snapshot(nodes=(), endpoints=()) if seen is None else seen.snapshot
+
+    def last_graph(self) -> GraphSeen | None:
+        """The same with its time; None if none was seen."""
+        before = [seen for seen in self.graphs if seen.at_s <= self.stop_s]
+        return before[-1] if before else None
 
     def endpoints(self, topic: str) -> tuple[Endpoint, ...]:
         """The endpoints that a topic has now."""

@@ -75,6 +75,8 @@ class SharedMemory:
         self._folder = folder
         self._proc = proc
         self._names: set[str] = set()
+        # What is there already is not ours, even if our processes use it.
+        self._before = frozenset(path.name for path in folder.iterdir()) if folder.exists() else ()
 
     def note(self, launcher_pid: int) -> None:
         """Look now; a few milliseconds."""
@@ -99,4 +101,4 @@ class SharedMemory:
     def _is_private(self, name: str) -> bool:
         """Ports of DDS outside of our domain are shared with all domains."""
         port = _PORT.search(name)
-        return port is None or int(port[1]) in self._ports
+        return name not in self._before and (port is None or int(port[1]) in self._ports)

@@ -30,15 +30,21 @@ def _parameter(expectation: Expectation, facts: Facts, when: Period, expected: s
         when,
         expected,
         seen=_last(answers),
-        guess=None if answers and answers[-1].error is None else guesses.missing_node(node, facts),
+        guess=None if _is_answered(answers) else guesses.missing_node(node, facts),
         about=tuple(filter(None, [facts.process_of(node)])),
     )
 
 
 def _last(answers: list[Answer]) -> str:
+    """The last real answer says more than that there was none later, at the stop for instance."""
     if not answers:
         return "there was no answer"
-    return answers[-1].error or f"the answer was {answers[-1].value!r}"
+    real = [answer for answer in answers if answer.error is None]
+    return f"the answer was {real[-1].value!r}" if real else str(answers[-1].error)
+
+
+def _is_answered(answers: list[Answer]) -> bool:
+    return any(answer.error is None for answer in answers)
 
 
 def _service_text(expectation: Expectation) -> str:
@@ -56,7 +62,8 @@ def _service(expectation: Expectation, facts: Facts, when: Period, expected: str
         if holds:
             seen = f"{answer.value!r} after {when.since(answer.at_s)}"
             return met(expected, seen=seen, at_s=answer.at_s)
-        reasons.append(why)
+        if answer.error is None:
+            reasons.append(why)
     why = f" ({reasons[-1]})" if reasons and reasons[-1] else ""
     guess = guesses.missing_service(expectation.subject, facts)
     return not_yet(when, expected, seen=_last(answers) + why, guess=guess)

@@ -92,7 +92,8 @@ def _topic(expectation: Expectation, facts: Facts, when: Period, expected: str) 
     at_s = _when(facts, lambda seen: not _topic_faults(expectation, seen), when)
     if at_s is not None:
         return met(expected, seen=f"after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
-    seen = _topic_faults(expectation, facts.graphs[-1]) if facts.graphs else ["no graph was seen"]
+    last = facts.last_graph()
+    seen = ["no graph was seen"] if last is None else _topic_faults(expectation, last)
     return not_yet(
         when,
         expected,
@@ -141,7 +142,8 @@ def _qos(expectation: Expectation, facts: Facts, when: Period, expected: str) ->
     at_s = _when(facts, lambda seen: not _qos_faults(expectation, seen), when)
     if at_s is not None:
         return met(expected, seen=f"after {when.since(at_s)}", at_s=at_s)
-    faults = _qos_faults(expectation, facts.graphs[-1]) if facts.graphs else ["no graph was seen"]
+    last = facts.last_graph()
+    faults = ["no graph was seen"] if last is None else _qos_faults(expectation, last)
     return not_yet(
         when,
         expected,
