@@ -209,7 +209,8 @@ class _Reader:
             kind=kind.name,
             subject=subject,
             name=values.pop("name", ""),
-            within=values.pop("within", kind.default_within),
+            # What is never to be there has no time in which it could.
+            within=values.pop("within", None if values.get("absent") else kind.default_within),
             after=values.pop("after", START),
             values=values,
             origin=self._origin(path),
@@ -222,7 +223,7 @@ class _Reader:
             path: KeyPath = ("scenario", index)
             if known.count(step.name) > 1:
                 self._wrong(path, f"two steps are called '{step.name}'", "give one a 'name'")
-            earlier = [*known[:3], *(s.name for s in script.steps[:index])]
+            earlier = [*known[:3], *(m for s in script.steps[:index] for m in s.moments)]
             self._check_name(step.after, earlier, (*path, "after"))
         for expectation in script.expectations:
             where = self._where(expectation.origin.line)

@@ -9,7 +9,7 @@ from typing import IO
 
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.facts import Ending, Facts
-from launcher.smoke.quantities import seconds_text
+from launcher.smoke.quantities import printable, seconds_text
 from launcher.smoke.script import Script
 from launcher.smoke.system import System
 
@@ -34,7 +34,7 @@ class Narrator:
 
     def say(self, at_s: float, text: str, colour: str = "") -> None:
         """A line with the time of the run."""
-        head = f"[{at_s:6.1f} s]"
+        head, text = f"[{at_s:6.1f} s]", printable(text)
         with self._lock:
             if not self._file.closed:
                 self._file.write(f"{head} {text}\n")

@@ -186,6 +186,15 @@ EXIT = Quantity(
 )
 
 
+def printable(text: str) -> str:
+    """The text with control characters as escapes, so that it cannot steer a terminal."""
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text
+    )
+
+
 def seconds_text(value_s: float) -> str:
     """A time for people: `0.25 s`, `8.1 s`, `125 s`."""
     return f"{value_s:.2f} s" if value_s < 1 else f"{value_s:.1f} s"

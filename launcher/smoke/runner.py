@@ -21,7 +21,7 @@ from launcher.smoke.result import Judged, Result
 from launcher.smoke.script import Script
 from launcher.smoke.steps import Step
 from launcher.smoke.system import STOP_S, System
-from launcher.smoke.timeline import Strokes, Timeline, resumed
+from launcher.smoke.timeline import Strokes, Timeline
 
 LOOK_S = 0.1
 JUDGE_S = 0.5  # judging all of a long run's messages has its price
@@ -139,16 +139,18 @@ class Runner:
     def _do(self, actor: Actor, step: Step) -> None:
         def done(error: str | None) -> None:
             if error is None:
-                self._system.recorder.step(step.name)
+                self._system.recorder.step(step.done)
                 self._narrator.say(self._now_s, f"step: {step.command.text}")
             elif not self._is_over.is_set():
                 self._failed_steps.append((step, error))
                 self._narrator.say(self._now_s, f"step failed: {step.command.text}: {error}")
 
         def over() -> None:
-            self._system.recorder.step(resumed(step))
+            self._system.recorder.step(step.over)
             self._narrator.say(self._now_s, f"step: {step.command.text}: over")
 
+        # Its effects may be seen before we know that it is done.
+        self._system.recorder.step(step.name)
         actor.do(step.command, done, over)
 
     # ---- the end

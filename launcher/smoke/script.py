@@ -34,7 +34,8 @@ class Script:
 
     def known_steps(self) -> tuple[str, ...]:
         """What `after` may name."""
-        return (START, READY, STOP, *(step.name for step in self.steps))
+        moments = (moment for step in self.steps for moment in step.moments)
+        return (START, READY, STOP, *moments)
 
     def presence(self) -> tuple[Expectation, ...]:
         """What has to be there before the system is ready."""
@@ -69,7 +70,8 @@ class Script:
         times = {START: 0.0, READY: self.ready_limit_s()}
         for step in self.steps:
             room_s = float(step.command.words.get("time_s", 0.0))
-            times[step.name] = times.get(step.after, 0.0) + step.delay_s + room_s
+            at_s = times.get(step.after, 0.0) + step.delay_s
+            times |= dict.fromkeys(step.moments, at_s + room_s)
         return times
 
     def needs_ros(self) -> bool:

@@ -43,6 +43,22 @@ class Step:
     process: str | None = None
     origin: Origin = COMMAND_LINE
 
+    @property
+    def done(self) -> str:
+        """The name of the moment at which it has been done."""
+        return f"{self.name}: done"
+
+    @property
+    def over(self) -> str:
+        """The name of the moment at which a pause is over."""
+        return f"{self.name}: over"
+
+    @property
+    def moments(self) -> tuple[str, ...]:
+        """What `after` may name: its beginning, when it is done, the end of a pause."""
+        is_pause = self.command.verb == "pause" and "time_s" in self.command.words
+        return (self.name, self.done, *((self.over,) if is_pause else ()))
+
 
 _VERBS: dict[str, tuple[str, str]] = {
     "kill": (r"(?P<name>\S+)(?: +(?:with +)?(?P<signal>SIG[A-Z0-9]+))?", "kill robot_2 [SIGKILL]"),

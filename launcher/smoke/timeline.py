@@ -10,39 +10,32 @@ from launcher.smoke.facts import READY, Facts
 from launcher.smoke.steps import Chaos, Command, Step
 
 
-def resumed(step: Step) -> str:
-    """The name of the moment at which a pause is over."""
-    return f"{step.name}: over"
-
-
 class Timeline:
-    """Hands out each step once, when its time has come."""
+    """Hands out each step once, when its time has come.
+
+    A step after another one waits until that has been done.
+    """
 
     def __init__(self, steps: Sequence[Step]) -> None:
         self._waiting = list(steps)
+        self._done = {step.name: step.done for step in steps}
 
     def due(self, facts: Facts) -> list[Step]:
         """The steps whose time has come, in their order."""
-        found = [step for step in self._waiting if _is_due(step, facts)]
+        found = [step for step in self._waiting if self._is_due(step, facts)]
         self._waiting = [step for step in self._waiting if step not in found]
         return found
+
+    def _is_due(self, step: Step, facts: Facts) -> bool:
+        begin_s = facts.steps.get(self._done.get(step.after, step.after))
+        if begin_s is not None and step.after_log is not None:
+            begin_s = _line_s(step, facts, begin_s)
+        return begin_s is not None and facts.now_s >= begin_s + step.delay_s
 
     @property
     def waiting(self) -> tuple[Step, ...]:
         """Those that have not happened."""
         return tuple(self._waiting)
-
-
-def _is_due(step: Step, facts: Facts) -> bool:
-    begin_s = facts.steps.get(step.after)
-    if begin_s is None:
-        return False
-    if step.after_log is not None:
-        line_s = _line_s(step, facts, begin_s)
-        if line_s is None:
-            return False
-        begin_s = line_s
-    return facts.now_s >= begin_s + step.delay_s
 
 
 def _line_s(step: Step, facts: Facts, begin_s: float) -> float | None:

@@ -52,10 +52,10 @@ CASES = {
         "it stayed in the graph",
     ),
     "node never there": Case(
-        "node: /robot_3, absent: true, within: 5 s",
+        "node: /robot_3, absent: true",
         graphs(graph(nodes=("/robot_1",))),
-        {"graphs": (graph(nodes=("/robot_3",), at_s=0),)},
-        "it stayed",
+        graphs(graph(nodes=("/robot_3",)), graph(at_s=3)),
+        "it was there after 2.0 s",
     ),
     "node of a dead process": Case(
         "node: /robot_1",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from launcher.smoke.facts import Facts
-from launcher.smoke.quantities import seconds_text
+from launcher.smoke.quantities import printable, seconds_text
 from launcher.smoke.result import Judged
 
 LINES = 10
@@ -24,7 +24,7 @@ def describe(one: Judged, facts: Facts) -> list[str]:
         lines.append(f"    maybe:    {verdict.guess}")
     for process in verdict.about:
         lines += _last_lines(process, facts)
-    return lines
+    return [printable(line) for line in lines]
 
 
 def _last_lines(process: str, facts: Facts) -> list[str]:

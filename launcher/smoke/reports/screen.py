@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from launcher.smoke.quantities import printable
 from launcher.smoke.reports import flakes
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.result import Judged, Result
@@ -36,13 +37,17 @@ def show(console: Console, result: Result) -> None:
     for head in ("", "expectation", "seen"):
         table.add_column(head, overflow="fold")
     for one in result.judged:
-        table.add_row(_mark(one), Text(one.expectation.name), Text(one.verdict.seen))
+        table.add_row(_mark(one), _shown(one.expectation.name), _shown(one.verdict.seen))
     console.print(table)
     for one in result.failures:
         console.print()
         console.print(Text("\n".join(describe(one, result.facts))), soft_wrap=True)
     console.print()
     console.print(Text(summary(result), style="green" if not result.exit_code else "red"))
+
+
+def _shown(text: str) -> Text:
+    return Text(printable(text))
 
 
 def _mark(one: Judged) -> Text:
@@ -73,7 +78,7 @@ def show_flakes(console: Console, results: Sequence[Result]) -> None:
         table.add_row(
             Text(row.verdict, style=style),
             Text(f"{row.met} of {row.runs}"),
-            Text(row.name),
+            _shown(row.name),
             Text(row.spread),
         )
     console.print(table)

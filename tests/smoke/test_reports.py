@@ -1,0 +1,123 @@
+"""What a smoke run leaves for CI, for people and for the next run."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from junitparser import Error, Failure, JUnitXml
+
+from tests.smoke.bench import PATIENT, SHORT, Bench
+
+MIXED = """
+    for: 1 s
+    expect:
+      - {name: heard, log: here, process: patient}
+      - name: "not <heard> & \\x1b[1m"
+        log: there
+"""
+
+
+def test_junit_has_one_case_for_each_expectation(bench: Bench):
+    bench.write(PATIENT)
+    bench.expect(MIXED)
+    path = bench.folder / "deep" / "out.xml"
+    bench.smoke(f"--junit={path}")
+    (suite,) = JUnitXml.fromfile(str(path))
+    cases = {case.name: case for case in suite}
+    failed = cases.pop("not <heard> & \ufffd[1m")
+    assert (suite.tests, suite.failures, suite.errors) == (3, 1, 0)
+    (failure,) = failed.result
+    assert isinstance(failure, Failure)
+    assert "expected: a line with 'there'" in failure.text
+    assert [case.result for case in cases.values()] == [[], []]
+    assert {case.classname for case in cases.values()} == {"tested.launch.py"}
+
+
+def test_junit_has_an_error_where_the_run_itself_failed(bench: Bench):
+    bench.write(PATIENT)
+    path = bench.folder / "out.xml"
+    bench.smoke("--ready-within=0.2", "--expect-node=/nobody", f"--junit={path}")
+    (suite,) = JUnitXml.fromfile(str(path))
+    errors = [r for case in suite for r in case.result if isinstance(r, Error)]
+    assert [error.message for error in errors] == ["not ready in time"]
+
+
+def test_annotations_lead_to_the_line_of_the_expectation(bench: Bench):
+    bench.write(PATIENT)
+    bench.expect(MIXED)
+    done = bench.smoke("--github")
+    (line,) = [x for x in done.stdout.splitlines() if x.startswith("::error ")]
+    assert re.match(r"::error file=[^,]*tested\.expect\.yaml,line=5,title=not met%3A ", line)
+    assert "%0A    seen:     no such line among 1" in line
+
+
+def test_the_evidence_is_complete(bench: Bench):
+    bench.write(PATIENT)
+    bench.expect(MIXED)
+    bench.smoke()
+    names = {path.name for path in bench.evidence.iterdir()}
+    assert names >= {
+        "smoke.log",
+        "report.json",
+        "launch.log",
+        "events.jsonl",
+        "plan.json",
+        "expectations.yaml",
+        "launcher.out",
+        "log",
+    }
+    told = (bench.evidence / "smoke.log").read_text("utf-8")
+    assert "met      heard: after" in told and "the system stopped in" in told
+    assert "\x1b" not in told
+
+
+def test_evidence_that_nobody_asked_for_goes_if_all_is_well(bench: Bench, tmp_path: Path):
+    bench.environment["TMPDIR"] = str(tmp_path)
+    bench.write(PATIENT)
+    bench.evidence = Path("")
+    good = bench.smoke("--for=1")
+    assert (good.returncode, list(tmp_path.glob("smoke-*"))) == (0, [])
+
+
+def test_repeats_tell_what_is_flaky(bench: Bench):
+    # Every second run has another line.
+    bench.write(
+        f'sh("coin", "if mkdir {bench.folder}/flip; then echo heads; '
+        f'else rmdir {bench.folder}/flip; echo tails; fi; exec sleep 1000"),'
+    )
+    done = bench.smoke("--for=1", "--repeat=3", "--expect-log=heads", "--expect-log=heads|tails")
+    assert done.returncode == 3
+    rows = [re.split(r"  +", line.strip()) for line in done.stdout.splitlines()]
+    found = {row[2]: row[:2] for row in rows if row[0] in ("always", "FLAKY", "NEVER")}
+    assert found["log heads"] == ["FLAKY", "2 of 3"]
+    assert found["log heads|tails"] == ["always", "3 of 3"]
+    assert "smoke: 2 of 3 runs without a failure" in done.stdout
+    assert (bench.evidence / "run-3" / "report.json").exists()
+
+
+def test_a_baseline_is_written_once_and_held_afterwards(bench: Bench):
+    bench.write(PATIENT)
+    path = bench.folder / "baseline.json"
+    first = bench.smoke("--for=3", f"--baseline={path}")
+    assert first.returncode == 0 and "smoke: wrote" in first.stdout
+    document = json.loads(path.read_text("utf-8"))
+    assert {"start_up", "cpu patient", "memory patient"} <= document["measures"].keys()
+    second = bench.smoke("--for=3", f"--baseline={path}")
+    assert second.returncode == 0, second.stdout
+
+    document["measures"]["memory patient"]["value"] = -100
+    path.write_text(json.dumps(document), encoding="utf-8")
+    third = bench.smoke("--for=3", f"--baseline={path}", f"--junit={bench.folder / 'out.xml'}")
+    assert third.returncode == 3
+    assert "WORSE  baseline: memory patient" in third.stdout
+    assert 'name="baseline: memory patient"' in (bench.folder / "out.xml").read_text("utf-8")
+
+
+def test_no_baseline_is_made_of_a_bad_run(bench: Bench):
+    bench.write(SHORT)
+    path = bench.folder / "baseline.json"
+    done = bench.smoke("--for=1", f"--baseline={path}")
+    assert done.returncode == 1
+    assert "no baseline is written" in done.stdout and not path.exists()

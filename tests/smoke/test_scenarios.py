@@ -1,0 +1,107 @@
+"""What is done to a system while it runs, and what is expected after it."""
+
+from __future__ import annotations
+
+import re
+
+from tests.smoke.bench import DONE, PATIENT, Bench
+
+CLOCK = 'sh("clock_{0}", "while :; do echo tick {0}; sleep 0.1; done"),'
+TWO = (CLOCK.format(1), CLOCK.format(2))
+ECHO = 'sh("echo", "while read line; do echo heard $line; done"),'
+
+
+def test_a_killed_process_is_started_again(bench: Bench):
+    bench.write(*TWO)
+    bench.expect(
+        """
+        for: 4 s
+        scenario:
+          - {at: 1 s, do: kill clock_1, name: kill}
+          - {after: kill, at: 1 s, do: start clock_1, name: again}
+        expect:
+          - {name: death, process: clock_1, exits: SIGKILL, after: kill, within: 1 s}
+          - {name: return, log: tick 1, after: again, within: 2 s}
+          - {name: other, process: clock_2, restarts: 0}
+          - {name: alive, process: clock_1}
+        """
+    )
+    done = bench.smoke()
+    assert done.returncode == 0, done.stdout
+    steps = bench.report()["steps"]
+    assert steps["again"] >= steps["kill"] + 1.0
+
+
+def test_a_paused_process_says_nothing(bench: Bench):
+    bench.write(*TWO)
+    bench.expect(
+        """
+        for: 5 s
+        scenario:
+          - {at: 1 s, do: pause clock_1 for 2 s, name: nap}
+        expect:
+          - {name: quiet, log: tick 1, count: 0, after: nap, within: 0.5 to 1.5 s}
+          - {name: other, log: tick 2, after: nap, within: 1 s}
+          - {name: awake, log: tick 1, after: 'nap: over', within: 2 s}
+        """
+    )
+    done = bench.smoke()
+    assert bench.outcomes()["other"] == bench.outcomes()["awake"] == "met", done.stdout
+
+
+def test_a_step_waits_for_a_line_and_can_talk_to_a_process(bench: Bench):
+    bench.write(PATIENT, ECHO)
+    bench.expect(
+        """
+        for: 3 s
+        scenario:
+          - {after_log: here I am, process: patient, do: send echo hello there, name: hello}
+          - {after: hello, at: 0.5 s, do: stop patient}
+        expect:
+          - {log: heard hello there, after: hello, within: 2 s}
+          - {process: patient, alive: false}
+        """
+    )
+    done = bench.smoke()
+    assert done.returncode == 0, done.stdout
+
+
+def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
+    bench.write(PATIENT)
+    bench.expect(
+        """
+        for: 2 s
+        scenario:
+          - {at: 0.5 s, do: stop nobody, name: wrong}
+          - {after_log: never, do: stop patient, name: waiting}
+        """
+    )
+    done = bench.smoke()
+    assert done.returncode == 3
+    assert "nobody" in bench.judged("step wrong")["seen"]
+    assert bench.judged("step waiting")["seen"] == "no line with 'never' came"
+
+
+def test_chaos_does_the_same_with_the_same_seed(bench: Bench):
+    bench.write(*TWO, CLOCK.format(3))
+    words = ("--for=4.5", "--chaos=restart one of clock_* every 1 s", "--seed=7")
+    told = [bench.smoke(*words) for _ in range(2)]
+    assert [done.returncode for done in told] == [0, 0], told[0].stdout
+    # How many fit into the time depends on when the system was ready.
+    strokes = [re.findall(r"chaos (\d): restart (\S+)", done.stdout) for done in told]
+    common = min(map(len, strokes))
+    assert common >= 3
+    assert strokes[0][:common] == strokes[1][:common]
+
+
+def test_restart_policies_act_on_what_chaos_kills(bench: Bench):
+    bench.write(*TWO, DONE)
+    done = bench.smoke(
+        "--for=4",
+        "--chaos=kill one of clock_* every 1 s",
+        "--restart=clock_*=always",
+        "--expect-alive=clock_*",
+        "--expect-log=clock_1: tick",
+    )
+    assert done.returncode == 0, done.stdout
+    assert "chaos 2: kill clock_" in done.stdout
