@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from prompt_toolkit.application.run_in_terminal import in_terminal
 
 from launcher.console import talk
-from launcher.console.bar import Line, fitted, status_line
+from launcher.console.bar import Line, fitted, status_line, width
 from launcher.console.completion import WordCompleter
 from launcher.console.display import Display
 from launcher.console.feed import Feed
@@ -54,6 +54,11 @@ async def in_thread(work: Callable[[], T]) -> T:
 
     threading.Thread(target=run, daemon=True).start()
     return await done
+
+
+def _below_home(path: str) -> str:
+    home = os.path.expanduser("~") + "/"
+    return f"~/{path.removeprefix(home)}" if path.startswith(home) else path
 
 
 class Session:
@@ -176,13 +181,11 @@ class Session:
         return [status_line(self._processes, columns), self._about_the_run(columns)]
 
     def _about_the_run(self, columns: int) -> Line:
-        home = os.path.expanduser("~")
-        folder = self._run.log_dir or "no log files"
-        if folder.startswith(home + "/"):
-            folder = "~" + folder.removeprefix(home)
         if self._watch is not None:
             return fitted([("class:bar.waiting", "any key ends this")], columns)
-        return fitted([("class:bar.quiet", f"{folder} | help | Ctrl-C stops the run")], columns)
+        folder = _below_home(self._run.log_dir or "no log files")
+        line = [("class:bar.quiet", f"help | Ctrl-C stops the run | {folder}")]
+        return line if width(line) <= columns else fitted([("class:bar.quiet", folder)], columns)
 
     # ---- what a person does
 

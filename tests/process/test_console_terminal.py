@@ -1,0 +1,218 @@
+"""The console and its terminal: who gets one, and that it is put into order whatever happens."""
+
+from __future__ import annotations
+
+import os
+import pty
+import signal
+import subprocess
+from pathlib import Path
+
+import psutil
+
+from tests.process.conftest import Bench
+from tests.support.glass import Glass
+from tests.support.waiting import wait_until
+
+TICKS = """
+        py("import time\\nwhile True: print('tick', flush=True); time.sleep(0.05)", name="ticker"),
+"""
+
+
+def consoles_of(launcher: int) -> list[psutil.Process]:
+    children = psutil.Process(launcher).children()
+    return [child for child in children if "launcher.console" in child.cmdline()]
+
+
+def console_of(launcher: int) -> psutil.Process:
+    (console,) = consoles_of(launcher)
+    return console
+
+
+# ---- who gets one
+
+
+def test_no_console_is_started_where_nobody_wants_one(bench: Bench):
+    glass = bench.glass(TICKS, "--no-console")
+    before = glass.settings()
+    glass.wait_until(lambda: glass.text.count("tick") > 20, "a second of lines")
+    assert consoles_of(glass.pid) == []
+    assert glass.settings() == before
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+def test_a_dumb_terminal_gets_no_console(bench: Bench):
+    bench.env["TERM"] = "dumb"
+    glass = bench.glass(TICKS)
+    glass.wait_until(lambda: glass.text.count("tick") > 20, "a second of lines")
+    assert consoles_of(glass.pid) == []
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+def test_without_a_terminal_on_both_sides_there_is_no_console(bench: Bench):
+    command = bench.command(TICKS)
+    ours, theirs = pty.openpty()
+    for stdin, stdout in ((theirs, subprocess.PIPE), (subprocess.DEVNULL, theirs)):
+        launcher = subprocess.Popen(command, env=bench.env, stdin=stdin, stdout=stdout)
+        source = ours if launcher.stdout is None else launcher.stdout.fileno()
+        seen = b""
+        while seen.count(b"tick") < 20:
+            seen += os.read(source, 4096)
+        assert consoles_of(launcher.pid) == []
+        assert b"\x1b[?" not in seen
+        launcher.send_signal(signal.SIGINT)
+        wait_until(lambda one=launcher: one.poll() is not None, "the end")
+        if launcher.stdout is not None:
+            launcher.stdout.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_a_run_in_the_background_leaves_the_terminal_alone(bench: Bench):
+    words = " ".join(bench.command(TICKS))
+    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+        shell.type(f"PS1='$ '; {words} &\n")
+        shell.wait_until(lambda: shell.text.count("] tick") > 20, "a second of lines")
+        (launcher,) = psutil.Process(shell.pid).children()
+        assert consoles_of(launcher.pid) == []
+        launcher.send_signal(signal.SIGTERM)
+        wait_until(lambda: not launcher.is_running(), "the end")
+
+
+# ---- whatever happens
+
+
+def test_a_killed_launcher_leaves_the_terminal_as_it_was_and_says_so(bench: Bench):
+    glass = bench.glass(TICKS)
+    before = glass.settings()
+    glass.wait_for_prompt()
+    glass.type("half a li")
+    glass.wait_until(lambda: "> half a li" in glass.text, "what is typed")
+    glass.kill(signal.SIGKILL)
+    glass.wait_for("[ERROR] [console]: the launcher was killed")
+    wait_until(lambda: bench.survivors() == [], "nothing is left")
+    glass.read(0.1)
+    assert glass.settings() == before
+    assert not glass.cursor_is_hidden
+    assert "half a li" not in glass.text
+
+
+def test_a_killed_console_costs_one_warning_and_no_line(bench: Bench):
+    count = 'py("import time\\nfor n in range(400): print(n, flush=True); time.sleep(0.005)"),'
+    glass = bench.glass(count + TICKS)
+    before = glass.settings()
+    glass.wait_for_prompt()
+    console_of(glass.pid).kill()
+    glass.wait_for("[launch]: the console died (SIGKILL); the run goes on without one")
+    glass.wait_until(lambda: any(row.endswith("] 399") for row in glass.scrolled), "the last")
+    assert glass.settings() == before
+    assert not glass.cursor_is_hidden
+    numbers = [
+        row.rpartition(" ")[2] for row in glass.scrolled if "[python" in row and "INFO" not in row
+    ]
+    assert [n for n in numbers if n.isdecimal()] == [str(n) for n in range(400)]
+    assert sum("the console died" in row for row in glass.scrolled) == 1
+    glass.ctrl_c()  # is the terminal's own again
+    assert glass.exit_code() == 0
+    assert bench.survivors() == []
+
+
+def test_a_console_that_cannot_work_costs_one_warning(bench: Bench, tmp_path: Path):
+    broken = tmp_path / "broken" / "prompt_toolkit"
+    broken.mkdir(parents=True)
+    (broken / "__init__.py").write_text("raise ImportError('no such terminal')")
+    bench.env["PYTHONPATH"] = str(broken.parent)
+    glass = bench.glass(TICKS)
+    before = glass.settings()
+    glass.wait_for("the console died (exit code 1): ImportError: no such terminal")
+    assert glass.settings() == before
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+FLOOD = """
+        py("input()\\nfor n in range(40000): print(f'{n:05}', 'x' * 60)\\ninput()", name="flood"),
+"""
+
+
+def test_a_stopped_console_holds_the_run_up_and_loses_nothing(bench: Bench):
+    glass = bench.glass(FLOOD)
+    glass.wait_for_prompt()
+    console = console_of(glass.pid)
+    (flood,) = (c for c in psutil.Process(glass.pid).children() if "input()" in c.cmdline()[-1])
+    glass.enter("send flood go")
+    glass.wait_for("] 00")
+    console.suspend()
+    wait_until(lambda: flood.status() == psutil.STATUS_SLEEPING, "it waits for room")
+    console.resume()
+    glass.wait_until(lambda: "] 39999" in glass.text, "the last line", 60.0)
+    numbers = [row.split()[1] for row in glass.scrolled if row.startswith("[flood-1] ")]
+    assert numbers == [f"{n:05}" for n in range(40000)]
+    glass.ctrl_c()
+    glass.exit_code()
+
+
+# ---- suspended, resized
+
+
+def test_ctrl_z_gives_the_terminal_back_and_fg_takes_it_again(bench: Bench):
+    words = " ".join(bench.command(TICKS))
+    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+        shell.type(f"PS1='$ '; {words}\n")
+        shell.wait_for_prompt()
+        shell.type("\x1a")
+        shell.wait_for("Stopped")
+        shell.type("stty -a | grep -o ' icanon'\n")
+        shell.wait_until(lambda: any(row == " icanon" for row in shell.rows), "cooked mode")
+        shell.type("fg\n")
+        shell.wait_until(lambda: shell.rows[shell.prompt_row].rstrip() == ">", "the prompt")
+        shell.enter("ps")
+        shell.wait_for("ticker-1  running")
+        shell.ctrl_c()
+        shell.wait_for("process was stopped")
+        shell.type("echo exit code $?\n")
+        shell.wait_for("exit code 0")
+
+
+def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
+    words = " ".join(bench.command(TICKS))
+    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+        shell.type(f"PS1='$ '; {words}\n")
+        shell.wait_for_prompt()
+        shell.type("\x1a")
+        shell.wait_for("Stopped")
+        shell.type("clear; bg\n")
+        shell.wait_until(lambda: shell.text.count("] tick") > 20, "lines go on")
+        assert shell.prompt_row == -1
+        shell.type("fg\n")
+        shell.wait_for_prompt()
+        shell.enter("quit")
+        shell.wait_for("process was stopped")
+        shell.type("echo exit code $?\n")
+        shell.wait_for("exit code 0")
+
+
+SIZE = """
+        py("import os, signal, time\\n"
+           "tell = lambda *_: print('size', *os.get_terminal_size(), flush=True)\\n"
+           "signal.signal(signal.SIGWINCH, tell)\\ntell()\\n"
+           "while True: time.sleep(1)", name="sizer", emulate_tty=True),
+"""
+
+
+def test_a_resized_window_is_drawn_anew_and_told_to_the_processes(bench: Bench):
+    glass = bench.glass(SIZE, columns=100, rows=24)
+    glass.wait_for("size 90 24")  # less the prefix
+    glass.wait_for_prompt()
+    glass.type("half a li")
+    glass.resize(60, 15)
+    glass.wait_for("size 50 15")
+    glass.wait_until(lambda: "> half a li" in glass.text, "the prompt")
+    glass.wait_until(lambda: sum(r.startswith(">") for r in glass.rows) == 1, "one prompt")
+    glass.resize(120, 30)
+    glass.wait_for("size 110 30")
+    glass.wait_until(lambda: glass.rows[glass.prompt_row + 1].startswith("sizer "), "the bar")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
