@@ -15,7 +15,7 @@ export PIP_BUILD_CONSTRAINT := requirements/build.txt
 LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-url --no-annotate \
         -c requirements/build.txt
 
-.PHONY: run test lint types unit browser env dev picture overflow lock clean
+.PHONY: run test lint types unit browser env dev picture drill overflow lock clean
 
 ## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
 run: $(VENV)/.run
@@ -45,6 +45,10 @@ overflow: $(VENV)/.run
 ## picture: draw the graph of the running fleet into docs/fleet.svg
 picture: $(VENV)/.dev
 	@$(PY) -m tools.draw_fleet docs/fleet.svg
+
+## drill: kill and start robot_2 in the console of the real fleet, draw that into docs/drill.svg
+drill: $(VENV)/.dev
+	@$(PY) -m tools.record_drill docs/drill.svg
 
 env: $(VENV)/.run
 dev: $(VENV)/.dev

@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
+from benchmarks.console import console
 from benchmarks.footprint import footprint
 from benchmarks.harness import Row
 from benchmarks.latency import latency
@@ -25,6 +26,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "pipes": pipes,
     "ptys": ptys,
     "latency": latency,
+    "console": console,
     "idle": footprint,
     "respawn": respawn,
     "ctrl-c": ctrl_c,

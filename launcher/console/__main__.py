@@ -30,7 +30,7 @@ async def _run(pid: int, feed: int, link: socket.socket) -> int:
     session = Session(run, feed, link, colour=not os.environ.get("NO_COLOR"))
     try:
         if not await session.run_until_end():
-            session.end_abruptly()
+            session.tell_of_death()
     finally:
         session.restore()
     return 0

@@ -60,12 +60,12 @@ class Display:
         if partial is not None and partial != self.partial:
             self.partial = partial
             self.footer_changed()
-            if not lines:
-                self.application.invalidate()
-                return
+            self.application.invalidate()
+        if not lines:
+            return
         if self.has_footer:
             self._terminal.write(self._erasing() + lines + self._drawing())
-        elif lines:
+        else:
             self._terminal.write(lines)
 
     def say(self, text: str) -> None:

@@ -13,13 +13,16 @@ MOST_BYTES = 512 * 1024  # in one go; more would keep a person's keys waiting
 FRAME_S = 1 / 60
 HURRY_BYTES = 16 * 1024
 
+# A block may end anywhere: what has no end yet is shown only if nothing follows.
+PARTIAL_S = 0.05
+
 OVERWRITE = b"\r\x1b[K"  # a progress bar starts its line again
 
 
 class Feed:
-    """`show(lines, partial)` gets the whole lines of a block, and the line that has no end yet.
+    """`show(lines, partial)` gets the whole lines of a block, or the line that has no end yet.
 
-    `on_end()` is called when the launcher has closed its end; `partial` is b"" then.
+    `on_end()` is called when the launcher has closed its end and all is shown.
     """
 
     def __init__(
@@ -34,6 +37,7 @@ class Feed:
         self._show = show
         self._on_end = on_end
         self._partial = b""
+        self._waiting: asyncio.TimerHandle | None = None
         self._slow = False
         self._resting = False
         self._ended = False
@@ -86,7 +90,12 @@ class Feed:
         lines, self._partial = split(self._partial + block)
         if self._ended and self._partial:
             lines, self._partial = lines + self._partial + b"\n", b""
-        self._show(lines, self._partial)
+        if self._waiting is not None:
+            self._waiting.cancel()
+        if lines:
+            self._show(lines, b"")
+        if self._partial:
+            self._waiting = self._loop.call_later(PARTIAL_S, self._show, b"", self._partial)
 
 
 def split(data: bytes) -> tuple[bytes, bytes]:

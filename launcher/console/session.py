@@ -75,6 +75,7 @@ class Session:
         self._tasks: set[asyncio.Future[Any]] = set()
         self._watch: Watch | None = None
         self._fault: BaseException | None = None
+        self._has_goodbye = False
         self._application = make_application(
             self,
             self,
@@ -106,7 +107,7 @@ class Session:
             self._terminal.drain(LAST_WORDS_S)
         if self._fault is not None:
             raise self._fault
-        return self._has_goodbye()
+        return self._has_goodbye
 
     async def _is_given_the_terminal(self) -> bool:
         """Say that we are ready; from the answer on, the launcher writes only to us."""
@@ -116,7 +117,7 @@ class Session:
 
     def _begin(self) -> None:
         self._terminal.write(b"\r")
-        feed = Feed(self._loop, self._feed_fd, self._display.show, self._end)
+        feed = Feed(self._loop, self._feed_fd, self._display.show, self._launcher_ended)
         self._terminal.on_slow = feed.hold_back
         self._do(self._keep_looking())
 
@@ -124,13 +125,19 @@ class Session:
         if self._application.is_running and not self._application.is_done:
             self._application.exit()
 
-    def _has_goodbye(self) -> bool:
+    def _launcher_ended(self) -> None:
         with contextlib.suppress(BlockingIOError, ConnectionError):
-            return b"B" in self._link.recv(16)
-        return False
+            self._has_goodbye = b"B" in self._link.recv(16)
+        if not self._has_goodbye and not self._terminal.is_ours():
+            # The shell has noticed sooner than we have: its prompt is where ours was, and its
+            # settings are in force. What prompt_toolkit puts back would not be theirs.
+            self._terminal.write(b"\x1b[?25h\x1b[?7h\x1b[J\r\n")
+            self.tell_of_death()
+            os._exit(0)
+        self._end()
 
-    def end_abruptly(self) -> None:
-        """The launcher is gone: the terminal as it was, as far as it is still ours."""
+    def tell_of_death(self) -> None:
+        """The launcher is gone without a goodbye: say so, as the last line."""
         text = "the launcher was killed; everything that it had started is ended by its watchdog"
         self._terminal.write(f"[ERROR] [console]: {text}\r\n".encode())
         self._terminal.drain(LAST_WORDS_S)

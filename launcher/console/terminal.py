@@ -45,7 +45,7 @@ class Terminal:
         try:
             return os.tcgetpgrp(0) == os.getpgrp()
         except OSError:
-            return False
+            return True  # the launcher led the session and has died: nobody else has it
 
     def write(self, data: bytes) -> None:
         """Write this behind what waits."""

@@ -24,7 +24,8 @@ import sys
 import tempfile
 from launch import LaunchDescription
 from launch.actions import (
-    DeclareLaunchArgument, ExecuteProcess, RegisterEventHandler, Shutdown, TimerAction)
+    DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, RegisterEventHandler, Shutdown,
+    TimerAction)
 from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchLogDir
 

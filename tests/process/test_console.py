@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from tests.process.conftest import Bench
 
 TICKS = """
@@ -85,5 +87,184 @@ def test_a_burst_of_10_000_lines_stays_whole_and_in_order_above_the_prompt(bench
     assert [text for text in glass.rows[row + 3 :] if text] == []
     shown = [line for line in glass.scrolled if "] line " in line]
     assert shown == [f"[burst-1] line {n:05} {'x' * 40}" for n in range(10000)]
+    glass.ctrl_c()
+    glass.exit_code()
+
+
+# ---- keys
+
+
+def test_ctrl_d_on_an_empty_line_ends_the_run(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.type("xy\x02\x04")  # back over the y, and delete it
+    glass.wait_until(lambda: glass.rows[glass.prompt_row] == "> x", "one letter")
+    glass.type("\x15\x04")
+    assert glass.exit_code() == 0
+    assert any("> quit" in row for row in glass.scrolled)
+
+
+STUBBORN = """
+        py("import signal, time\\ndef refuse(*_): print('no', flush=True)\\n"
+           "for s in (2, 15): signal.signal(s, refuse)\\n"
+           "print('up', flush=True)\\nwhile True: time.sleep(1)", name="stubborn"),
+"""
+
+
+def test_a_second_and_a_third_ctrl_c_do_not_wait(bench: Bench):
+    glass = bench.glass(STUBBORN)
+    glass.wait_for_prompt()
+    glass.wait_for("] up")
+    glass.ctrl_c()
+    glass.wait_until(lambda: glass.text.count("] no") == 1, "the answer to SIGINT")
+    glass.ctrl_c()
+    glass.wait_until(lambda: glass.text.count("] no") == 2, "the answer to SIGTERM")
+    glass.ctrl_c()
+    assert glass.exit_code() == 130
+    assert sum("not waiting any longer" in row for row in glass.scrolled) == 2
+
+
+def test_lines_typed_before_come_back_in_the_next_run(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.enter("mute robot_2")
+    glass.wait_for("robot_2-2 is muted; its files go on")
+    glass.enter("quit")
+    assert glass.exit_code() == 0
+    again = bench.glass(TICKS)
+    again.wait_for_prompt()
+    again.type("\x1b[A\x1b[A")
+    again.wait_until(lambda: again.rows[again.prompt_row] == "> mute robot_2", "the line")
+    again.ctrl_c()
+    assert again.exit_code() == 0
+
+
+def test_an_unwritable_history_is_kept_in_memory(bench: Bench):
+    bench.env["XDG_STATE_HOME"] = "/proc/none"
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.enter("mute robot_2")
+    glass.wait_for("robot_2-2 is muted")
+    glass.type("\x1b[A")
+    glass.wait_until(lambda: glass.rows[glass.prompt_row] == "> mute robot_2", "the line")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+def test_what_is_typed_before_there_is_a_prompt_is_not_lost(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.type("ps")
+    glass.wait_until(lambda: "> ps" in glass.text, "it behind the prompt")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+# ---- what is shown
+
+
+def test_top_is_live_above_the_prompt_until_a_key_is_pressed(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.enter("top")
+    glass.wait_until(lambda: "any key ends this" in glass.text, "the table's footer")
+    glass.wait_until(lambda: "robot_2-2  running" in glass.text, "the table")
+    table = next(row for row in glass.rows if row.startswith("monitor-3 "))
+    glass.wait_until(
+        lambda: table not in glass.rows and "monitor-3  running" in glass.text, "other figures"
+    )
+    assert glass.rows.index("any key ends this") > glass.prompt_row
+    glass.type("x")
+    glass.wait_until(lambda: "running" not in glass.text, "no table")
+    assert glass.rows[glass.prompt_row] == ">"
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+def test_logs_are_followed_until_a_key_is_pressed(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.enter("mute robot_2")
+    glass.enter("logs -n 3 -f robot_2")
+    glass.wait_for("| [robot_2-2] tock", "any key ends this")
+    glass.type(" ")
+    glass.wait_until(lambda: "any key ends this" not in glass.text, "the end of it")
+    glass.enter("info robot_2")
+    glass.wait_for("SIGINT, after 5 s SIGTERM, after 5 s SIGKILL")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+PARTIAL = """
+        py("import time\\nprint('Password: ', end='', flush=True)\\ninput()\\nprint('thanks')"
+           "\\ninput()", name="asker"),
+"""
+
+
+def test_the_unfinished_line_of_a_process_stands_above_the_prompt(bench: Bench):
+    glass = bench.glass(PARTIAL)
+    glass.wait_for_prompt()
+    glass.wait_until(
+        lambda: glass.rows[glass.prompt_row - 1] == "[asker-1] Password:", "the question"
+    )
+    glass.enter("send asker secret")
+    glass.wait_for("[asker-1] Password: thanks")
+    glass.ctrl_c()
+    glass.exit_code()
+
+
+WIDE = """
+        py("import time\\nwhile True:\\n"
+           " print('\\x1b[35m機器人 ready 🤖\\x1b[0m ' + 'x' * 50, flush=True)\\n"
+           " time.sleep(0.05)", name="wide"),
+"""
+
+
+def test_a_narrow_terminal_shows_what_fits_and_wide_characters_stay_whole(bench: Bench):
+    glass = bench.glass(WIDE, columns=20, rows=10)
+    glass.wait_for_prompt()
+    glass.enter("info wide")
+    glass.wait_until(lambda: any("機器人" in row for row in glass.rows), "them")
+    glass.wait_until(lambda: glass.rows[glass.prompt_row + 1].startswith("wide "), "the bar")
+    assert all(len(row) <= 20 for row in glass.rows)
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+def test_fifty_processes_are_counted_and_those_in_trouble_named(bench: Bench):
+    many = "".join(f'py("input()", name="worker_{n}"),' for n in range(50))
+    glass = bench.glass(many, columns=80)
+    glass.wait_for_prompt()
+    glass.wait_until(lambda: "50 running" in glass.text, "the count", 60.0)
+    glass.enter("stop worker_7")
+    glass.wait_until(lambda: "49 running, 1 stopped | worker_7 stopped" in glass.text, "who")
+    glass.enter("quit")
+    glass.exit_code(60.0)
+
+
+def test_no_color_means_none_of_the_console_either(bench: Bench):
+    bench.env["NO_COLOR"] = "1"
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.enter("top")
+    glass.wait_until(lambda: "robot_2-2  running" in glass.text, "the table")
+    glass.enter("no-such-verb")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+    assert not re.search(rb"\x1b\[[0-9;]*(3[0-7]|9[0-7]|38)[;m]", glass.raw)
+
+
+PRINTS = """
+        TimerAction(
+            period=1.0, actions=[OpaqueFunction(function=lambda c: print("from the file"))]),
+        py("input()", name="quiet"),
+"""
+
+
+def test_what_a_launch_file_prints_stands_in_a_line_of_its_own(bench: Bench):
+    glass = bench.glass(PRINTS)
+    glass.wait_for_prompt()
+    glass.type("half a li")
+    glass.wait_until(lambda: "from the file" in glass.rows, "a whole row")
+    assert glass.rows[glass.prompt_row] == "> half a li"
     glass.ctrl_c()
     glass.exit_code()

@@ -35,7 +35,7 @@ def console_of(launcher: int) -> psutil.Process:
 def test_no_console_is_started_where_nobody_wants_one(bench: Bench):
     glass = bench.glass(TICKS, "--no-console")
     before = glass.settings()
-    glass.wait_until(lambda: glass.text.count("tick") > 20, "a second of lines")
+    glass.wait_until(lambda: glass.text.count("] tick") > 19, "a second of lines")
     assert consoles_of(glass.pid) == []
     assert glass.settings() == before
     glass.ctrl_c()
@@ -45,7 +45,7 @@ def test_no_console_is_started_where_nobody_wants_one(bench: Bench):
 def test_a_dumb_terminal_gets_no_console(bench: Bench):
     bench.env["TERM"] = "dumb"
     glass = bench.glass(TICKS)
-    glass.wait_until(lambda: glass.text.count("tick") > 20, "a second of lines")
+    glass.wait_until(lambda: glass.text.count("] tick") > 19, "a second of lines")
     assert consoles_of(glass.pid) == []
     glass.ctrl_c()
     assert glass.exit_code() == 0
@@ -58,7 +58,7 @@ def test_without_a_terminal_on_both_sides_there_is_no_console(bench: Bench):
         launcher = subprocess.Popen(command, env=bench.env, stdin=stdin, stdout=stdout)
         source = ours if launcher.stdout is None else launcher.stdout.fileno()
         seen = b""
-        while seen.count(b"tick") < 20:
+        while seen.count(b" tick") < 20:
             seen += os.read(source, 4096)
         assert consoles_of(launcher.pid) == []
         assert b"\x1b[?" not in seen
@@ -74,7 +74,7 @@ def test_a_run_in_the_background_leaves_the_terminal_alone(bench: Bench):
     words = " ".join(bench.command(TICKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words} &\n")
-        shell.wait_until(lambda: shell.text.count("] tick") > 20, "a second of lines")
+        shell.wait_until(lambda: shell.text.count("] tick") > 19, "a second of lines")
         (launcher,) = psutil.Process(shell.pid).children()
         assert consoles_of(launcher.pid) == []
         launcher.send_signal(signal.SIGTERM)
@@ -97,6 +97,18 @@ def test_a_killed_launcher_leaves_the_terminal_as_it_was_and_says_so(bench: Benc
     assert glass.settings() == before
     assert not glass.cursor_is_hidden
     assert "half a li" not in glass.text
+
+
+def test_a_shell_can_be_used_after_its_launcher_was_killed(bench: Bench):
+    words = " ".join(bench.command(TICKS))
+    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+        shell.type(f"PS1='$ '; {words}\n")
+        shell.wait_for_prompt()
+        (launcher,) = psutil.Process(shell.pid).children()
+        launcher.kill()
+        shell.wait_for("Killed", "the launcher was killed")
+        shell.type("stty -a | grep -o ' icanon'; echo 'st''ill here'\n")
+        shell.wait_for(" icanon", "still here")
 
 
 def test_a_killed_console_costs_one_warning_and_no_line(bench: Bench):
@@ -171,7 +183,7 @@ def test_ctrl_z_gives_the_terminal_back_and_fg_takes_it_again(bench: Bench):
         shell.enter("ps")
         shell.wait_for("ticker-1  running")
         shell.ctrl_c()
-        shell.wait_for("process was stopped")
+        shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the shell's prompt")
         shell.type("echo exit code $?\n")
         shell.wait_for("exit code 0")
 
@@ -184,12 +196,12 @@ def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
         shell.type("\x1a")
         shell.wait_for("Stopped")
         shell.type("clear; bg\n")
-        shell.wait_until(lambda: shell.text.count("] tick") > 20, "lines go on")
+        shell.wait_until(lambda: shell.text.count("] tick") > 19, "lines go on")
         assert shell.prompt_row == -1
         shell.type("fg\n")
         shell.wait_for_prompt()
         shell.enter("quit")
-        shell.wait_for("process was stopped")
+        shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the shell's prompt")
         shell.type("echo exit code $?\n")
         shell.wait_for("exit code 0")
 

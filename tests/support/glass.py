@@ -90,8 +90,11 @@ class Glass:
         """The terminal's, as `stty` would show them."""
         return termios.tcgetattr(self._fd)
 
-    def colour_at(self, row: int, column: int) -> str:
-        return self._screen.buffer[row][column].fg
+    def cells(self) -> list[list[tuple[str, str, bool]]]:
+        """Of each place on the screen: its character, colour, and whether it is bold."""
+        columns = range(self._screen.columns)
+        rows = [self._screen.buffer[number] for number in range(self._screen.lines)]
+        return [[(row[x].data, row[x].fg, row[x].bold) for x in columns] for row in rows]
 
     # ---- waiting
 
