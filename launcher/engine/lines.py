@@ -12,9 +12,6 @@ _RESET = b"\x1b[0m"
 
 _SHIFTS = b"\x08\x0b\x0c\x0e\x0f"  # backspace, vertical tab, form feed, character sets
 
-# Only lines with one of these need a closer look; a search for a single byte costs next to nothing.
-_HARMFUL = tuple(bytes([byte]) for byte in b"\x1b\r\xc2" + _SHIFTS)
-
 
 class LineBuffer:
     """Collects one stream of one process; holds back what is not a whole line yet.
@@ -30,16 +27,15 @@ class LineBuffer:
 
     def feed(self, chunk: bytes) -> tuple[bytes, int]:
         """(whole lines that `chunk` completes, bytes of the first that are shown already)."""
-        head, newline, tail = chunk.rpartition(b"\n")
-        if not newline:
+        end = chunk.rfind(b"\n") + 1
+        if not end:
             self._hold(chunk)
             return b"", 0
-        block = head + newline
-        if self._overlong:
-            block = block[block.index(b"\n") :]
-        lines, shown = self.partial + block, self.shown
+        begin = chunk.index(b"\n") if self._overlong else 0
+        lines, shown = self.partial + chunk[begin:end], self.shown
         self._forget()
-        self._hold(tail)
+        if end < len(chunk):
+            self._hold(chunk[end:])
         if len(lines) > LINE_LIMIT:
             lines = b"".join(_cut(line + b"\n") for line in lines[:-1].split(b"\n"))
         return lines, shown
@@ -70,13 +66,30 @@ def _cut(line: bytes) -> bytes:
     return line if len(line) <= longest else line[:LINE_LIMIT] + CUT_MARK + b"\n"
 
 
+def _is_harmless(lines: bytes) -> bool:
+    """Whether there is nothing in them that needs a closer look.
+
+    Written out: a search for one byte costs next to nothing, a loop around it more.
+    """
+    return not (
+        0x1B in lines
+        or 0x0D in lines
+        or 0xC2 in lines
+        or 0x08 in lines
+        or 0x0B in lines
+        or 0x0C in lines
+        or 0x0E in lines
+        or 0x0F in lines
+    )
+
+
 def for_screen(lines: bytes) -> bytes:
     """Whole lines without what would move the reader's cursor; colour stays, inside its line.
 
     A carriage return before the newline goes; one inside a line (a progress bar) leaves what a
     terminal would show last.
     """
-    if not any(byte in lines for byte in _HARMFUL):
+    if _is_harmless(lines):
         return lines
     lines = _escapes().sub(b"", lines).translate(None, _SHIFTS)
     return b"\n".join(_closed(_after_return(line)) for line in lines.split(b"\n"))

@@ -32,6 +32,11 @@ class Stream:
         self.buffer = LineBuffer()
         self.gate = TracebackGate()
 
+    @property
+    def waits(self) -> bool:
+        """Whether something that is to be shown waits for its end."""
+        return self.shown and (bool(self.buffer.partial) or self.gate.holds)
+
 
 class Process:
     """A spec, the machine that decides about it, and the child that runs now (if one does).

@@ -83,8 +83,9 @@ class Relay:
 
     def _read(self, process: Process, fd: int) -> int:
         """One read; how many bytes it brought."""
-        assert process.child is not None
-        chunk = process.child.read(fd)
+        child = process.child
+        assert child is not None
+        chunk = child.read(fd)
         if chunk is None:
             return 0
         stream = process.streams[fd]
@@ -93,14 +94,14 @@ class Relay:
             self._finish(process, fd, stream)
             self._reactor.remove(fd)
             del process.streams[fd]
-            process.child.close_stream(fd)
+            child.close_stream(fd)
             return 0
         if self._watched(process):
             self._watcher(process, stream.name, chunk)
         lines, shown = stream.buffer.feed(chunk)
         if lines:
             self._deliver(process, fd, stream, lines, shown)
-        if stream.shown and (stream.buffer.partial or stream.gate.holds):
+        if process.idle_timer is None and stream.waits:
             self._expect_end(process)
         return len(chunk)
 
@@ -113,16 +114,18 @@ class Relay:
             passed = stream.gate.feed(lines, stopping=stopping)
             if passed:
                 unchanged = passed is lines
-                self._show(process, fd, passed, shown if unchanged else 0)
+                self._show(process, fd, stream, passed, shown if unchanged else 0)
         self._folder.write_lines(process.name, process.spec.output, stream.name, lines)
 
-    def _show(self, process: Process, fd: int, lines: bytes, shown: int = 0) -> None:
+    def _show(
+        self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
+    ) -> None:
         if process.view is not None:
             chosen = process.view.choose(fd, lines)
             if not chosen:
                 return
             lines, shown = chosen, 0
-        self._screen.write_lines((process.process_id, fd), process.prefix, lines, shown)
+        self._screen.write_lines(stream, process.prefix, lines, shown)
 
     def _finish(self, process: Process, fd: int, stream: Stream) -> None:
         """Let go of what waits for an end that will not come."""
@@ -130,30 +133,29 @@ class Relay:
         if lines:
             self._deliver(process, fd, stream, lines, shown)
         if stream.gate.holds:
-            self._show(process, fd, stream.gate.flush())
+            self._show(process, fd, stream, stream.gate.flush())
 
     # ---- what waits for its end: prompts, progress bars, tracebacks
 
     def _expect_end(self, process: Process) -> None:
-        if process.idle_timer is None:
-            show = functools.partial(self._show_what_waits, process)
-            process.idle_timer = self._reactor.call_later(PATIENCE_S, show)
+        show = functools.partial(self._show_what_waits, process)
+        process.idle_timer = self._reactor.call_later(PATIENCE_S, show)
 
     def _show_what_waits(self, process: Process) -> None:
         process.idle_timer = None
         for fd, stream in process.streams.items():
-            if not stream.shown or not (stream.gate.holds or stream.buffer.partial):
+            if not stream.waits:
                 continue
             if not self._is_silent(stream):
-                self._expect_end(process)
+                if process.idle_timer is None:
+                    self._expect_end(process)
                 continue
             if stream.gate.holds:
-                self._show(process, fd, stream.gate.flush())
+                self._show(process, fd, stream, stream.gate.flush())
             buffer = stream.buffer
             if buffer.partial and process.view is None:
-                source = (process.process_id, fd)
                 buffer.shown = self._screen.write_partial(
-                    source, process.prefix, buffer.partial, buffer.shown
+                    stream, process.prefix, buffer.partial, buffer.shown
                 )
 
     def _is_silent(self, stream: Stream) -> bool:

@@ -72,6 +72,7 @@ def test_a_prompt_is_shown_before_its_newline_and_its_line_is_completed(bench: B
     terminal = bench.terminal("sh(\"printf 'name? '; sleep 0.5; echo bob\")")
     assert terminal.exit_code() == 0
     assert "[sh-1] name? bob\n" in terminal.text
+    assert terminal.text.count("name?") == 1
 
 
 def test_output_log_hides_stdout_shows_stderr_and_keeps_both_in_the_file(bench: Bench):
