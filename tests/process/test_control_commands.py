@@ -133,8 +133,9 @@ def test_top_through_a_pipe_ends_with_the_run(steering: SteeringBench):
 def test_a_process_of_a_run_means_its_own_run(steering: SteeringBench):
     with steering.steer('sh("exec cat", name="one")') as one:
         assert one.row("one")["pid"]
-        asker = f'sh("{sys.executable} -m launcher ps --json; exec cat", name="asker")'
+        asker = f'sh("read go; {sys.executable} -m launcher ps --json; exec cat", name="asker")'
         with steering.steer(asker) as two:
+            two.tell("send", "asker", text="go")
             two.wait_for('"name": "asker-1"')
             assert '"name": "one-1"' not in two.screen
 

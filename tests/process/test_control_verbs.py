@@ -147,7 +147,7 @@ def test_a_paused_process_stands_still_and_goes_on(steering: SteeringBench):
         assert state_of(pid) == "T"
         assert run.row("sleeper")["paused"]
         assert run.tell("resume", "sleeper") == "sleeper-1 goes on after SIGCONT"
-        assert state_of(pid) == "S"
+        assert state_of(pid) in ("S", "R")
         assert not run.row("sleeper")["paused"]
         with pytest.raises(RefusedError, match="is not paused"):
             run.tell("resume", "sleeper")
