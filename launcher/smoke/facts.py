@@ -184,8 +184,8 @@ class Facts:
         return alive
 
     def last_lines(self, process: str, count: int = 10) -> tuple[LogLine, ...]:
-        """The last that a process printed."""
-        found = [line for line in self.lines if line.process == process]
+        """The last that a process printed, without empty lines."""
+        found = [line for line in self.lines if line.process == process and line.plain.strip()]
         return tuple(found[-count:])
 
     def graph(self) -> Snapshot:

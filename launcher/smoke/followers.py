@@ -33,6 +33,7 @@ class Followers:
         self._recorder = recorder
         self._memory = memory
         self.run: Run | None = None
+        self.dropped_lines = 0
         self.is_over = threading.Event()
         self._listens = threading.Event()
         self._threads = [self._start(self._connect), self._start(self._look)]
@@ -91,7 +92,7 @@ class Followers:
 
     def _line(self, item: Mapping[str, Any]) -> None:
         if "dropped" in item:
-            self._recorder.add_trouble(f"{item['dropped']} lines came too fast to be recorded")
+            self.dropped_lines += int(item["dropped"])
             return
         self._recorder.add_line(
             LogLine(

@@ -112,7 +112,8 @@ class Probe:
 
     def _last_words(self) -> str | None:
         with contextlib.suppress(OSError):
-            lines = self._stderr.read_text(encoding="utf-8", errors="replace").splitlines()
+            text = self._stderr.read_text(encoding="utf-8", errors="replace")
+            lines = [line for line in text.splitlines() if line.strip()]
             return lines[-1] if lines else None
         return None
 

@@ -189,7 +189,8 @@ class Runner:
         facts = self._system.facts()
         judged = [Judged(expectation=e, verdict=judge(e, facts)) for e in self._script.expectations]
         for one in judged:
-            if one.expectation.name not in self._decided:
+            before = self._decided.get(one.expectation.name)
+            if before is None or before.outcome is not one.verdict.outcome:
                 self._narrator.decided(self._now_s, one.expectation, one.verdict)
         judged += [_failed(step, error) for step, error in self._failed_steps]
         if not self._gave_up and not self._interrupted:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from launcher.smoke.expectation import Expectation
+from launcher.smoke.expectation import Expectation, Origin
 from launcher.smoke.facts import READY, START, STOP
 from launcher.smoke.kinds import BY_NAME
 from launcher.smoke.steps import Chaos, Step
@@ -96,6 +96,7 @@ class Script:
             name="no process dies unasked",
             values={"but": self.announced()},
             implicit=True,
+            origin=Origin(text="expected of every run"),
         )
         given = [e for e in self.expectations if e.kind != "no_deaths"]
         return replace(self, expectations=tuple(_with_names([*given, deaths])))

@@ -5,12 +5,14 @@ A run that is over before anybody could connect has told nothing; its files have
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from launcher.engine.logfile import BACKUPS
 from launcher.smoke.facts import LogLine, ProcessEvent
 from launcher.smoke.recorder import Recorder
 
@@ -53,15 +55,25 @@ def event_of(entry: dict[str, Any], recorder: Recorder) -> ProcessEvent:
     )
 
 
+def is_whole(folder: Path) -> bool:
+    """Whether the log has not been so long that its beginning was dropped."""
+    return not (folder / f"launch.log.{BACKUPS}").exists()
+
+
+def _texts(folder: Path) -> Iterator[str]:
+    """The lines of the log and of the files that it filled before, the oldest first."""
+    names = [*(f"launch.log.{number}" for number in range(BACKUPS, 0, -1)), "launch.log"]
+    for name in names:
+        with contextlib.suppress(FileNotFoundError):
+            text = (folder / name).read_text(encoding="utf-8", errors="replace")
+            yield from text.split("\n")[:-1]
+
+
 def lines(folder: Path, recorder: Recorder) -> list[LogLine]:
     """The log; a line without a stamp belongs to the one before it."""
-    try:
-        text = (folder / "launch.log").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return []
     found: list[LogLine] = []
     at_s = 0.0
-    for line in text.split("\n")[:-1]:
+    for line in _texts(folder):
         stamped = _STAMPED.fullmatch(line)
         rest = line
         if stamped is not None:

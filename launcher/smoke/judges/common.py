@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, period
-from launcher.smoke.facts import START, Facts
+from launcher.smoke.facts import START, Facts, GraphSeen
 
 T = TypeVar("T")
 
@@ -21,6 +21,20 @@ def first_time(
         if at(state) <= when.to_s and ends_s > when.from_s and holds(state):
             return max(at(state), when.from_s)
     return None
+
+
+def since(facts: Facts, describe: Callable[[GraphSeen], object]) -> float | None:
+    """Since when the graph has been as it is now, as far as `describe` tells; None without one."""
+    seen = [graph for graph in facts.graphs if graph.at_s <= facts.stop_s]
+    if not seen:
+        return None
+    last = describe(seen[-1])
+    begin_s = seen[-1].at_s
+    for graph in reversed(seen):
+        if describe(graph) != last:
+            break
+        begin_s = graph.at_s
+    return begin_s
 
 
 def missed_step(expectation: Expectation, facts: Facts, expected: str) -> Verdict:

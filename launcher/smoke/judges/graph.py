@@ -11,7 +11,15 @@ from launcher.graph.snapshot import INFINITE_NS, Endpoint
 from launcher.smoke import guesses
 from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
 from launcher.smoke.facts import Facts, GraphSeen
-from launcher.smoke.judges.common import first_time, listed, met, not_yet, violated, with_period
+from launcher.smoke.judges.common import (
+    first_time,
+    listed,
+    met,
+    not_yet,
+    since,
+    violated,
+    with_period,
+)
 from launcher.smoke.quantities import Span
 
 _NANOS = 1e9
@@ -98,6 +106,7 @@ def _topic(expectation: Expectation, facts: Facts, when: Period, expected: str) 
         when,
         expected,
         seen="; ".join(seen) or "it did hold, but not in time",
+        at_s=since(facts, lambda graph: _topic_faults(expectation, graph)),
         guess=guesses.topic(expectation.subject, expectation.get("type"), facts),
         about=guesses.processes_on(expectation.subject, facts),
     )
@@ -148,6 +157,7 @@ def _qos(expectation: Expectation, facts: Facts, when: Period, expected: str) ->
         when,
         expected,
         seen="; ".join(faults) or "it did hold, but not in time",
+        at_s=since(facts, lambda graph: _qos_faults(expectation, graph)),
         guess=guesses.mismatch(expectation.subject, facts),
         about=guesses.processes_on(expectation.subject, facts),
     )

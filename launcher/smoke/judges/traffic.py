@@ -56,11 +56,13 @@ def _rate(expectation: Expectation, facts: Facts, when: Period, expected: str) -
         )
     rate_hz, seconds = measured(times, when, counts_start=expectation.after != START)
     seen = f"{rate_hz:.3g} Hz ({len(times)} messages in {seconds:.1f} s)"
+    silent_s = times[-1] if _fell_silent(times, when) else None
     if rate_hz in span:
         return met(expected, seen=seen, value=rate_hz, unit="Hz")
     return violated(
         expected,
-        seen=seen,
+        seen=seen + ("" if silent_s is None else f", silent since {silent_s:.1f} s of the run"),
+        at_s=silent_s,
         value=rate_hz,
         unit="Hz",
         guess=guesses.slow(expectation.subject, facts, is_slow=rate_hz < span.low),
@@ -77,12 +79,17 @@ def measured(times: Sequence[float], when: Period, *, counts_start: bool) -> tup
     first_s, last_s = times[0], times[-1]
     longest = max(b - a for a, b in itertools.pairwise(times))
     intervals = len(times) - 1
-    if when.to_s - last_s > SILENT_INTERVALS * longest:
+    if _fell_silent(times, when):
         last_s = when.to_s
     if counts_start and first_s - when.from_s > SILENT_INTERVALS * longest:
         first_s = when.from_s
     seconds = max(last_s - first_s, 1e-9)
     return intervals / seconds, seconds
+
+
+def _fell_silent(times: Sequence[float], when: Period) -> bool:
+    longest = max(b - a for a, b in itertools.pairwise(times))
+    return when.to_s - times[-1] > SILENT_INTERVALS * longest
 
 
 def _sent(message: Message) -> float:

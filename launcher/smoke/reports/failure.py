@@ -7,6 +7,7 @@ from launcher.smoke.quantities import printable, seconds_text
 from launcher.smoke.result import Judged
 
 LINES = 10
+PROCESSES = 3  # whose last lines are shown: one cause has many victims
 _WIDTH = 200
 
 
@@ -22,7 +23,7 @@ def describe(one: Judged, facts: Facts) -> list[str]:
         lines.append(f"    since:    {seconds_text(max(0.0, verdict.at_s))} after the start")
     if verdict.guess:
         lines.append(f"    maybe:    {verdict.guess}")
-    for process in verdict.about:
+    for process in verdict.about[:PROCESSES]:
         lines += _last_lines(process, facts)
     return [printable(line) for line in lines]
 

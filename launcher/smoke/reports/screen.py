@@ -42,6 +42,8 @@ def show(console: Console, result: Result) -> None:
     for one in result.failures:
         console.print()
         console.print(Text("\n".join(describe(one, result.facts))), soft_wrap=True)
+    for trouble in result.facts.troubles:
+        console.print(_shown(f"note: {trouble}"))
     console.print()
     console.print(Text(summary(result), style="green" if not result.exit_code else "red"))
 
