@@ -140,6 +140,38 @@ def test_a_required_process_may_be_stopped_by_a_person(steering: SteeringBench):
         assert run.exit_code() == 1
 
 
+def test_the_launch_file_sees_an_end_that_a_person_wanted(steering: SteeringBench):
+    action = 'sh("exec sleep 1000", name="sleeper", on_exit=[Shutdown(reason="it is over")])'
+    with steering.steer(f"{action}, {CAT}") as run:
+        assert "stopped in" in run.tell("stop", "sleeper")
+        assert run.exit_code() == 0
+        assert "sending signal 'SIGINT' to process[cat-2]" in run.screen
+
+
+def test_a_process_whose_turn_has_not_come_is_stopped_before_it(steering: SteeringBench):
+    with steering.steer(f"{CAT}, {SLEEPER}", "--stagger", "1000") as run:
+        assert run.row("sleeper")["state"] == "STARTING"
+        assert run.tell("stop", "sleeper") == "sleeper-2 was stopped before it had started"
+        with run.connect() as connection:
+            connection.send("start", ["sleeper"])
+            assert run.row("sleeper")["state"] == "STARTING"
+            assert run.tell("stop", "sleeper") == "sleeper-2 was stopped before it had started"
+            answer = connection.read(20)
+            assert answer["error"]["message"] == "sleeper-2 did not start"
+        assert run.row("sleeper")["state"] == "STOPPED"
+
+
+def test_nothing_is_started_while_the_run_is_being_stopped(steering: SteeringBench):
+    with steering.steer(f"{STUBBORN}, {SLEEPER}") as run, run.connect() as connection:
+        run.wait_for("ready")
+        connection.ask("stop", ["sleeper"])
+        connection.ask("quit")
+        with pytest.raises(RefusedError, match="the run is being stopped") as refused:
+            connection.ask("start", ["sleeper"])
+        assert refused.value.code == "stopping"
+        assert connection.wait_for_end(20)
+
+
 def test_a_paused_process_stands_still_and_goes_on(steering: SteeringBench):
     with steering.steer(SLEEPER) as run:
         pid = pid_of(run, "sleeper")
