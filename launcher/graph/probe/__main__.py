@@ -9,6 +9,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -31,6 +32,7 @@ from launcher.graph.snapshot import Direction, Snapshot
 from launcher.graph.topics import endpoint_document, mismatch_documents
 
 PROTOCOL = 1
+_PROFILE = Path(__file__).with_name("participant.xml")
 GRAPH_LOOK_S = 0.1
 _LISTEN_LOOK_S = 0.01  # the middleware stamps what comes, so it need not be taken at once
 _IDLE_LOOK_S = 0.02
@@ -198,6 +200,8 @@ def main() -> None:
     """Serve on standard input and output."""
     for signum in (signal.SIGINT, signal.SIGHUP):
         signal.signal(signum, signal.SIG_IGN)  # they are for the system that is looked at
+    # announces us often; somebody's own profile for his network comes first
+    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(_PROFILE))
     inbox, outbox = Inbox(sys.stdin.fileno()), Outbox(sys.stdout.fileno())
     os.set_blocking(sys.stdout.fileno(), False)
     try:

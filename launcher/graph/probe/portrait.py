@@ -60,7 +60,11 @@ class Portrait:
             "complete": self.complete,
             "nodes": self._nodes(),
             "topics": [self._topic(name) for name in topics],
-            "services": [{"name": n, "types": list(types)} for n, types in self.services.items()],
+            "services": [
+                {"name": name, "types": list(types)}
+                for name, types in self.services.items()
+                if not all(kind.startswith(_PARAMETER_SERVICES) for kind in types)
+            ],
             "endpoints": [
                 {**asdict(e), "ghost": e.gid in self.gone} for e in self.snapshot.endpoints
             ],
@@ -146,7 +150,6 @@ class Painter:
             name: tuple(types)
             for node in sorted(set(nodes))
             for name, types in self._observer.services_of(node)
-            if not all(kind.startswith(_PARAMETER_SERVICES) for kind in types)
         }
 
     def _count_participants(self) -> None:
