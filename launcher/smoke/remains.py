@@ -91,6 +91,15 @@ class SharedMemory:
             there -= {name for pid in pids for name in self._mapped(int(pid))}
         return tuple(sorted(there))
 
+    def free_ports(self) -> None:
+        """Remove the ports of our domain that are left when the probe has ended.
+
+        It sends to the port of a node that has just gone, which makes the port anew; nobody but
+        the probe is to blame, and the launcher could not free what the probe had mapped.
+        """
+        for name in filter(_PORT.search, self.left()):
+            (self._folder / name).unlink(missing_ok=True)
+
     def _mapped(self, pid: int) -> set[str]:
         try:
             maps = (self._proc / str(pid) / "maps").read_bytes()

@@ -109,6 +109,7 @@ class System:
         }
 
     def _start_probe(self, stack: contextlib.ExitStack) -> None:
+        stack.callback(self._memory.free_ports)  # before the lease goes to somebody else
         probe = Probe(self.environment, self.recorder, self.folder / "probe.log")
         stack.callback(probe.close)
         try:
