@@ -1,4 +1,6 @@
-"""`python -m tests.support.number_publisher TOPIC COUNT RATE [RELIABILITY]`: counts up.
+"""`python -m tests.support.number_publisher TOPIC COUNT RATE [RELIABILITY [BYTES]]`: counts up.
+
+With a number of bytes it publishes texts of this length.
 
 Prints `ready`, waits for a subscription, publishes, prints the seconds it took and stays until
 its stdin is closed. The node is called as the topic.
@@ -14,20 +16,23 @@ import time
 import rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Int32
+from std_msgs.msg import Int32, String
 
 BURST_S = 0.01
 
 
-def publish(node: Node, topic: str, count: int, rate: int, reliability: str = "RELIABLE") -> None:
-    profile = QoSProfile(depth=count, reliability=ReliabilityPolicy[reliability])
-    publisher = node.create_publisher(Int32, topic, profile)
+def publish(
+    node: Node, topic: str, count: int, rate: int, reliability: str = "RELIABLE", size: int = 0
+) -> None:
+    kind = String if size else Int32
+    profile = QoSProfile(depth=min(count, 10_000), reliability=ReliabilityPolicy[reliability])
+    publisher = node.create_publisher(kind, topic, profile)
     print("ready", flush=True)
     while rclpy.ok() and publisher.get_subscription_count() < 1:
         time.sleep(BURST_S)
     start = time.monotonic()
     for number in range(count):
-        publisher.publish(Int32(data=number))
+        publisher.publish(String(data="x" * size) if size else Int32(data=number))
         ahead_s = number / rate - (time.monotonic() - start)
         if ahead_s > BURST_S:
             time.sleep(ahead_s)
@@ -47,7 +52,8 @@ def main() -> None:
     threading.Thread(target=watch_input, daemon=True).start()
     # an input that ends before everything was published is no error
     with contextlib.suppress(rclpy._rclpy_pybind11.RCLError):
-        publish(node, sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), *sys.argv[4:])
+        topic, count, rate, *rest = sys.argv[1:]
+        publish(node, topic, int(count), int(rate), *rest[:1], *map(int, rest[1:]))
     ended.wait()
     node.destroy_node()
 

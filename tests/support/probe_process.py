@@ -38,8 +38,11 @@ class ProbeProcess:
     def __enter__(self) -> ProbeProcess:
         return self
 
-    def __exit__(self, *exc: object) -> None:
-        assert self.end() == (0, "")
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        if not self._reader.is_alive():
+            self._process.kill()  # it has nobody to tell its last words
+        ended = self.end()
+        assert error is not None or ended == (0, "")
 
     @property
     def pid(self) -> int:
