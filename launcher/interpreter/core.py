@@ -19,6 +19,7 @@ from launcher.language.session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
 from launcher.language.utilities import (
     is_a_subclass,
+    is_iterable,
     visit_all_entities_and_collect_futures,
 )
 from launcher.model import events as model
@@ -59,8 +60,7 @@ class Interpreter:
         self.environment = dict(
             session.current().environment if environment is None else environment
         )
-        pairs = arguments.items() if isinstance(arguments, Mapping) else arguments
-        self.arguments = dict(pairs)
+        self.arguments = dict(arguments)
         self._path = path
         self._description = description
         self._is_virtual = answer is not None
@@ -236,7 +236,7 @@ class Interpreter:
                 continue
             self.context._push_locals()
             entities = handler.handle(event, self.context)
-            many = entities if isinstance(entities, Iterable) else (entities,)
+            many = entities if is_iterable(entities) else (entities,)
             for entity in [entity for entity in many if entity is not None]:
                 if not is_a_subclass(entity, LaunchDescriptionEntity):
                     raise RuntimeError(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from contextvars import ContextVar
 
 Say = Callable[[str, str, str], None]
 
@@ -48,13 +47,12 @@ def default_log_dir() -> str:
     return os.path.normpath(os.path.expanduser(folder))
 
 
-current_session: ContextVar[Session] = ContextVar("launcher_session")
+open_sessions: list[Session] = []  # of the vocabularies that are open, the innermost last
 
 
 def current() -> Session:
     """The session of the vocabulary that is open; a passing one if none is."""
-    session = current_session.get(None)
-    return Session() if session is None else session
+    return open_sessions[-1] if open_sessions else Session()
 
 
 def replace_environment(values: Mapping[str, str]) -> None:

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 SomeSubstitutionsType_types_tuple = (str, Substitution, Iterable)
 
 
+def is_iterable(obj: Any) -> bool:
+    """What `isinstance(obj, Iterable)` says, which takes its time for each class that is new."""
+    return getattr(type(obj), "__iter__", None) is not None
+
+
 def is_a(obj: Any, entity_type: type) -> bool:
     """Whether `obj` is an instance of exactly this type, by name of module and class."""
     return isinstance(obj, entity_type)
@@ -44,7 +49,7 @@ def ensure_argument_type(
     argument: Any, types: Any, argument_name: str, caller: str | None = None
 ) -> None:
     """TypeError unless `argument` is an instance of one of `types` or a subclass of one."""
-    allowed = list(types) if isinstance(types, Iterable) else [types]
+    allowed = list(types) if is_iterable(types) else [types]
     if any(is_a_subclass(argument, one) for one in allowed):
         return
     who = "Expected" if caller is None else f"'{caller}' expected"
@@ -86,7 +91,7 @@ def normalize_to_list_of_entities(entities: Any) -> list[LaunchDescriptionEntity
     """Entities, nested to any depth in iterables, as one list."""
     flat: list[LaunchDescriptionEntity] = []
     for entity in entities:
-        if isinstance(entity, Iterable):
+        if is_iterable(entity):
             flat.extend(normalize_to_list_of_entities(entity))
         else:
             flat.append(entity)

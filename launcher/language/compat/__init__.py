@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
-from launcher.language.session import Session, current_session, replace_environment
+from launcher.language.session import Session, open_sessions, replace_environment
 
 _FOLDER = os.path.dirname(__file__)
 TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
@@ -46,7 +46,7 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
     if words is not None:
         sys.argv = ["ros2", "launch", *words]
     session = Session()
-    token = current_session.set(session)
+    open_sessions.append(session)
     saved = _take_modules()
     finder = _Finder()
     sys.meta_path.insert(0, finder)
@@ -54,7 +54,7 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
         yield session
     finally:
         replace_environment(session.environment)
-        current_session.reset(token)
+        open_sessions.remove(session)
         sys.argv = argv
         sys.meta_path.remove(finder)
         _take_modules()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 
 from launcher.language.naming import public
 from launcher.language.substitution import Substitution, SubstitutionFailure
 from launcher.language.utilities import (
     ensure_argument_type,
+    is_iterable,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -29,7 +29,7 @@ class LaunchConfiguration(Substitution):
         self.__default: list[Substitution] | None
         if default is None:
             self.__default = None
-        elif isinstance(default, str) or not isinstance(default, Iterable):
+        elif isinstance(default, str) or not is_iterable(default):
             self.__default = [_as_text(default)]
         else:
             self.__default = [_as_text(item) for item in default]
