@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import sys
 import time
@@ -17,18 +16,12 @@ from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.control.server import Server
-    from launcher.engine.bridge_link import BridgeLink
-    from launcher.engine.console_link import ConsoleLink
-    from launcher.engine.reactor import Reactor
-    from launcher.engine.screen import Screen
-    from launcher.engine.supervisor import Supervisor
+    from launcher.commands.attendants import Attendants
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
     from launcher.model.events import Effect, Event
 
 MOST_CHAPTERS = 2000  # of what a run did, for its plan; memory is bounded
-CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
 
 SYNOPSIS = "usage: python -m launcher TARGET [name:=value ...] [options]"
 _USAGE = f"""{SYNOPSIS}
@@ -293,98 +286,29 @@ def _supervise(
         )
         if not options.control:
             return supervisor.run()
-        # Not on the way to the first process.
-        control = _Control(supervisor, request, run_id, environment, wants_ros=options.ros)
-        reactor.call_later(0, control.open)
-        console = _Console(reactor, screen, supervisor)
-        if options.console:
-            reactor.call_later(CONSOLE_DELAY_S, console.open)
+        started = time.time()
+        company: list[Attendants] = []
+
+        def attend() -> None:
+            # Not on the way to the first process.
+            from launcher.commands.attendants import Attendants
+
+            attendants = Attendants(
+                supervisor,
+                reactor=reactor,
+                screen=screen,
+                options=options,
+                environment=environment,
+            )
+            company.append(attendants)
+            attendants.open(request, run_id=run_id, started=started)
+
+        reactor.call_later(0, attend)
         try:
             return supervisor.run()
         finally:
-            console.close()
-            control.close()
-
-
-class _Control:
-    """What other shells steer the run through; opened when the first processes have started."""
-
-    def __init__(
-        self,
-        supervisor: Supervisor,
-        request: Request,
-        run_id: str,
-        environment: dict[str, str],
-        *,
-        wants_ros: bool,
-    ) -> None:
-        self._supervisor = supervisor
-        self._wants_ros = wants_ros
-        self._request = request
-        self._run_id = run_id
-        self._environment = environment
-        self._started = time.time()
-        self._server: Server | None = None
-        self._bridge: BridgeLink | None = None
-
-    def open(self) -> None:
-        """Listen, if that is possible, and show the run to ROS, if that is wanted."""
-        from launcher import __version__
-        from launcher.control.opening import open_control
-        from launcher.control.service import Identity
-
-        identity = Identity(
-            run_id=self._run_id,
-            launcher=__version__,
-            target=str(self._request.path),
-            arguments=tuple(f"{name}:={value}" for name, value in self._request.arguments),
-            started=self._started,
-            environment=self._environment,
-        )
-        self._server = open_control(self._supervisor.desk, identity)
-        if self._server is not None and self._wants_ros:
-            self._show_to_ros(self._server)
-
-    def _show_to_ros(self, server: Server) -> None:
-        from launcher.engine.bridge_link import BridgeLink
-
-        desk = self._supervisor.desk
-        warn = functools.partial(desk.chronicle.say, "WARNING", "launch")
-        self._bridge = BridgeLink(desk.reactor, server.path, self._environment, warn)
-        self._bridge.start()
-
-    def close(self) -> None:
-        """Say goodbye to all clients."""
-        if self._bridge is not None:
-            self._bridge.close()
-        if self._server is not None:
-            self._server.close()
-
-
-class _Console:
-    """The prompt below the output, where there is a terminal."""
-
-    def __init__(self, reactor: Reactor, screen: Screen, supervisor: Supervisor) -> None:
-        self._reactor = reactor
-        self._screen = screen
-        self._supervisor = supervisor
-        self._link: ConsoleLink | None = None
-
-    def open(self) -> None:
-        """Start it, if a person sits there."""
-        if not (_has_terminal() and self._screen.is_tty):
-            return
-        from launcher.engine.console_link import ConsoleLink
-
-        say = self._supervisor.desk.chronicle.say
-        warn = functools.partial(say, "WARNING", "launch")
-        self._link = ConsoleLink(self._reactor, self._screen, warn)
-        self._link.start()
-
-    def close(self) -> None:
-        """Let it show the end of the run."""
-        if self._link is not None:
-            self._link.close()
+            for attendants in company:
+                attendants.close()
 
 
 def _new_run_id() -> str:

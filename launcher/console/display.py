@@ -8,6 +8,7 @@ mixed. The footer drawn anew is kept as bytes until it changes: a flood of lines
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable
 
 from prompt_toolkit.application import Application
@@ -16,6 +17,9 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.output.vt100 import Vt100_Output
 
 from launcher.console.terminal import Terminal
+
+# Answers hold what processes wrote (`logs`), and a person may paste anything.
+_STEERING = re.compile("\x1b(?!\\[[0-9;:]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f]")
 
 
 class FooterOutput(Vt100_Output):
@@ -69,9 +73,9 @@ class Display:
             self._terminal.write(lines)
 
     def say(self, text: str) -> None:
-        """The same for a text of our own, with or without a newline at its end."""
+        """The same for a text, with or without a newline at its end; of control only colour."""
         if text:
-            self.show(text.rstrip("\n").encode(errors="replace") + b"\n")
+            self.show(_STEERING.sub("", text.rstrip("\n")).encode(errors="replace") + b"\n")
 
     def footer_changed(self) -> None:
         """What was kept of the footer is not what it would look like now."""

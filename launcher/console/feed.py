@@ -49,6 +49,15 @@ class Feed:
         self._slow = slow
         self._listen()
 
+    def finish(self) -> None:
+        """Nobody writes any more, although the end is still open: take what is there and end."""
+        while not self._ended:
+            block, self._ended = self._read()
+            self._ended = self._ended or not block
+            self._take(block)
+        self._listen()
+        self._on_end()
+
     def _listen(self) -> None:
         if self._slow or self._resting or self._ended:
             self._loop.remove_reader(self._fd)
@@ -57,8 +66,7 @@ class Feed:
 
     def _readable(self) -> None:
         block, self._ended = self._read()
-        if block or self._ended:
-            self._take(block)
+        self._take(block)
         if self._ended:
             self._listen()
             self._on_end()

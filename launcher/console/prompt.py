@@ -19,6 +19,7 @@ from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
 from prompt_toolkit.layout.processors import BeforeInput
 from prompt_toolkit.styles import Style
 from prompt_toolkit.utils import get_cwidth
+from prompt_toolkit.widgets import SearchToolbar
 
 from launcher.console.bar import Line
 from launcher.console.display import FooterOutput
@@ -101,6 +102,7 @@ def make_application(
 
 
 def _rows(buffer: Buffer, footer: Footer, output: FooterOutput) -> HSplit:
+    search = SearchToolbar()
     sign = BeforeInput(SIGN, style="class:prompt")
     above = Condition(lambda: bool(footer.above()))
     few = Condition(lambda: output.get_size().rows < LITTLE_HEIGHT)
@@ -115,7 +117,16 @@ def _rows(buffer: Buffer, footer: Footer, output: FooterOutput) -> HSplit:
     return HSplit(
         [
             ConditionalContainer(_text(lambda: ANSI(footer.above())), above),
-            Window(BufferControl(buffer, input_processors=[sign]), height=1),
+            Window(
+                BufferControl(
+                    buffer,
+                    input_processors=[sign],
+                    search_buffer_control=search.control,
+                    preview_search=True,
+                ),
+                height=1,
+            ),
+            search,
             ConditionalContainer(
                 _text(lambda: _candidates(buffer, output.get_size().columns)),
                 has_completions & ~few,
@@ -171,6 +182,10 @@ def _keys(person: Person, buffer: Buffer) -> KeyBindings:
     @keys.add(Keys.Any, filter=watching, eager=True)
     def _(event: KeyPressEvent) -> None:
         person.any_key()
+
+    @keys.add(Keys.BracketedPaste)
+    def _(event: KeyPressEvent) -> None:
+        buffer.insert_text(" ".join(event.data.splitlines()))
 
     @keys.add("c-d", filter=Condition(lambda: not buffer.text))
     def _(event: KeyPressEvent) -> None:

@@ -76,6 +76,7 @@ class Session:
         self._watch: Watch | None = None
         self._fault: BaseException | None = None
         self._has_goodbye = False
+        self._feed: Feed | None = None
         self._application = make_application(
             self,
             self,
@@ -113,13 +114,25 @@ class Session:
         """Say that we are ready; from the answer on, the launcher writes only to us."""
         self._link.setblocking(False)
         await self._loop.sock_sendall(self._link, b"R")
-        return await self._loop.sock_recv(self._link, 1) == b"G"
+        if await self._loop.sock_recv(self._link, 1) != b"G":
+            return False
+        self._loop.add_reader(self._link, self._hear)
+        return True
 
     def _begin(self) -> None:
         self._terminal.write(b"\r")
-        feed = Feed(self._loop, self._feed_fd, self._display.show, self._launcher_ended)
-        self._terminal.on_slow = feed.hold_back
+        self._feed = Feed(self._loop, self._feed_fd, self._display.show, self._launcher_ended)
+        self._terminal.on_slow = self._feed.hold_back
         self._do(self._keep_looking())
+
+    def _hear(self) -> None:
+        """The launcher's goodbye, or its death, which its children may hide from the feed."""
+        word = self._link.recv(1)
+        self._has_goodbye = self._has_goodbye or word == b"B"
+        if not word:
+            self._loop.remove_reader(self._link)
+            if self._feed is not None:
+                self._feed.finish()
 
     def _end(self) -> None:
         if self._application.is_running and not self._application.is_done:
@@ -127,7 +140,7 @@ class Session:
 
     def _launcher_ended(self) -> None:
         with contextlib.suppress(BlockingIOError, ConnectionError):
-            self._has_goodbye = b"B" in self._link.recv(16)
+            self._has_goodbye = self._has_goodbye or b"B" in self._link.recv(1)
         if not self._has_goodbye and not self._terminal.is_ours():
             # The shell has noticed sooner than we have: its prompt is where ours was, and its
             # settings are in force. What prompt_toolkit puts back would not be theirs.
@@ -175,7 +188,8 @@ class Session:
             while True:
                 await asyncio.sleep(LOOK_S)
                 self._processes = await in_thread(self._look)
-                self._application.invalidate()
+                if self._display.has_footer:
+                    self._application.invalidate()
 
     def above(self) -> str:
         """A live table, or the line of a process that has no end yet."""
@@ -265,13 +279,17 @@ class Session:
         self._application.invalidate()
 
     def _continued(self) -> None:
-        """Somebody had stopped us: the shell has changed the terminal meanwhile."""
-        if self._display.has_footer and self._terminal.is_ours():
-            self._do(self._draw_anew())
+        """Somebody else had stopped us: a shell has changed the terminal meanwhile."""
+        if self._display.has_footer:
+            self._do(self._come_back())
 
-    async def _draw_anew(self) -> None:
+    async def _come_back(self) -> None:
+        self._display.has_footer = False
+        with self._application.input.detach():
+            while not self._terminal.is_ours():
+                await asyncio.sleep(FOREGROUND_LOOK_S)
+        self._terminal.set_raw()
+        self._terminal.write(b"\r\x1b[J")
         self._application.renderer.reset()
-        with self._application.input.raw_mode():
-            pass
-        async with in_terminal():
-            self._display.footer_changed()
+        self._display.has_footer = True
+        self._application.invalidate()

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import select
 import termios
 import time
 from collections.abc import Callable
+from typing import Any
 
 from prompt_toolkit.data_structures import Size
+from prompt_toolkit.input.vt100 import raw_mode
 
 WIDTH, HEIGHT = 80, 24  # where the terminal does not tell
 
@@ -85,4 +88,15 @@ class Terminal:
     def restore(self) -> None:
         """The settings as they were, if nobody else has the terminal by now."""
         if self.is_ours():
-            termios.tcsetattr(0, termios.TCSANOW, self.attrs)
+            self._set(self.attrs)
+
+    def set_raw(self) -> None:
+        """Keys one by one, unseen and without signals, as prompt_toolkit has them."""
+        with raw_mode(0):
+            raw = termios.tcgetattr(0)
+        self._set(raw)
+
+    @staticmethod
+    def _set(attrs: list[Any]) -> None:
+        with contextlib.suppress(termios.error):  # the window was closed
+            termios.tcsetattr(0, termios.TCSANOW, attrs)

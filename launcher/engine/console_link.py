@@ -141,6 +141,8 @@ class ConsoleLink:
         if self._process is None:
             return
         assert self._link is not None
+        if not self._has_terminal:
+            self._process.kill()  # still starting; nobody should wait for that
         with contextlib.suppress(OSError):
             self._link.send(BYE)
         self._stop_printing()
@@ -156,8 +158,9 @@ class ConsoleLink:
             self._let_go()
             return
         left = self._take_back()
-        while left:
-            left = left[os.write(1, left) :]
+        with contextlib.suppress(OSError):  # the terminal is gone
+            while left:
+                left = left[os.write(1, left) :]
 
     def _stop_printing(self) -> None:
         """What is printed goes to the terminal again."""
@@ -176,7 +179,8 @@ class ConsoleLink:
             while chunk := os.read(self._pipe[0], PIPE_BYTES):
                 left += chunk
         if self._has_terminal and _in_foreground():
-            termios.tcsetattr(0, termios.TCSANOW, self._before)  # type: ignore[arg-type]
+            with contextlib.suppress(termios.error):  # the terminal is gone
+                termios.tcsetattr(0, termios.TCSANOW, self._before)  # type: ignore[arg-type]
             left = RESET + left
         self._let_go()
         return left

@@ -139,6 +139,20 @@ def test_lines_typed_before_come_back_in_the_next_run(bench: Bench):
     assert again.exit_code() == 0
 
 
+def test_ctrl_r_finds_a_line_and_a_paste_of_several_is_one_line(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.type("\x1b[200~mute\nrobot_2\x1b[201~")
+    glass.enter("")
+    glass.wait_for("> mute robot_2", "robot_2-2 is muted")
+    glass.enter("ps")
+    glass.wait_for("> ps")
+    glass.type("\x12obo")
+    glass.wait_until(lambda: glass.rows[glass.prompt_row] == "> mute robot_2", "the line")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
 def test_an_unwritable_history_is_kept_in_memory(bench: Bench):
     bench.env["XDG_STATE_HOME"] = "/proc/none"
     glass = bench.glass(TICKS)
@@ -192,6 +206,24 @@ def test_logs_are_followed_until_a_key_is_pressed(bench: Bench):
     glass.wait_for("SIGINT, after 5 s SIGTERM, after 5 s SIGKILL")
     glass.ctrl_c()
     assert glass.exit_code() == 0
+
+
+RUDE = """
+        py("print('\\x1b[2J\\x1b]0;title\\x07\\x1b[31mred\\x1b[0m\\x1b[5A')\\ninput()",
+           name="rude"),
+"""
+
+
+def test_old_lines_cannot_steer_the_terminal(bench: Bench):
+    glass = bench.glass(RUDE)
+    glass.wait_for_prompt()
+    glass.enter("logs rude")
+    glass.wait_for("> logs rude")
+    glass.wait_until(lambda: glass.text.count("red") == 2, "the line again")
+    assert glass.rows.index("> logs rude") < glass.prompt_row
+    assert "process started" in glass.text  # nothing was cleared
+    glass.ctrl_c()
+    glass.exit_code()
 
 
 PARTIAL = """
@@ -264,7 +296,8 @@ def test_what_a_launch_file_prints_stands_in_a_line_of_its_own(bench: Bench):
     glass = bench.glass(PRINTS)
     glass.wait_for_prompt()
     glass.type("half a li")
+    glass.wait_until(lambda: "> half a li" in glass.rows, "what is typed")
     glass.wait_until(lambda: "from the file" in glass.rows, "a whole row")
-    assert glass.rows[glass.prompt_row] == "> half a li"
+    glass.wait_until(lambda: glass.rows[glass.prompt_row] == "> half a li", "the prompt")
     glass.ctrl_c()
     glass.exit_code()

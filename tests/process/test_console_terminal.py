@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 
 import psutil
+import pytest
 
 from tests.process.conftest import Bench
 from tests.support.glass import Glass
@@ -111,13 +112,14 @@ def test_a_shell_can_be_used_after_its_launcher_was_killed(bench: Bench):
         shell.wait_for(" icanon", "still here")
 
 
-def test_a_killed_console_costs_one_warning_and_no_line(bench: Bench):
+@pytest.mark.parametrize("signum", [signal.SIGKILL, signal.SIGSEGV], ids=lambda one: one.name)
+def test_a_dead_console_costs_one_warning_and_no_line(bench: Bench, signum: signal.Signals):
     count = 'py("import time\\nfor n in range(400): print(n, flush=True); time.sleep(0.005)"),'
     glass = bench.glass(count + TICKS)
     before = glass.settings()
     glass.wait_for_prompt()
-    console_of(glass.pid).kill()
-    glass.wait_for("[launch]: the console died (SIGKILL); the run goes on without one")
+    console_of(glass.pid).send_signal(signum)
+    glass.wait_for(f"[launch]: the console died ({signum.name}); the run goes on without one")
     glass.wait_until(lambda: any(row.endswith("] 399") for row in glass.scrolled), "the last")
     assert glass.settings() == before
     assert not glass.cursor_is_hidden
@@ -145,7 +147,7 @@ def test_a_console_that_cannot_work_costs_one_warning(bench: Bench, tmp_path: Pa
 
 
 FLOOD = """
-        py("input()\\nfor n in range(40000): print(f'{n:05}', 'x' * 60)\\ninput()", name="flood"),
+        py("input()\\nfor n in range(25000): print(f'{n:05}', 'x' * 60)\\ninput()", name="flood"),
 """
 
 
@@ -159,11 +161,33 @@ def test_a_stopped_console_holds_the_run_up_and_loses_nothing(bench: Bench):
     console.suspend()
     wait_until(lambda: flood.status() == psutil.STATUS_SLEEPING, "it waits for room")
     console.resume()
-    glass.wait_until(lambda: "] 39999" in glass.text, "the last line", 60.0)
+    glass.wait_until(lambda: "] 24999" in glass.text, "the last line", 60.0)
     numbers = [row.split()[1] for row in glass.scrolled if row.startswith("[flood-1] ")]
-    assert numbers == [f"{n:05}" for n in range(40000)]
+    assert numbers == [f"{n:05}" for n in range(25000)]
     glass.ctrl_c()
     glass.exit_code()
+
+
+def test_a_run_that_is_over_before_its_console_is_ready_says_nothing_of_it(bench: Bench):
+    glass = bench.glass('py("import time\\ntime.sleep(0.4)", name="short"),')
+    before = glass.settings()
+    assert glass.exit_code() == 0
+    assert glass.settings() == before
+    assert "console" not in glass.text
+    assert bench.survivors() == []
+
+
+def test_a_closed_window_stops_the_run_in_order(bench: Bench, tmp_path: Path):
+    said = tmp_path / "said"
+    polite = (
+        'py("import time\\ntry: time.sleep(60)\\nexcept KeyboardInterrupt: '
+        f"open('{said}', 'w').write('bye')\", name='polite'),"
+    )
+    glass = bench.glass(polite)
+    glass.wait_for_prompt()
+    glass.close_window()
+    wait_until(lambda: bench.survivors() == [], "nothing is left")
+    assert said.read_text() == "bye"
 
 
 # ---- suspended, resized
@@ -201,6 +225,24 @@ def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
         shell.type("fg\n")
         shell.wait_for_prompt()
         shell.enter("quit")
+        shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the shell's prompt")
+        shell.type("echo exit code $?\n")
+        shell.wait_for("exit code 0")
+
+
+def test_a_job_that_somebody_stopped_draws_its_prompt_anew_in_the_foreground(bench: Bench):
+    words = " ".join(bench.command(TICKS))
+    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+        shell.type(f"PS1='$ '; {words}\n")
+        shell.wait_for_prompt()
+        (launcher,) = psutil.Process(shell.pid).children()
+        os.killpg(launcher.pid, signal.SIGSTOP)
+        shell.wait_for("Stopped")
+        shell.type("clear; fg\n")
+        shell.wait_until(lambda: shell.prompt_row > 0, "the prompt")
+        shell.enter("ps")
+        shell.wait_for("ticker-1  running")
+        shell.ctrl_c()
         shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the shell's prompt")
         shell.type("echo exit code $?\n")
         shell.wait_for("exit code 0")

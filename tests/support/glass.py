@@ -120,7 +120,13 @@ class Glass:
         while not fact():
             left_s = deadline - time.monotonic()
             assert left_s > 0 and not self.ended, f"did not see {what}; on the screen:\n{self.text}"
-            self.read(min(left_s, 0.05))
+            self._read_on(min(left_s, 0.05))
+
+    def _read_on(self, patience_s: float) -> None:
+        """Read what is there: looking at the screen after every block would take longer."""
+        until = time.monotonic() + patience_s
+        while self.read(max(0.0, until - time.monotonic())) and time.monotonic() < until:
+            pass
 
     def wait_for(self, *texts: str, patience_s: float = PATIENCE_S) -> None:
         """Read until each of these is, or was, somewhere on the screen."""
@@ -162,6 +168,11 @@ class Glass:
     def resize(self, columns: int, rows: int) -> None:
         self._screen.resize(rows, columns)
         self._process.setwinsize(rows, columns)
+
+    def close_window(self) -> None:
+        """As when a person closes it: the terminal is gone."""
+        os.close(self._fd)
+        self._process.closed = self.ended = True
 
     def kill(self, signum: int = signal.SIGKILL) -> None:
         self._process.kill(signum)

@@ -1,0 +1,88 @@
+"""Attendants: what keeps a run company: its control socket, its ROS bridge, its console."""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Mapping
+
+from launcher import __version__
+from launcher.commands.words import Request
+from launcher.control.opening import open_control
+from launcher.control.server import Server
+from launcher.control.service import Identity
+from launcher.engine.reactor import Reactor
+from launcher.engine.screen import Screen
+from launcher.engine.supervisor import Supervisor
+from launcher.model.options import RunOptions
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.bridge_link import BridgeLink
+    from launcher.engine.console_link import ConsoleLink
+
+CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
+
+
+class Attendants:
+    """Opened when the first processes have been started, closed when all is over."""
+
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        *,
+        reactor: Reactor,
+        screen: Screen,
+        options: RunOptions,
+        environment: Mapping[str, str],
+    ) -> None:
+        self._supervisor = supervisor
+        self._reactor = reactor
+        self._screen = screen
+        self._options = options
+        self._environment = environment
+        say = supervisor.desk.chronicle.say
+        self._warn = functools.partial(say, "WARNING", "launch")
+        self._server: Server | None = None
+        self._bridge: BridgeLink | None = None
+        self._console: ConsoleLink | None = None
+
+    def open(self, request: Request, *, run_id: str, started: float) -> None:
+        """Listen, if that is possible; show the run to ROS and to a person, if that is wanted."""
+        identity = Identity(
+            run_id=run_id,
+            launcher=__version__,
+            target=str(request.path),
+            arguments=tuple(f"{name}:={value}" for name, value in request.arguments),
+            started=started,
+            environment=self._environment,
+        )
+        self._server = open_control(self._supervisor.desk, identity)
+        if self._server is None:
+            return
+        if self._options.ros:
+            self._show_to_ros(self._server)
+        if self._options.console and self._screen.is_tty and os.isatty(0):
+            self._reactor.call_later(CONSOLE_DELAY_S, self._open_console)
+
+    def _show_to_ros(self, server: Server) -> None:
+        from launcher.engine.bridge_link import BridgeLink
+
+        environment = dict(self._environment)
+        self._bridge = BridgeLink(self._reactor, server.path, environment, self._warn)
+        self._bridge.start()
+
+    def _open_console(self) -> None:
+        from launcher.engine.console_link import ConsoleLink
+
+        self._console = ConsoleLink(self._reactor, self._screen, self._warn)
+        self._console.start()
+
+    def close(self) -> None:
+        """Let the console show the end of the run, and say goodbye to all clients."""
+        if self._console is not None:
+            self._console.close()
+        if self._bridge is not None:
+            self._bridge.close()
+        if self._server is not None:
+            self._server.close()

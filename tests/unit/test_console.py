@@ -1,0 +1,216 @@
+"""The console's pure parts: the bar, figures, completion, what is read, lines and their ends."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from prompt_toolkit.completion import CompleteEvent
+from prompt_toolkit.document import Document
+
+from launcher.console import figures, tables
+from launcher.console.bar import status_line, width
+from launcher.console.completion import WordCompleter
+from launcher.console.feed import split
+from launcher.console.history import MOST_LINES, history_path, open_history
+from launcher.console.talk import follows, read_call
+from launcher.errors import UsageError
+
+
+def process(name: str, state: str = "RUNNING", **more: object) -> dict[str, object]:
+    base = {
+        "name": name,
+        "label": name.rpartition("-")[0],
+        "state": state,
+        "pid": 1 if state == "RUNNING" else None,
+        "restarts": 0,
+        "cpu_percent": 2.4 if state == "RUNNING" else None,
+        "memory_bytes": 31_000_000 if state == "RUNNING" else None,
+        "namespace": "/",
+        "node_names": [],
+        "last_exit": None,
+        "paused": False,
+        "muted": False,
+    }
+    return {**base, **more}
+
+
+def text_of(line: list[tuple[str, str]]) -> str:
+    return "".join(text for _, text in line)
+
+
+FLEET = [process("dispatcher-1"), process("robot_1-2"), process("robot_2-3")]
+
+
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [
+        (0, "0"),
+        (999, "999"),
+        (1000, "1k"),
+        (31_400_000, "31M"),
+        (999_600_000, "1.0G"),
+        (2.5e12, "2.5T"),
+    ],
+)
+def test_memory_is_short(size: float, text: str):
+    assert figures.memory(size) == text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(59.9, "59 s"), (65, "1:05"), (3 * 3600 + 5, "3:00:05"), (90_000, "1 d 01:00")],
+)
+def test_durations_are_short(seconds: float, text: str):
+    assert figures.duration(seconds) == text
+
+
+def test_the_bar_has_figures_then_names_then_counts_as_it_gets_narrower():
+    full = "dispatcher 2% 31M | robot_1 2% 31M | robot_2 2% 31M"
+    assert text_of(status_line(FLEET, len(full))) == full
+    assert text_of(status_line(FLEET, len(full) - 1)) == "dispatcher | robot_1 | robot_2"
+    assert text_of(status_line(FLEET, 20)) == "3 running | 7% 93M"
+
+
+def test_the_bar_tells_what_is_out_of_the_ordinary():
+    fleet = [
+        process("a-1", "BACKOFF", restarts=2),
+        process("b-2", paused=True),
+        process("c-3", muted=True),
+        process("d-4", "FATAL"),
+    ]
+    line = text_of(status_line(fleet, 100))
+    assert line == "a backoff x2 | b paused 2% 31M | c muted 2% 31M | d fatal"
+
+
+def test_two_of_the_same_label_keep_their_full_names():
+    twins = [process("node-1"), process("node-2")]
+    assert text_of(status_line(twins, 100)) == "node-1 2% 31M | node-2 2% 31M"
+
+
+@pytest.mark.parametrize("columns", [1, 3, 5, 20, 40])
+def test_the_bar_is_never_wider_than_the_terminal(columns: int):
+    crowd = [process(f"arbeiter_機器_{n}-{n}", "FATAL" if n % 3 else "RUNNING") for n in range(50)]
+    assert 0 < width(status_line(crowd, columns)) <= columns
+
+
+def test_without_processes_the_bar_says_so():
+    assert text_of(status_line([], 80)) == "no processes"
+
+
+def test_a_long_table_shows_trouble_first_and_counts_the_rest():
+    crowd = [process(f"worker_{n}-{n}") for n in range(50)]
+    crowd.append(process("broken-51", "FATAL"))
+    shown = tables.render(tables.processes(crowd, 80, 5), 80, colour=False).splitlines()
+    assert len(shown) == 6  # with its head
+    assert shown[1].startswith("broken-51")
+    assert shown[-1] == "and 47 more"
+
+
+# ---- completion
+
+
+def completed(text: str, fleet: list[dict[str, object]] = FLEET) -> list[str]:
+    completer = WordCompleter(lambda: fleet)
+    return [c.text for c in completer.get_completions(Document(text), CompleteEvent())]
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("un", ["unmute"]),
+        ("kill r", ["robot_*", "robot_1", "robot_2"]),
+        ("kill robot_1 r", ["robot_*", "robot_2"]),
+        ("kill -s SIGTE", ["SIGTERM"]),
+        ("kill -", ["-s", "--signal"]),
+        ("level W", ["WARN"]),
+        ("level WARN d", ["dispatcher"]),
+        ("stop robot_*", ["robot_1-2 robot_2-3"]),
+        ("send robot_1 r", []),
+        ("logs -n 5 d", ["dispatcher"]),
+        ("logs -n ", []),
+        ("grep r", []),
+        ("help r", []),
+        ("nonsense r", []),
+    ],
+)
+def test_what_fits_at_the_cursor_is_offered(typed: str, offered: list[str]):
+    assert completed(typed) == offered
+
+
+def test_nodes_and_namespaces_are_offered():
+    fleet = [process("talker-1", node_names=["/east/talker"], namespace="/east")]
+    assert completed("info /e", fleet) == ["/east", "/east/talker"]
+
+
+# ---- what is typed
+
+
+def test_a_line_is_read_as_by_a_shell():
+    call = read_call("send robot_1 'hello  world'")
+    assert (call.verb.name, call.names, call.options) == (
+        "send",
+        ("robot_1",),
+        {"text": "hello  world"},
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("kil robot_1", "there is no verb 'kil'"),
+        ("kill 'robot_1", "the line is not finished: No closing quotation"),
+        ("kill", "kill needs the name of a process"),
+    ],
+)
+def test_a_mistake_is_told(line: str, message: str):
+    with pytest.raises(UsageError, match=message):
+        read_call(line)
+
+
+def test_top_is_live_and_logs_are_if_asked():
+    assert follows(read_call("top"))
+    assert follows(read_call("logs -f robot_1"))
+    assert not follows(read_call("logs robot_1"))
+    assert not follows(read_call("ps"))
+
+
+# ---- lines
+
+
+@pytest.mark.parametrize(
+    ("data", "lines", "partial"),
+    [
+        (b"a\nb\n", b"a\nb\n", b""),
+        (b"a\nb", b"a\n", b"b"),
+        (b"10%\r\x1b[K[p] 20%", b"", b"[p] 20%"),
+        (b"x\n10%\r\x1b[K[p] 99%\nnext", b"x\n[p] 99%\n", b"next"),
+    ],
+)
+def test_a_block_is_split_into_whole_lines_and_a_beginning(
+    data: bytes, lines: bytes, partial: bytes
+):
+    assert split(data) == (lines, partial)
+
+
+# ---- history
+
+
+def test_the_history_is_bounded_and_for_its_user_alone(tmp_path: Path):
+    path = tmp_path / "state" / "ros-launcher" / "history"
+    path.parent.mkdir(parents=True)
+    path.write_text("".join(f"line {n}\n" for n in range(2 * MOST_LINES + 1)))
+    path.unlink()
+    history = open_history(path)
+    for number in range(2 * MOST_LINES + 1):
+        history.store_string(f"line {number}")
+    assert os.stat(path).st_mode & 0o077 == 0
+    again = list(open_history(path).load_history_strings())
+    assert again[0] == f"line {2 * MOST_LINES}"
+    assert len(again) == len(path.read_text().splitlines()) == MOST_LINES
+
+
+def test_the_history_lies_where_state_lies():
+    assert history_path({"XDG_STATE_HOME": "/s"}) == Path("/s/ros-launcher/history")
+    assert history_path({}).parts[-4:] == (".local", "state", "ros-launcher", "history")
