@@ -2,7 +2,8 @@
 
 Python writes a traceback line by line, so another node's lines could come in between. And a node
 that does not catch KeyboardInterrupt or rclpy's ExternalShutdownException ends each stop that
-somebody asked for with twenty lines that tell nothing.
+somebody asked for with twenty lines that tell nothing. Nor does rcl's remark on each message that
+is logged after the shutdown of its context, which is shown and written all the same.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import re
 _BEGIN = b"Traceback (most recent call last):"
 _COLOUR = rb"\x1b\[[0-9;:]*m"
 _OF_A_STOP = rb"(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b"
+_TO_ROSOUT = b"Failed to publish log message to rosout: publisher's context is invalid"
 HELD_LIMIT = 64 * 1024  # bytes; something longer is no traceback
 
 
@@ -28,6 +30,8 @@ class TracebackGate:
 
     def feed(self, lines: bytes, *, stopping: bool) -> bytes:
         """Whole lines in, whole lines out. `stopping`: the process was asked to end."""
+        if stopping and _TO_ROSOUT in lines:
+            lines = re.sub(rb"(?m)^(?:%s)*%s.*\n" % (_COLOUR, _TO_ROSOUT), b"", lines)
         # Searched from the end: this is for every read, and `in` takes up to five times as long.
         if not self._held and lines.rfind(_BEGIN) < 0:
             return lines

@@ -37,6 +37,17 @@ def test_the_traceback_of_a_stop_is_folded_only_while_stopping():
     assert folded.endswith(b"bye\n")
 
 
+ROSOUT = b"Failed to publish log message to rosout: publisher's context is invalid, at ./x.c:4\n"
+
+
+def test_rcls_remark_on_a_message_after_the_shutdown_is_kept_back_only_while_stopping():
+    assert TracebackGate().feed(ROSOUT, stopping=False) == ROSOUT
+    lines = b"[INFO] goodbye\n" + ROSOUT + b"\x1b[0m" + ROSOUT + b"said: " + ROSOUT
+    passed = TracebackGate().feed(lines, stopping=True)
+    assert passed == b"[INFO] goodbye\nsaid: " + ROSOUT
+    assert TracebackGate().feed(ROSOUT, stopping=True) == b""
+
+
 def test_rclpys_exception_is_known_with_its_module_and_in_colour():
     colourful = FRAMES + b"\x1b[1;35mrclpy.executors.ExternalShutdownException\x1b[0m\n"
     assert b"ended by ExternalShutdown" in TracebackGate().feed(colourful, stopping=True)
