@@ -25,6 +25,7 @@ class Chronicle:
 
     def say(self, level: str, logger: str, text: str) -> None:
         """A line of our own, on the screen and in the log."""
+        text = text if text.isascii() else _encodable(text)
         line = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
         self.ring.append("", self._reactor.now(), line)
         self._screen.log(level, logger, text)
@@ -45,3 +46,12 @@ class Chronicle:
             self._reactor.call_later(0, self._folder.journal.flush)
         name = {} if process is None else {"process": process.name}
         self._folder.journal.note(event, **name, **details)
+
+
+def _encodable(text: str) -> str:
+    """The text, in which bytes that were no UTF-8 stay, and halves of characters do not."""
+    try:
+        text.encode(errors="surrogateescape")
+    except UnicodeEncodeError:
+        return text.encode(errors="replace").decode()
+    return text

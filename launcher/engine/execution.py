@@ -30,18 +30,32 @@ def execute(
 
     A program without a slash is looked for in the PATH of `env`, which is complete. The process
     gets the three descriptors, each of which is above 2, and those that are `inherited`, at their
-    numbers; no other that this process has. Whoever calls has to reap it.
+    numbers; no other that this process has. Whoever calls has to reap it. EINVAL is for words
+    that no program can get.
     """
     for fd in inherited:
         os.set_inheritable(fd, True)
+    try:
+        return _execute(words, env, (stdin, stdout, stderr), cwd, inherited)
+    except ValueError as error:  # a NUL in a word, a `=` in the name of a variable
+        raise OSError(errno.EINVAL, str(error)) from error
+
+
+def _execute(
+    words: Sequence[str],
+    env: Mapping[str, str],
+    streams: tuple[int, int, int],
+    cwd: str | None,
+    inherited: Sequence[int],
+) -> int:
     if cwd is not None:
-        return _by_subprocess(words, env, (stdin, stdout, stderr), cwd, inherited)
+        return _by_subprocess(words, env, streams, cwd, inherited)
     refusal: OSError | None = None
     for program in _candidates(words[0], env):
         try:
-            return _spawn(program, words, env, (stdin, stdout, stderr))
+            return _spawn(program, words, env, streams)
         except NotImplementedError:  # a Python that was built for an old C library
-            return _by_subprocess(words, env, (stdin, stdout, stderr), None, inherited)
+            return _by_subprocess(words, env, streams, None, inherited)
         except (FileNotFoundError, NotADirectoryError) as error:
             refusal = refusal or error
         except OSError as error:

@@ -192,7 +192,7 @@ class Keeper:
         try:
             child = process.child = self._start_child(process)
         except OSError as error:
-            self._refused(process, error.errno or errno.EIO, "")
+            self._refused(process, error.errno or errno.EIO, _culprit(process, error))
             return
         self._relay.attach(process)
         self._reactor.add_reader(child.pidfd, functools.partial(self._exited, process))
@@ -282,6 +282,15 @@ class Keeper:
             self._chronicle.tell(process, line)
         if machine.state is ProcessState.FATAL and machine.restarts:
             self._chronicle.tell(process, report.gave_up(machine.restart, machine.restarts))
+
+
+def _culprit(process: Process, error: OSError) -> str:
+    """What was wrong where it is not the program, or "" where it is."""
+    cwd = process.spec.cwd
+    if cwd is not None and not os.path.isdir(cwd):
+        return f"working directory '{cwd}'"
+    is_ordinary = error.errno is None or error.strerror == os.strerror(error.errno)
+    return "" if is_ordinary else str(error.strerror)
 
 
 def _event_of(process: Process, pid: int, end: Ended) -> Event:

@@ -59,7 +59,7 @@ class Started(Record):
 
 
 class SpawnError(Record):
-    """The spawn failed with this errno; `what` names the limit that was refused, if one was."""
+    """The spawn failed with this errno; `what` names the culprit if it is not the program."""
 
     errno: int
     what: str = ""
@@ -147,8 +147,8 @@ Action = Spawn | Signal | Escalate | Stuck | Ended
 class Outcome(Record):
     """How one life of a process ended: exactly one of the first two is set.
 
-    `spawn_what` names the limit that was refused, if one was. `core_dumped` and `out_of_memory`
-    tell more about a death by a signal.
+    `spawn_what` names the culprit of a start that failed if it is not the program, as a limit.
+    `core_dumped` and `out_of_memory` tell more about a death by a signal.
     """
 
     returncode: int | None = None

@@ -10,6 +10,7 @@ from launcher.engine.reactor import Timer
 from launcher.engine.ring import LogRing
 from launcher.engine.spawn import Child
 from launcher.engine.tracebacks import TracebackGate
+from launcher.model.record import replace
 from launcher.model.spec import ProcessSpec, Sink
 
 TYPE_CHECKING = False
@@ -83,6 +84,14 @@ class Process:
         """Whether both streams go to the same places, so that one descriptor may carry both."""
         policy = self.spec.output
         return policy.stdout == policy.stderr and Sink.OWN_LOG not in policy.stdout
+
+
+def with_sound_name(spec: ProcessSpec) -> ProcessSpec:
+    """The spec with a name that neither breaks lines nor steers the terminal."""
+    if spec.name.isprintable():
+        return spec
+    shown = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in spec.name)
+    return replace(spec, name="".join(shown))
 
 
 def child_environment(

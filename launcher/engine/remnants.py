@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
 
 from launcher.engine import sweep
@@ -20,6 +21,9 @@ from launcher.engine.machine import (
 from launcher.engine.reactor import Reactor
 from launcher.model.spec import RestartPolicy, StopPolicy
 
+CLEAN_LOOKS = 3  # one that forks all the time may be missed once
+FIRST_ROUNDS = 15  # of the chase; every run waits for them at its end, for a millisecond
+FLITTING = "one that forks in a loop"
 POLL_S = 0.02  # nobody tells us when somebody else's child ends
 # Their parents are gone, and SIGINT is often ignored (what a shell started with `&` ignores it).
 PATIENCE = StopPolicy(sigterm_timeout_s=1.0, sigkill_timeout_s=5.0)
@@ -49,27 +53,46 @@ class Remnants:
         self._say = say
         self._on_done = on_done
         self._machine = ProcessMachine(RestartPolicy(), PATIENCE)
+        self._clean_looks = 0
+        self._last_seen = ""
 
     def check(self) -> None:
         """Look, stop what is there, and look again until nothing is."""
         pids = self._find()
-        if not pids:
+        self._last_seen = _names(pids) or self._last_seen
+        is_alive = self._machine.state.is_alive
+        self._clean_looks = 0 if pids or self._flits() else self._clean_looks + 1
+        if self._clean_looks >= (CLEAN_LOOKS if is_alive else 1):
             self._on_done()
             return
-        if not self._machine.state.is_alive:
+        if not is_alive:
             who = "processes" if self._session is None else "it"
-            self._say("INFO", f"stopping what {who} left behind: {_names(pids)}")
+            self._say("INFO", f"stopping what {who} left behind: {_names(pids) or FLITTING}")
             for event in (Start(), Started(0), Stop()):
                 self._advance(event)
         else:
             self._advance(Tick())
         if self._machine.is_stuck:
-            self._say("ERROR", f"could not be killed: {_reasons(pids)}")
+            self._say(
+                "ERROR", f"could not be killed: {_reasons(pids) or self._last_seen or FLITTING}"
+            )
             self._on_done()
             return
         if self._machine.is_killing:
-            self._signal(9)  # something may have forked
+            self._signal(signal.SIGKILL)  # something may have forked
         self._reactor.call_later(POLL_S, self.check)
+
+    def _flits(self) -> bool:
+        """Whether one forks and ends so fast that a look at all processes misses it."""
+        if self._session is not None:
+            return False
+        is_killing = self._machine.is_killing
+        return sweep.chase(
+            self._run_id,
+            signal.SIGKILL if is_killing else 0,
+            ignore=self._ignore,
+            rounds=sweep.CHASE_ROUNDS if self._machine.state.is_alive else FIRST_ROUNDS,
+        )
 
     def hurry(self) -> None:
         """Do not wait: take the next step now."""
@@ -83,7 +106,7 @@ class Remnants:
         if isinstance(action, Signal):
             self._signal(action.signum)
         elif isinstance(action, Escalate):
-            left = _names(self._find())
+            left = _names(self._find()) or self._last_seen or FLITTING
             self._say("ERROR", f"left behind and still there, now {action.to.name}: {left}")
 
     def _find(self) -> list[int]:

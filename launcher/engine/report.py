@@ -61,7 +61,7 @@ def ended(spec: ProcessSpec, pid: int, end: Ended) -> Line:
 
 
 def not_started(spec: ProcessSpec, errno: int, what: str) -> Line:
-    """The system refused to run it, or `what` was to be its limit."""
+    """The system refused to run it; `what` is the culprit if it is not the program."""
     reason = f"{what}: {os.strerror(errno)}" if what else os.strerror(errno)
     return Line("ERROR", f"process could not be started: {reason}, cmd '{spec.command_line}'")
 

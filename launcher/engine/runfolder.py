@@ -27,6 +27,7 @@ from launcher.engine.logfile import LogFile, without_colour
 from launcher.model.spec import OutputPolicy, ProcessSpec, Sink
 
 KEPT_RUNS = 20
+NAME_BYTES = 240  # most file systems take 255, and rotation adds two
 EVENTS = "events.jsonl"
 _RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 
@@ -131,7 +132,7 @@ class RunFolder:
         try:
             file = self._files.get(name)
             if file is None:
-                file = self._files[name] = LogFile(self.path / name)
+                file = self._files[name] = LogFile(self.path / _file_name(name))
             file.append(data)
         except OSError as error:
             self._give_up(error)
@@ -159,6 +160,14 @@ def planned(spec: ProcessSpec, environment: Mapping[str, str]) -> dict[str, obje
         "env_unset": sorted(environment.keys() - spec.env.keys()),
         "respawn": spec.restart.mode.value,
     }
+
+
+def _file_name(name: str) -> str:
+    """A name for a file of this process; the running number at its end keeps it apart."""
+    name = name.replace("/", "_")
+    if len(os.fsencode(name)) <= NAME_BYTES:
+        return name
+    return os.fsdecode(os.fsencode(name)[: NAME_BYTES // 2]) + name[-NAME_BYTES // 8 :]
 
 
 def _is_run_of_ours(path: Path) -> bool:

@@ -118,7 +118,8 @@ class Screen:
             head = _LEVELS.get(level, b"") + head + _RESET
         newline = b"\n" if self._partial_of is not None else b""
         self._partial_of = None
-        self._write(newline + head + b" " + text.encode(errors="surrogateescape") + b"\n")
+        line = self._clean(text.encode(errors="surrogateescape") + b"\n")
+        self._write(newline + head + b" " + line)
 
     # ---- writing
 

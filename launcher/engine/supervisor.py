@@ -17,7 +17,7 @@ from launcher.engine.execution import keep_to_ourselves
 from launcher.engine.guard import Guards
 from launcher.engine.keeper import Keeper
 from launcher.engine.machine import Ended, Restart, Start, Stop
-from launcher.engine.process import Process, child_environment
+from launcher.engine.process import Process, child_environment, with_sound_name
 from launcher.engine.reactor import Reactor, Timer
 from launcher.engine.relay import Relay
 from launcher.engine.runfolder import RunFolder
@@ -295,7 +295,7 @@ class Supervisor:
 
     def _start(self, effect: StartProcess) -> None:
         number = len(self._processes)
-        spec = self._options.adapt(effect.spec)
+        spec = with_sound_name(self._options.adapt(effect.spec))
         prefix = self._screen.prefix(spec.name, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process

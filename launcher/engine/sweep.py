@@ -13,6 +13,8 @@ import signal
 from collections.abc import Iterator
 
 RUN_ID_VARIABLE = "LAUNCHER_RUN_ID"
+CHASE_ROUNDS = 200  # about 20 ms
+CHASED = 4
 
 
 def find(
@@ -44,6 +46,35 @@ def signal_all(
     return [pid for pid in found if _signal(pid, signum, run_id)]
 
 
+def chase(
+    run_id: str,
+    signum: int,
+    *,
+    ignore: frozenset[int] = frozenset(),
+    rounds: int = CHASE_ROUNDS,
+) -> bool:
+    """Signal what carries the id among the youngest processes, again and again for a moment.
+
+    One that forks and ends all the time is gone before a look at all processes comes to it.
+    Signal 0 only looks. Whether there was one.
+    """
+    wanted = f"{RUN_ID_VARIABLE}={run_id}".encode()
+    has_seen = False
+    for _ in range(rounds):
+        last = _last_pid()
+        for pid in range(last, max(1, last - CHASED), -1):
+            if pid not in ignore and _carries(pid, wanted):
+                has_seen = True
+                _signal(pid, signum, run_id)
+    return has_seen
+
+
+def _last_pid() -> int:
+    """The number that was given to a process last."""
+    with open("/proc/loadavg", "rb") as file:
+        return int(file.read().split()[-1])
+
+
 def _signal(pid: int, signum: int, run_id: str) -> bool:
     try:
         pidfd = os.pidfd_open(pid)
@@ -60,7 +91,8 @@ def _signal(pid: int, signum: int, run_id: str) -> bool:
 
 
 def _pids() -> Iterator[int]:
-    return (int(name) for name in os.listdir("/proc") if name.isdigit())
+    """The newest first: one that forks and ends all the time must be met before it is gone."""
+    return iter(sorted((int(name) for name in os.listdir("/proc") if name.isdigit()), reverse=True))
 
 
 def _session_of(pid: int) -> int:

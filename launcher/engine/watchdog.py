@@ -13,7 +13,7 @@ import sys
 import time
 
 GOODBYE = b"."
-CLEAN_SCANS = 2  # a process that was forking during one scan shows in the next
+CLEAN_SCANS = 3  # a process that was forking during one scan shows in the next
 SCAN_PAUSE_S = 0.01
 PATIENCE_S = 10.0  # a process in uninterruptible sleep cannot be killed; do not wait for ever
 
@@ -25,7 +25,8 @@ def end_run(run_id: str) -> None:
     deadline = time.monotonic() + PATIENCE_S
     clean = 0
     while clean < CLEAN_SCANS and time.monotonic() < deadline:
-        clean = 0 if sweep.signal_all(run_id, signal.SIGKILL) else clean + 1
+        found = sweep.signal_all(run_id, signal.SIGKILL)
+        clean = 0 if sweep.chase(run_id, signal.SIGKILL) or found else clean + 1
         time.sleep(SCAN_PAUSE_S)
 
 

@@ -1,0 +1,301 @@
+"""Promises about processes that have no better place."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import signal
+import subprocess
+from pathlib import Path
+
+import psutil
+import pytest
+
+import launcher
+from tests.process.conftest import Bench
+from tests.support.waiting import wait_until
+
+FLOOD = "while :; do echo 'a line of some length that is not very short'; done"
+
+
+def test_the_launcher_has_one_thread_and_each_child_a_session_and_group_of_its_own(bench: Bench):
+    sleeper = 'sh("echo ready; exec sleep 1000")'
+    terminal = bench.terminal(f"{sleeper}, {sleeper}", "--no-console")
+    terminal.wait_for("ready")
+    wait_until(lambda: sum("sleep 1000" in line for line in bench.survivors()) == 2, "both sleep")
+    launcher_process = psutil.Process(terminal.pid)
+    assert launcher_process.num_threads() == 1
+    sleeps = [p for p in launcher_process.children() if p.name() == "sleep"]
+    assert all(os.getsid(p.pid) == os.getpgid(p.pid) == p.pid for p in sleeps)
+
+
+def test_an_exit_is_told_although_a_grandchild_holds_the_pipe_and_still_writes(bench: Bench):
+    terminal = bench.terminal('sh("(sleep 1; echo late; exec sleep 1000) & echo bye")')
+    terminal.wait_for("bye")
+    terminal.wait_for("process has finished cleanly")
+    terminal.exit_code()
+    assert bench.survivors() == []
+
+
+# They stamp entries and lines, and compare the times of files.
+WALL_CLOCK_READERS = {"journal", "runfolder", "keeper", "shared_memory"}
+
+
+def test_no_deadline_of_the_engine_is_made_of_the_wall_clock():
+    engine = Path(launcher.__file__).parent / "engine"
+    readers = set()
+    for path in engine.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Attribute) and node.attr in ("time", "time_ns", "now"):
+                is_wall = isinstance(node.value, ast.Name) and node.value.id in ("time", "datetime")
+                readers |= {path.stem} if is_wall else set()
+    assert readers <= WALL_CLOCK_READERS
+
+
+@pytest.mark.parametrize("signum", [signal.SIGTERM, signal.SIGHUP])
+def test_a_clean_stop_by_a_signal_is_0_and_143_where_something_had_to_be_killed(bench, signum):
+    ready = 'sh("echo ready; exec sleep 1000")'
+    deaf = "sh(\"trap '' INT TERM; echo ready; while :; do sleep 0.1; done\")"
+    for actions, code in [(ready, 0), (deaf, 143)]:
+        terminal = bench.terminal(actions, "--stop", "*=int:0.1,term:0.1")
+        terminal.wait_for("ready")
+        terminal.signal(signum)
+        assert terminal.exit_code() == code
+    assert bench.survivors() == []
+
+
+def test_a_run_in_which_one_had_died_before_ctrl_c_ends_with_130(bench: Bench):
+    terminal = bench.terminal('sh("exit 3"), sh("echo ready; exec sleep 1000")')
+    terminal.wait_for_all("ready", "process has died")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 130
+
+
+# ---- descendants that do not want to go
+
+HOPPER = """
+import os, signal, sys, time
+for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    signal.signal(signum, signal.SIG_IGN)
+os.close(1), os.close(2)
+log = os.open("hops", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+until = time.monotonic() + 60
+while time.monotonic() < until:
+    if os.fork():
+        os._exit(0)
+    os.setsid()
+    os.write(log, b".")
+    time.sleep(float(sys.argv[1]))
+"""
+BREEDER = """
+import os, signal, time
+def breed(*_):
+    for _ in range(5):
+        if os.fork() == 0:
+            os.setsid()
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+            time.sleep(60)
+            os._exit(0)
+signal.signal(signal.SIGINT, breed)
+signal.signal(signal.SIGTERM, breed)
+print("ready", flush=True)
+while True:
+    time.sleep(1)
+"""
+
+
+def test_a_daemon_that_ignores_everything_is_named_and_killed(bench: Bench):
+    (bench.folder / "daemon.sh").write_text("trap '' INT TERM HUP; while :; do sleep 0.1; done")
+    done = bench.run(f'sh("setsid -f sh {bench.folder}/daemon.sh >/dev/null 2>&1")')
+    assert b"stopping what processes left behind: " in done.stdout
+    assert re.search(rb"left behind and still there, now SIGKILL: .*sh \[\d+\]", done.stdout)
+    assert bench.survivors() == []
+
+
+class Hopper:
+    """A process that is always about to be another one, in another session."""
+
+    def __init__(self, folder: Path, rest_s: str) -> None:
+        (folder / "hopper.py").write_text(HOPPER)
+        words = f'[sys.executable, "-S", "hopper.py", "{rest_s}"]'
+        self.actions = f'ExecuteProcess(cmd={words}, cwd="{folder}")'
+        self.log = folder / "hops"
+        self._sizes: list[int] = []
+
+    def stands_still(self) -> bool:
+        """Whether it has not hopped for the last ten looks; no look at processes can tell."""
+        self._sizes.append(self.log.stat().st_size)
+        return len(self._sizes) > 10 and self._sizes[-10] == self._sizes[-1] > 0
+
+
+@pytest.mark.parametrize("rest_s", ["0.002", "0"])
+def test_one_that_forks_in_a_loop_and_always_leaves_its_session_is_caught(bench: Bench, rest_s):
+    hopper = Hopper(bench.folder, rest_s)
+    done = bench.run(hopper.actions)
+    assert b"stopping what processes left behind: " in done.stdout
+    wait_until(hopper.stands_still, "it does not hop any more", patience_s=5.0)
+    assert bench.survivors() == []
+
+
+@pytest.mark.parametrize("rest_s", ["0.002", "0"])
+def test_one_that_forks_in_a_loop_does_not_survive_a_killed_launcher(bench: Bench, rest_s: str):
+    hopper = Hopper(bench.folder, rest_s)
+    terminal = bench.terminal(f'{hopper.actions}, sh("sleep 0.5; echo ready; exec sleep 1000")')
+    terminal.wait_for("ready")
+    wait_until(hopper.log.exists, "it hops")
+    terminal.kill()
+    wait_until(hopper.stands_still, "it does not hop any more")
+    wait_until(lambda: bench.survivors() == [], "nothing is left")
+
+
+def test_one_that_breeds_when_it_is_stopped_leaves_nothing(bench: Bench):
+    (bench.folder / "breeder.py").write_text(BREEDER)
+    breeder = f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/breeder.py"], output="screen")'
+    terminal = bench.terminal(breeder, "--stop", "*=int:0.3,term:0.3")
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 130
+    assert bench.survivors() == []
+
+
+def test_a_grandchild_that_stands_still_ends_too(bench: Bench):
+    terminal = bench.terminal(
+        "sh(\"(kill -STOP $(exec sh -c 'echo $PPID'); sleep 1000) & echo ready; wait\")",
+        "--stop",
+        "*=int:0.3,term:0.3",
+    )
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    terminal.exit_code()
+    assert bench.survivors() == []
+
+
+# ---- starts that fail, ends that are told
+
+REFUSED = {
+    'cmd=["echo", "y" * 200_000]': "Argument list too long",
+    'cmd=["true"], additional_env={"BIG": "z" * 200_000}': "Argument list too long",
+    'cmd=["/etc/passwd"]': "Permission denied",
+    'cmd=["/"]': "Permission denied",
+    'cmd=["no-such-program"]': "No such file or directory",
+    'cmd=["true"], cwd="/no/such/folder"': "working directory '/no/such/folder': No such file",
+    'cmd=["echo", "a\\0b"]': "embedded null byte",
+    'cmd=["true"], additional_env={"A=B": "c"}': "illegal environment variable name",
+    'cmd=["echo", "\\ud800"]': "'utf-8' codec can't encode",
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_cannot_be_started_is_told_with_its_reason_and_the_others_run(bench: Bench, what: str):
+    done = bench.run(f'ExecuteProcess({what}), sh("echo hello")')
+    assert f"process could not be started: {REFUSED[what]}" in done.stdout.decode(), done.stderr
+    assert b"[sh-2] hello\n" in done.stdout
+    assert done.returncode == 1
+    assert b"Traceback" not in done.stderr
+
+
+def test_a_core_dump_is_told_where_the_system_made_one(bench: Bench):
+    script = f"cd {bench.folder}; ulimit -c unlimited; kill -ABRT $$"
+    child = subprocess.Popen(["sh", "-c", script])  # the same death, as the system tells it
+    _, status = os.waitpid(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    said = " (SIGABRT, core dumped)" if os.WCOREDUMP(status) else " (SIGABRT)"
+    done = bench.run(f'sh("{script}")')
+    assert f"exit code -6, cmd 'sh -c {script}'].{said}\n" in done.stdout.decode()
+
+
+def test_bytes_that_are_no_text_arrive_unharmed_and_a_progress_bar_as_it_ended(bench: Bench):
+    (bench.folder / "bytes").write_bytes(b"\xff\xfe nul \0 end\r\n10%\r50%\r100%\n\xe2\x82\n")
+    done = bench.run(f'sh("cat {bench.folder}/bytes")')
+    assert b"\n[sh-1] \xff\xfe nul \0 end\n[sh-1] 100%\n[sh-1] \xe2\x82\n" in done.stdout
+    log = (bench.folder / "log/latest/sh-1.log").read_bytes()
+    assert log == b"[sh-1] \xff\xfe nul \0 end\r\n[sh-1] 10%\r50%\r100%\n[sh-1] \xe2\x82\n"
+
+
+SLOW_TRACEBACK = """
+import sys, time
+lines = ["Traceback (most recent call last):", "  File 'x', line 1", "    f()", "ValueError: no"]
+for _ in range(20):
+    for line in lines:
+        print(line, file=sys.stderr, flush=True)
+        time.sleep(0.003)
+"""
+
+
+def test_a_traceback_that_comes_slowly_is_not_torn_by_the_lines_of_others(bench: Bench):
+    (bench.folder / "slow.py").write_text(SLOW_TRACEBACK)
+    slow = f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/slow.py"], output="screen")'
+    done = bench.run(f'{slow}, sh("{FLOOD}")', "--required", "python-1")
+    lines = done.stdout.decode().splitlines()
+    starts = [n for n, line in enumerate(lines) if line.startswith("[python-1] Traceback")]
+    assert len(starts) == 20
+    assert all(line.startswith("[python-1] ") for n in starts for line in lines[n : n + 4])
+
+
+def test_odd_names_break_neither_lines_nor_log_files(bench: Bench):
+    names = [
+        "a/b",
+        "../up",
+        "x" * 300,
+        "new\nline",
+        "esc\x1b[2Jape",
+        "\u00fcn\u00ef",
+        "sp ace",
+        "..",
+    ]
+    actions = ", ".join(f'sh("echo hello", name={name!r}, output="full")' for name in names)
+    done = bench.run(actions)
+    run = bench.folder / "log" / "latest"
+    assert done.returncode == 0
+    assert b"no log files" not in done.stdout
+    assert done.stdout.count(b"] hello\n") == len(names)
+    assert b"\x1b" not in done.stdout and b"[new\\nline-4] hello\n" in done.stdout
+    assert len(list(run.glob("*-stdout.log"))) == len(names)
+    assert not list(bench.folder.glob("log/*up*"))
+
+
+def test_a_flood_does_not_hold_up_a_stop(bench: Bench):
+    process = bench.start(f'*[sh("{FLOOD}") for _ in range(6)]')
+    assert process.stdout is not None
+    for _ in range(1000):
+        process.stdout.readline()
+    process.terminate()
+    output, _ = process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert output.count(b"sending signal 'SIGINT'") == 6
+    assert bench.survivors() == []
+
+
+@pytest.mark.parametrize("stdin", ["/dev/null", "an empty file"])
+def test_a_standard_input_that_has_nothing_does_no_harm(bench: Bench, stdin: str):
+    empty = bench.folder / "empty"
+    empty.touch()
+    source = str(empty) if stdin == "an empty file" else stdin
+    fd = os.open(source, os.O_RDONLY)
+    done = subprocess.run(
+        bench.command('sh("echo hello")'),
+        env=bench.env,
+        stdin=fd,
+        capture_output=True,
+        timeout=30,
+        check=False,
+    )
+    os.close(fd)
+    assert done.returncode == 0, done.stderr
+    assert b"[sh-1] hello\n" in done.stdout
+
+
+def test_the_logs_of_the_nodes_go_into_the_folder_of_the_run(bench: Bench):
+    done = bench.run('sh("echo logs go to $ROS_LOG_DIR")')
+    run = (bench.folder / "log" / "latest").resolve()
+    assert f"[sh-1] logs go to {run}\n" in done.stdout.decode()
+
+
+def test_a_home_that_cannot_be_written_costs_the_log_files_alone(bench: Bench):
+    bench.env.pop("ROS_LOG_DIR")
+    bench.env["HOME"] = "/proc"  # nobody can make a folder there, not even root
+    done = bench.run('sh("echo hello")')
+    assert done.returncode == 0
+    assert done.stdout.count(b"no log files from here on") == 1
+    assert b"[sh-1] hello\n" in done.stdout
