@@ -24,9 +24,13 @@ def main(words: list[str]) -> int:
 
 async def _run(pid: int, feed: int, link: socket.socket) -> int:
     from launcher.console.session import Session, in_thread
+    from launcher.control.folder import ControlError
     from launcher.control.runs import wait_for_run
 
-    run = await in_thread(lambda: wait_for_run(pid, PATIENCE_S))
+    try:
+        run = await in_thread(lambda: wait_for_run(pid, PATIENCE_S))
+    except ControlError:
+        return 1  # the launcher has ended, and the terminal is as it was
     session = Session(run, feed, link, colour=not os.environ.get("NO_COLOR"))
     try:
         if not await session.run_until_end():

@@ -137,9 +137,15 @@ def _described(run: Run) -> str:
 
 
 def wait_for_run(pid: int, timeout_s: float) -> Run:
-    """The run whose launcher is the process `pid`, as soon as it listens; ControlError."""
+    """The run whose launcher is the process `pid`, as soon as it listens; ControlError.
+
+    Who waits for the parent does not wait any longer than that lives.
+    """
     deadline = time.monotonic() + timeout_s
+    is_ours = os.getppid() == pid
     while True:
+        if is_ours and os.getppid() != pid:
+            raise ControlError(f"process {pid} has ended")
         for path in folder.sockets(os.environ, os.getuid()):
             if path.stem.startswith(f"{pid}-"):
                 with contextlib.suppress(NoRunError), connect(path) as connection:

@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import psutil
@@ -147,6 +148,29 @@ def test_one_that_forks_in_a_loop_does_not_survive_a_killed_launcher(bench: Benc
     terminal.kill()
     wait_until(hopper.stands_still, "it does not hop any more")
     wait_until(lambda: bench.survivors() == [], "nothing is left")
+
+
+ORPHAN = """
+import os, sys
+from launcher.control.folder import ControlError
+from launcher.control.runs import wait_for_run
+parent = os.getpid()
+if os.fork():
+    sys.stdin.read(1)
+    os._exit(0)
+try:
+    wait_for_run(parent, 600.0)
+except ControlError as error:
+    print(error, flush=True)
+"""
+
+
+def test_a_console_that_is_starting_does_not_outlive_its_launcher():
+    with subprocess.Popen(
+        [sys.executable, "-c", ORPHAN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as launcher_process:
+        output, _ = launcher_process.communicate("x", timeout=30)
+    assert output == f"process {launcher_process.pid} has ended\n"
 
 
 def test_one_that_breeds_when_it_is_stopped_leaves_nothing(bench: Bench):
