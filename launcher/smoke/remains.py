@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import signal
@@ -83,13 +84,29 @@ class SharedMemory:
         for pid in processes_of(launcher_pid, proc=self._proc):
             self._names |= set(filter(self._is_private, self._mapped(pid)))
 
+    def free_ports(self) -> None:
+        """Remove the ports of DDS in our domain, when nobody is in it any more.
+
+        The launcher frees those of killed processes, but not as long as anybody has them mapped,
+        and our own probe has. They would be taken for something that the system left.
+        """
+        ours = {path.name for path in self._folder.glob("*fast*_port*")} - set(self._before)
+        for name in ours - self._in_use(ours):
+            if self._is_private(name):
+                with contextlib.suppress(OSError):
+                    (self._folder / name).unlink()
+
     def left(self) -> tuple[str, ...]:
         """Those names that are still there although no process has them mapped."""
         there = {name for name in self._names if (self._folder / name).exists()}
-        if there:
-            pids = filter(str.isdigit, os.listdir(self._proc))
-            there -= {name for pid in pids for name in self._mapped(int(pid))}
-        return tuple(sorted(there))
+        return tuple(sorted(there - self._in_use(there)))
+
+    def _in_use(self, names: set[str]) -> set[str]:
+        """Those of the names that a process has mapped."""
+        if not names:
+            return set()
+        pids = filter(str.isdigit, os.listdir(self._proc))
+        return names & {name for pid in pids for name in self._mapped(int(pid))}
 
     def free_ports(self) -> None:
         """Remove the ports of our domain that are left when the probe has ended.

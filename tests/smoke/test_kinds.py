@@ -68,7 +68,7 @@ def test_errors_and_tracebacks(bench: Bench):
 def test_use_of_resources(bench: Bench):
     bench.write(PATIENT, BUSY, LARGE)
     bench.smoke(
-        "--for=5",
+        "--for=3",
         "--max-cpu=busy=20%",
         "--max-cpu=patient=20%",
         "--max-memory=large=100MB",
@@ -110,7 +110,7 @@ def test_what_is_left_in_shared_memory(bench: Bench, tmp_path: Path):
     )
     bench.write(f'py("untidy", "{script}"),')
     try:
-        done = bench.smoke("--for=3", "--clean-shared-memory", "--expect-log=mapped")
+        done = bench.smoke("--for=2.5", "--clean-shared-memory", "--expect-log=mapped")
     finally:
         Path("/dev/shm", name).unlink(missing_ok=True)
     assert done.returncode == 3

@@ -17,7 +17,7 @@ def talking(name: str = "talker") -> str:
 
 
 EXPECTATIONS = """
-    for: 12 s
+    for: 10 s
     scenario:
       - {after: ready, do: 'publish /orders std_msgs/msg/String {data: go on}', name: order}
       - {after: ready, do: set /talker speed 2.5, name: faster}
@@ -37,7 +37,7 @@ EXPECTATIONS = """
       - {name: good rate, rate: /steady, is: 20 Hz ± 3 %}
       - {name: bad rate, rate: /drifting, is: 20 Hz ± 3 %}
       - {name: good drift, rate: /drifting, is: 18.87 Hz ± 3 %}
-      - {name: good message, message: /steady, where: json.count > 20, within: 11 s}
+      - {name: good message, message: /steady, where: json.count > 20, within: 9 s}
       - {name: bad message, message: /steady, where: json.count < 0}
       - {name: good fields, message: /steady, fields: {speed: 2.5}, after: faster, within: 2 s}
       - {name: bad fields, message: /steady, fields: {speed: {min: 3}}}
@@ -100,7 +100,7 @@ def test_two_runs_do_not_see_each_other(tmp_path: Path):
         bench.write(talking(bench.folder.name))
         bench.expect(
             f"""
-            for: 6 s
+            for: 5 s
             expect:
               - {{name: own, node: /{bench.folder.name}}}
               - {{name: other, node: /{other.folder.name}, absent: true}}

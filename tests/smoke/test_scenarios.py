@@ -84,7 +84,7 @@ def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
 
 def test_chaos_does_the_same_with_the_same_seed(bench: Bench):
     bench.write(*TWO, CLOCK.format(3))
-    words = ("--for=4.5", "--chaos=restart one of clock_* every 1 s", "--seed=7")
+    words = ("--for=2.5", "--chaos=restart one of clock_* every 500 ms", "--seed=7")
     told = [bench.smoke(*words) for _ in range(2)]
     assert [done.returncode for done in told] == [0, 0], told[0].stdout
     # How many fit into the time depends on when the system was ready.
@@ -97,8 +97,8 @@ def test_chaos_does_the_same_with_the_same_seed(bench: Bench):
 def test_restart_policies_act_on_what_chaos_kills(bench: Bench):
     bench.write(*TWO, DONE)
     done = bench.smoke(
-        "--for=4",
-        "--chaos=kill one of clock_* every 1 s",
+        "--for=2.5",
+        "--chaos=kill one of clock_* every 500 ms",
         "--restart=clock_*=always",
         "--expect-alive=clock_*",
         "--expect-log=clock_1: tick",
