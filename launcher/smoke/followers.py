@@ -36,12 +36,14 @@ class Followers:
         self.dropped_lines = 0
         self.is_over = threading.Event()
         self._listens = threading.Event()
-        self._threads = [self._start(self._connect), self._start(self._look)]
+        self._threads: list[threading.Thread] = []
+        self._start(self._connect)
+        self._start(self._look)
 
-    def _start(self, work: Callable[[], None]) -> threading.Thread:
+    def _start(self, work: Callable[[], None]) -> None:
         thread = threading.Thread(target=work, daemon=True, name=work.__name__)
+        self._threads.append(thread)
         thread.start()
-        return thread
 
     def wait_for_run(self, within_s: float) -> Run:
         """The run; ControlError if there is none in time."""
@@ -67,8 +69,8 @@ class Followers:
             except ControlError:
                 continue  # not yet
         if self.run is not None:
-            self._threads += [self._start(self._follow_events), self._start(self._follow_log)]
-            self._threads.append(self._start(self._sample))
+            for work in (self._follow_events, self._follow_log, self._sample):
+                self._start(work)
         self._listens.set()
 
     def _follow_events(self) -> None:

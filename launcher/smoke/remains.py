@@ -85,16 +85,15 @@ class SharedMemory:
             self._names |= set(filter(self._is_private, self._mapped(pid)))
 
     def free_ports(self) -> None:
-        """Remove the ports of DDS in our domain, when nobody is in it any more.
+        """Remove the ports of our domain that are left when the probe has ended.
 
-        The launcher frees those of killed processes, but not as long as anybody has them mapped,
-        and our own probe has. They would be taken for something that the system left.
+        It sends to the port of a node that has just gone, which makes the port anew; nobody but
+        the probe is to blame, and the launcher could not free what the probe had mapped.
         """
-        ours = {path.name for path in self._folder.glob("*fast*_port*")} - set(self._before)
-        for name in ours - self._in_use(ours):
-            if self._is_private(name):
-                with contextlib.suppress(OSError):
-                    (self._folder / name).unlink()
+        ours = {path.name for path in self._folder.glob("*fast*_port*")}
+        for name in filter(self._is_private, ours - self._in_use(ours)):
+            with contextlib.suppress(OSError):
+                (self._folder / name).unlink()
 
     def left(self) -> tuple[str, ...]:
         """Those names that are still there although no process has them mapped."""
@@ -107,15 +106,6 @@ class SharedMemory:
             return set()
         pids = filter(str.isdigit, os.listdir(self._proc))
         return names & {name for pid in pids for name in self._mapped(int(pid))}
-
-    def free_ports(self) -> None:
-        """Remove the ports of our domain that are left when the probe has ended.
-
-        It sends to the port of a node that has just gone, which makes the port anew; nobody but
-        the probe is to blame, and the launcher could not free what the probe had mapped.
-        """
-        for name in filter(_PORT.search, self.left()):
-            (self._folder / name).unlink(missing_ok=True)
 
     def _mapped(self, pid: int) -> set[str]:
         try:

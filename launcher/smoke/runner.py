@@ -26,6 +26,7 @@ from launcher.smoke.timeline import Strokes, Timeline
 LOOK_S = 0.1
 JUDGE_S = 0.5  # judging all of a long run's messages has its price
 STOP_ROOM_S = 15.0  # the launcher ends by itself this long after we should have ended it
+CLOCK_S = 5.0
 DRAW_S = 20.0
 
 
@@ -45,6 +46,7 @@ class Runner:
         self._failed_steps: list[tuple[Step, str]] = []
         self._decided: dict[str, Verdict] = {}
         self._gave_up = False
+        self._blind: str | None = None
         self._interrupted = False
         self._judged_s = -JUDGE_S
 
@@ -158,7 +160,14 @@ class Runner:
     def _draw(self) -> None:
         """The graph as it is before everything goes."""
         probe = self._system.probe
-        if probe is None or not probe.is_alive:
+        if probe is None:
+            return
+        try:
+            # Everything that came before the answer has been told by then.
+            probe.ask("clock", timeout_s=CLOCK_S)
+        except LauncherError as error:
+            self._blind = f"{error.message}, so that not everything may have been seen"
+            self._narrator.say(self._now_s, self._blind)
             return
         try:
             if any(e.kind == "service" for e in self._script.expectations):
@@ -219,6 +228,8 @@ class Runner:
             return f"left behind, and killed by us: {', '.join(ending.left_processes)}"
         if not facts.processes():
             return "no process was started"
+        if self._blind is not None:
+            return self._blind
         if self._script.needs_ros() and self._system.probe is None:
             return "nothing of ROS could be seen: " + "; ".join(facts.troubles)
         return None

@@ -81,7 +81,6 @@ class System(Observed):
             self.domain_id = stack.enter_context(leased_domain())
             self.environment = self._environment()
             self._memory = SharedMemory(self.domain_id)
-            stack.callback(self._memory.free_ports)  # when the probe has ended
             if self._wants_probe:
                 self._start_probe(stack)
             self.recorder.begin()

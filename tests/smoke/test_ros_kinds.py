@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import psutil
 import pytest
 
 from tests.smoke.bench import Bench
@@ -110,3 +111,37 @@ def test_two_runs_do_not_see_each_other(tmp_path: Path):
     runs = [bench.start() for bench in benches]
     told = [run.communicate(timeout=60)[0] for run in runs]
     assert [run.returncode for run in runs] == [0, 0], told
+
+
+def test_a_killed_node_leaves_nothing_in_shared_memory(tmp_path: Path):
+    bench = Bench(tmp_path)
+    bench.write(talking())
+    bench.expect(
+        """
+        scenario: [{after: ready, do: kill talker, name: kill}]
+        expect:
+          - {name: there, node: /talker}
+          - {name: gone, node: /talker, absent: true, after: kill, within: 5 s}
+          - {name: clean, shared_memory: clean}
+        """
+    )
+    done = bench.smoke()
+    assert done.returncode == 0, done.stdout
+
+
+def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
+    bench = Bench(tmp_path)
+    bench.write(talking())
+    run = bench.start("--expect-node=/talker", "--for=5")
+    assert run.stdout is not None
+    told = ""
+    while "ready" not in told:
+        told = run.stdout.readline()
+    (probe,) = [
+        p for p in psutil.Process(run.pid).children() if "launcher.graph.probe" in p.cmdline()
+    ]
+    probe.suspend()
+    told, _ = run.communicate(timeout=60)
+    assert run.returncode == 1
+    assert "the ROS probe did not answer" in told
+    assert not probe.is_running()
