@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
@@ -48,8 +49,8 @@ class Person(Protocol):
     def entered(self, line: str) -> None:
         """Enter."""
 
-    def interrupted(self) -> None:
-        """Ctrl-C."""
+    def signalled(self, signum: int) -> None:
+        """Ctrl-C or Ctrl-\\, which the terminal would have made this signal of."""
 
     def left(self) -> None:
         """Ctrl-D on an empty line."""
@@ -173,7 +174,11 @@ def _keys(person: Person, buffer: Buffer) -> KeyBindings:
 
     @keys.add("c-c", eager=True)
     def _(event: KeyPressEvent) -> None:
-        person.interrupted()
+        person.signalled(signal.SIGINT)
+
+    @keys.add("c-\\", eager=True)
+    def _(event: KeyPressEvent) -> None:
+        person.signalled(signal.SIGQUIT)
 
     @keys.add("c-z", eager=True)
     def _(event: KeyPressEvent) -> None:

@@ -248,11 +248,11 @@ class Session:
         """Whether something is."""
         return self._watch is not None
 
-    def interrupted(self) -> None:
-        """Hand Ctrl-C on: the launcher knows what a second and a third one mean."""
-        self._display.say("^C")
+    def signalled(self, signum: int) -> None:
+        """Hand it on: the launcher knows what a second and a third one mean."""
+        self._display.say("^C" if signum == signal.SIGINT else "^\\")
         with contextlib.suppress(ProcessLookupError):
-            os.kill(self._run.pid, signal.SIGINT)
+            os.kill(self._run.pid, signum)
 
     def left(self) -> None:
         """Ctrl-D stops the run."""

@@ -19,6 +19,7 @@ LOW_WATER = 256 * 1024
 _PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 117, 99)
 _LEVELS = {"WARNING": b"\x1b[33m", "ERROR": b"\x1b[31m", "FATAL": b"\x1b[31m", "INFO": b"\x1b[2m"}
 _RESET = b"\x1b[0m"
+_OVERWRITE = b"\r\x1b[K"  # for progress bars, which end their lines with \r or begin them so
 
 
 def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
@@ -76,30 +77,29 @@ class Screen:
 
     def write_lines(self, source: object, prefix: bytes, lines: bytes, shown: int = 0) -> None:
         """Show whole lines of a process. `shown` is as in `LineBuffer`."""
-        continues = shown and self._partial_of is source
-        text = self._clean(lines[shown:] if continues else lines)
-        block = with_prefix(prefix, text)
-        if continues:
-            block = block[len(prefix) :]
-        elif self._partial_of is not None:
-            block = b"\n" + block
+        if not shown or self._partial_of is not source:
+            block = with_prefix(prefix, self._clean(lines))
+            if self._partial_of is not None:
+                block = b"\n" + block
+        elif b"\r" in lines[shown - 1 : lines.index(b"\n")].rstrip(b"\r"):
+            block = _OVERWRITE + with_prefix(prefix, self._clean(lines))
+        else:
+            block = with_prefix(prefix, self._clean(lines[shown:]))[len(prefix) :]
         self._partial_of = None
         self._write(block)
 
     def write_partial(self, source: object, prefix: bytes, partial: bytes, shown: int) -> int:
         """Show the beginning of a line that waits for its end; how much of it is shown now."""
-        if b"\r" in partial[shown:] and (not self.is_tty or self._partial_of is not source):
+        is_bar = b"\r" in partial[max(0, shown - 1) :]
+        if is_bar and not self.is_tty:
             return shown
-        if self._partial_of is source:
-            text = partial[shown:]
-            if b"\r" in text:  # a progress bar: write over what is there
-                text = b"\r\x1b[K" + prefix + self._clean(text.rstrip(b"\r") + b"\n")[:-1]
-            else:
-                text = self._clean(text + b"\n")[:-1]
-            self._write(text)
-        else:
+        if self._partial_of is not source:
             newline = b"\n" if self._partial_of is not None else b""
             self._write(newline + prefix + self._clean(partial + b"\n")[:-1])
+        elif is_bar:  # write over what is there
+            self._write(_OVERWRITE + prefix + self._clean(partial[shown:] + b"\n")[:-1])
+        else:
+            self._write(self._clean(partial[shown:] + b"\n")[:-1])
         self._partial_of = source
         return len(partial)
 

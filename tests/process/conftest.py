@@ -93,6 +93,12 @@ class Bench:
         self.terminals.append(glass)
         return glass
 
+    def ask_run(self, run: int, *words: str) -> None:
+        """Ask something of the run of this launcher, as from another shell."""
+        verb, *rest = words
+        command = [sys.executable, "-m", "launcher", verb, "--run", str(run), *rest]
+        subprocess.run(command, env=self.env, check=True, timeout=TIMEOUT_S, capture_output=True)
+
     def survivors(self) -> list[str]:
         """Command lines of what still runs of all that was started here."""
         return list(marked_processes(MARK, self.mark))

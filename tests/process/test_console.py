@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 from tests.process.conftest import Bench
 
 TICKS = """
@@ -39,6 +41,26 @@ def test_the_terminal_is_as_it_was_after_the_end_and_the_footer_is_gone(bench: B
     assert glass.prompt_row == -1 or glass.rows[glass.prompt_row] == "> quit"
     assert "Ctrl-C stops the run" not in glass.text
     assert bench.survivors() == []
+
+
+def test_the_scroll_back_and_the_mouse_stay_the_terminals_own(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.enter("top")
+    glass.wait_until(lambda: "any key ends this" in glass.text, "the table")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+    modes = {int(mode) for mode in re.findall(rb"\x1b\[\?(\d+)h", glass.raw)}
+    assert modes <= {7, 12, 25, 2004}  # wrapping, cursor, pastes; no other screen, no mouse
+    assert any("process started with pid" in row for row in glass.scrolled)
+
+
+def test_ctrl_backslash_stops_the_run_as_it_does_in_any_terminal(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.type("\x1c")
+    assert glass.exit_code() == 0
+    assert any("user interrupted with SIGQUIT" in row for row in glass.scrolled)
 
 
 def test_tab_completes_verbs_names_and_signals(bench: Bench):
@@ -240,6 +262,35 @@ def test_the_unfinished_line_of_a_process_stands_above_the_prompt(bench: Bench):
     )
     glass.enter("send asker secret")
     glass.wait_for("[asker-1] Password: thanks")
+    glass.ctrl_c()
+    glass.exit_code()
+
+
+BAR = """
+        py("print('ready', flush=True)\\n"
+           "for n in range(3): input(); print(f'{FORM}', end='', flush=True)\\n"
+           "input(); print('\\\\rall done')\\ninput()", name="bar", emulate_tty=True),
+"""
+
+
+@pytest.mark.parametrize("words", [(), ("--no-console",)], ids=["console", "no console"])
+@pytest.mark.parametrize(
+    "form", [r"\\rdone {n} of 3", r"done {n} of 3\\r"], ids=["before", "behind"]
+)
+def test_a_progress_bar_moves_in_one_line_and_ends_as_a_whole_one(
+    bench: Bench, words: tuple[str, ...], form: str
+):
+    glass = bench.glass(BAR.replace("{FORM}", form), *words)
+    glass.wait_for("[bar-1] ready")
+    if not words:
+        glass.wait_for_prompt()
+    for number in range(3):
+        bench.ask_run(glass.pid, "send", "bar", "go")
+        glass.wait_until(lambda n=number: f"[bar-1] done {n} of 3" in glass.rows, f"step {number}")
+        assert sum("of 3" in row for row in glass.rows) == 1
+    bench.ask_run(glass.pid, "send", "bar", "go")
+    glass.wait_until(lambda: "[bar-1] all done" in glass.rows, "the end")
+    assert not any("of 3" in row for row in glass.rows)
     glass.ctrl_c()
     glass.exit_code()
 
