@@ -9,9 +9,11 @@ import os
 import resource
 import signal
 
-from launcher.commands.run_options import seconds
+from launcher.commands.run_options import parse_restart, seconds
 from launcher.errors import UsageError
 from launcher.model.limits import UNLIMITED, Limits
+from launcher.model.options import RunOptions
+from launcher.model.record import replace
 from launcher.model.spec import StopPolicy
 
 _STOP_EXAMPLE = "for example: --stop 'robot_*=int:2,term:1'"
@@ -120,6 +122,29 @@ def _amount(text: str, word: str) -> int:
     if amount >= 1 << 63:
         raise _wrong(word, f"'{text}' is more than there is", _LIMIT_EXAMPLE)
     return amount
+
+
+def with_settings(options: RunOptions, path: str) -> RunOptions:
+    """The options with what the YAML file says besides budgets; UsageError with file and line."""
+    from launcher.engine.budget_reader import load_settings
+
+    for setting in load_settings(path):
+        mark = ":" if setting.key == "limit" else "="
+        word = f"{setting.pattern}{mark}{setting.value}"
+        try:
+            options = _with_setting(options, setting.key, word)
+        except UsageError as error:
+            raise setting.place.error(error.message, error.hint) from None
+    return options
+
+
+def _with_setting(options: RunOptions, key: str, word: str) -> RunOptions:
+    if key == "restart":
+        return replace(options, restart=(*options.restart, parse_restart(word)))
+    if key == "stop":
+        return replace(options, stop=(*options.stop, parse_stop(word)))
+    parse = {"nice": parse_nice, "cpus": parse_cpus, "limit": parse_limit}[key]
+    return replace(options, limits=(*options.limits, parse(word)))
 
 
 def _split(word: str, mark: str, example: str) -> tuple[str, str]:

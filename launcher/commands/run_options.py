@@ -90,7 +90,9 @@ HELP = """\
   --exit-when-any-dies the run ends with the first death that is not followed by a restart
   --timeout S          the run ends after S seconds
   --budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop
-                       a limit on what a process may use; --budgets FILE reads them from YAML
+                       a limit on what a process may use
+  --budgets FILE       the same from YAML: NAME: {memory: 200M, for: 10}; there also restart,
+                       stop, nice, cpus and limit, as in their options
   --ros                a node /launcher: /diagnostics, and services that start, stop and restart
                        processes, for rqt and Foxglove
   --no-log-files       only the screen
@@ -148,6 +150,12 @@ def _max_starting(options: RunOptions, text: str) -> RunOptions:
     return replace(options, max_starting=int(text))
 
 
+def _budget_file(options: RunOptions, path: str) -> RunOptions:
+    from launcher.commands.process_options import with_settings
+
+    return with_settings(replace(options, budget_file=path), path)
+
+
 def _stop(options: RunOptions, word: str) -> RunOptions:
     from launcher.commands.process_options import parse_stop
 
@@ -184,5 +192,5 @@ _OPTIONS: dict[str, Callable[[RunOptions, str], RunOptions]] = {
     "--required": lambda options, word: replace(options, required=(*options.required, word)),
     "--timeout": _timeout,
     "--budget": lambda options, word: replace(options, budgets=(*options.budgets, word)),
-    "--budgets": lambda options, path: replace(options, budget_file=path),
+    "--budgets": _budget_file,
 }

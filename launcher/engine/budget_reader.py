@@ -12,6 +12,15 @@ and in a YAML file the same::
       for: 10
       action: restart
 
+The file may also say how a process is restarted, stopped and limited, in the words of the options::
+
+    robot_*:
+      restart: on-failure,max=5
+      stop: int:2,term:1
+      nice: 5
+      cpus: 0,2-3
+      limit: nofile=256,core=0
+
 cpu is percent of one core; memory is bytes, K, M and G are powers of 1024; threads and fds are
 counts; for is seconds; action is warn, restart (the process) or stop (the run).
 """
@@ -21,7 +30,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Union
 
 from launcher.engine.budgets import Budget, BudgetAction
@@ -31,6 +40,7 @@ from launcher.model.record import replace
 if TYPE_CHECKING:
     import yaml
 
+SETTINGS = ("restart", "stop", "nice", "cpus", "limit")  # as the options of these names
 _UNITS = {"": 1, "K": 1024, "M": 1024**2, "G": 1024**3}
 
 
@@ -55,16 +65,47 @@ def _parse_word(word: str) -> Budget:
 
 def load_file(path: str) -> list[Budget]:
     """The budgets of a YAML file; UsageError that names the file and the line."""
+    return parse_yaml(_text_of(path), path)
+
+
+def _text_of(path: str) -> str:
     try:
         with open(path, encoding="utf-8") as file:
-            text = file.read()
+            return file.read()
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"cannot read the budgets: {error}") from error
-    return parse_yaml(text, path)
 
 
 def parse_yaml(text: str, path: str) -> list[Budget]:
     """The budgets in the text of a YAML file that is called `path`; UsageError."""
+    budgets = []
+    for pattern, entries, place in _patterns(text, path):
+        limits = [entry for entry in entries if entry.key not in SETTINGS]
+        if limits or not entries:
+            budgets.append(_budget(pattern, limits, place))
+    return budgets
+
+
+class Setting(NamedTuple):
+    """What the file says about a process besides its budget, for the reader of such options."""
+
+    pattern: str
+    key: str
+    value: str
+    place: _Place
+
+
+def load_settings(path: str) -> list[Setting]:
+    """The settings of a YAML file, in order; UsageError."""
+    return [
+        Setting(pattern, entry.key, entry.value, entry.place or place)
+        for pattern, entries, place in _patterns(_text_of(path), path)
+        for entry in entries
+        if entry.key in SETTINGS
+    ]
+
+
+def _patterns(text: str, path: str) -> Iterator[tuple[str, list[_Entry], _Place]]:
     import yaml  # here: most runs have no such file
 
     try:
@@ -76,14 +117,11 @@ def parse_yaml(text: str, path: str) -> list[Budget]:
     except yaml.YAMLError as error:
         raise UsageError(f"{path}: this is no YAML: {error}") from error
     if root is None:
-        return []
-    budgets = []
+        return
     for pattern, node in _pairs(root, path, text, "patterns, each with its limits"):
-        place = _place(node, path, text)
         pairs = _pairs(node, path, text, f"limits, as in {_EXAMPLES.replace('=', ': ')}")
         entries = [_entry(key, value, path, text) for key, value in pairs]
-        budgets.append(_budget(pattern, entries, place))
-    return budgets
+        yield pattern, entries, _place(node, path, text)
 
 
 def _pairs(node: yaml.Node, path: str, text: str, expected: str) -> list[tuple[str, yaml.Node]]:
@@ -146,7 +184,8 @@ def _budget(pattern: str, entries: Sequence[_Entry], place: _Place) -> Budget:
     for entry in entries:
         here = entry.place or place
         if entry.key not in _KEYS:
-            raise here.error(f"unknown key '{entry.key}'", _suggestion(entry.key, _KEYS))
+            known = _KEYS if entry.place is None else [*_KEYS, *SETTINGS]
+            raise here.error(f"unknown key '{entry.key}'", _suggestion(entry.key, known))
         field, read = _KEYS[entry.key]
         if field in fields:
             raise here.error(f"'{entry.key}' is given twice")

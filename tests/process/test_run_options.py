@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 from tests.process.conftest import Bench
 
@@ -96,3 +97,13 @@ def test_what_processes_use_is_in_the_journal(bench: Bench):
     samples = [json.loads(line) for line in lines if '"resources"' in line]
     assert samples[0]["processes"]["sh-1"]["processes"] == 1
     assert samples[0]["processes"]["sh-1"]["rss_bytes"] > 0
+
+
+def test_a_budget_from_a_file_warns_once_and_lets_the_process_run(bench: Bench):
+    file = bench.folder / "budgets.yaml"
+    file.write_text("python:\n  fds: 100\n  for: 0\n  nice: 3\n")
+    script = "import os, time; files = [os.dup(0) for _ in range(200)]; time.sleep(4)"
+    done = bench.run(f'py("{script}; print(os.nice(0))")', "--budgets", str(file))
+    assert done.stdout.count(b"[WARNING] [python-1]: python-1 uses 20") == 1
+    assert f"[python-1] {os.nice(0) + 3}\n".encode() in done.stdout
+    assert done.returncode == 0

@@ -7,9 +7,11 @@ import pytest
 
 from launcher.commands.process_options import parse_cpus, parse_limit, parse_stop
 from launcher.commands.run_options import HELP, parse_restart, take_run_options
+from launcher.engine.budget_reader import load_file
 from launcher.errors import UsageError
 from launcher.model.limits import Limits
 from launcher.model.options import RunOptions, matches
+from launcher.model.record import replace
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy, RosIdentity, StopPolicy
 
 
@@ -93,6 +95,7 @@ def test_every_option_stands_in_the_help():
             "--timeout": ["1"],
             "--required": ["x"],
             "--budget": ["x:fds=9"],
+            "--budgets": ["/dev/null"],
             "--stop": ["x=int:2"],
             "--nice": ["x=1"],
             "--stagger": ["1"],
@@ -180,3 +183,29 @@ def test_of_several_limits_the_later_says_what_it_says_and_leaves_the_rest():
     assert options.adapt(spec("other-2")).limits == Limits(
         rlimits=(("nofile", 9, 9), ("core", 0, 0))
     )
+
+
+def test_a_file_says_what_the_options_say(tmp_path):
+    file = tmp_path / "budgets.yaml"
+    file.write_text(
+        "robot_*: {memory: 200M, restart: 'on-failure,max=5', stop: 'int:2', nice: 5}\n"
+        "robot_1:\n  cpus: 0\n  limit: nofile=256,core=0\n"
+    )
+    from_file, _ = take_run_options(["--budgets", str(file)])
+    words = ["--restart", "robot_*=on-failure,max=5", "--stop", "robot_*=int:2"]
+    limits = ["--nice", "robot_*=5", "--cpus", "robot_1=0", "--limit", "robot_1:nofile=256,core=0"]
+    from_words, _ = take_run_options([*words, *limits])
+    assert from_file == replace(from_words, budget_file=str(file))
+    assert [budget.pattern for budget in load_file(str(file))] == ["robot_*"]
+
+
+@pytest.mark.parametrize(
+    ("line", "says"), [("stop: int:soon", "number of seconds"), ("nicee: 3", "unknown key 'nicee'")]
+)
+def test_a_mistake_in_the_file_is_told_with_its_line(tmp_path, line, says):
+    file = tmp_path / "budgets.yaml"
+    file.write_text(f"robot_*:\n  memory: 1G\n  {line}\n")
+    with pytest.raises(UsageError, match=says) as caught:
+        take_run_options(["--budgets", str(file)])
+        load_file(str(file))
+    assert caught.value.where == f"{file}:3"
