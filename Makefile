@@ -15,7 +15,7 @@ export PIP_BUILD_CONSTRAINT := requirements/build.txt
 LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-url --no-annotate \
         -c requirements/build.txt
 
-.PHONY: run test lint types unit browser env dev picture drill overflow lock clean
+.PHONY: run test lint types unit browser smoke env dev picture drill overflow lock clean
 
 ## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
 run: $(VENV)/.run
@@ -37,6 +37,11 @@ unit: $(VENV)/.dev
 ## browser: the tests that look at the graph's page in a real Chromium
 browser: $(VENV)/.dev
 	$(PY) -m pytest -m browser
+
+## smoke: the fleet as a test: a normal run, and a robot that dies and comes back (70 s)
+smoke: $(VENV)/.run
+	$(PY) -m launcher smoke system $(ARGS)
+	$(PY) -m launcher smoke system --expect launch/stall.expect.yaml $(ARGS)
 
 ## overflow: measure how many tasks the slow robot loses
 overflow: $(VENV)/.run
