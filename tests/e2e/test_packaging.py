@@ -62,7 +62,8 @@ def test_colcon_builds_the_workspace_and_its_nodes_run(sources: Path, world: Wor
     started.ctrl_c()
     assert started.exit_code() == 0
     share = workspace / "install/group_gp1/share/group_gp1/launch"
-    assert [path.name for path in share.iterdir()] == ["system.launch.py"]
+    installed = {path.name for path in share.iterdir()}
+    assert installed == {path.name for path in (REPOSITORY / "launch").iterdir() if path.is_file()}
 
 
 def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
@@ -81,6 +82,11 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
     fleet.wait_for("[robot_1]: Received task ")
     fleet.ctrl_c()
     assert fleet.exit_code() == 0
+
+    # what smoke and the probe read besides code
+    share = home / "share" / "group_gp1" / "launch"
+    assert (share / "system.expect.yaml").is_file()
+    assert list(home.rglob("graph/probe/participant.xml"))
 
     node = world.terminal(str(home / "bin" / "dispatcher"), cwd=elsewhere)
     node.wait_for("Assigned task pick_shelf_A3 to robot_1")
