@@ -2,73 +2,22 @@
 
 from __future__ import annotations
 
-import importlib
 import json
-import math
 from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 pytest.importorskip("rclpy")
 
-from rosidl_parser import definition
-
 from launcher.graph.errors import VerbError
-from launcher.graph.from_yaml import _LIMITS, fill, parse
+from launcher.graph.from_yaml import fill, parse
 from launcher.graph.interfaces import all_interfaces, load, load_message
 from launcher.graph.to_yaml import Style, to_csv, to_json_plain, to_plain, to_yaml
+from tests.support.any_message import messages, same
 
 MESSAGES = all_interfaces(["msg"])
 SERVICES = all_interfaces(["srv"])
-
-# what DDS and the wire can carry: no lone surrogates, no NUL
-TEXT = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\0"), max_size=8)
-# YAML carries every float64 exactly; float32 fields are given values that they hold exactly
-FLOATS = st.floats(width=32, allow_nan=True)
-
-
-def values_of(kind: Any) -> st.SearchStrategy[Any]:
-    if isinstance(kind, definition.Array):
-        return st.lists(values_of(kind.value_type), min_size=kind.size, max_size=kind.size)
-    if isinstance(kind, definition.AbstractSequence):
-        most = min(3, getattr(kind, "maximum_size", 3))
-        return st.lists(values_of(kind.value_type), max_size=most)
-    if isinstance(kind, definition.NamespacedType):
-        package, *folders, name = kind.namespaced_name()
-        return messages(getattr(importlib.import_module(".".join([package, *folders])), name))
-    if isinstance(kind, definition.AbstractGenericString):
-        return TEXT
-    return basic_values(kind.typename)
-
-
-def basic_values(name: str) -> st.SearchStrategy[Any]:
-    if name == "boolean":
-        return st.booleans()
-    if name == "octet":
-        return st.binary(min_size=1, max_size=1)
-    if name in ("float", "double"):
-        return FLOATS
-    return st.integers(*_LIMITS[name])
-
-
-@st.composite
-def messages(draw: st.DrawFn, cls: Any) -> Any:
-    message = cls()
-    for name, kind in zip(cls.get_fields_and_field_types(), cls.SLOT_TYPES, strict=True):
-        setattr(message, name, draw(values_of(kind)))
-    return message
-
-
-def same(one: Any, other: Any) -> bool:
-    if isinstance(one, float):
-        return one == other or (math.isnan(one) and math.isnan(other))
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
-    if isinstance(one, list):
-        return len(one) == len(other) and all(map(same, one, other))
-    return bool(one == other)
 
 
 def test_there_are_many_types_to_try():
