@@ -1,0 +1,48 @@
+"""Messages of many types on their whole way: YAML, DDS, YAML."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+
+from tests.ros.test_options import going_on
+
+MESSAGES = {
+    "std_msgs/msg/ByteMultiArray": {"data": ["\0", "A", "\xff"]},
+    "std_msgs/msg/UInt8MultiArray": {"data": [0, 1, 255]},
+    "std_msgs/msg/Int64": {"data": -(2**63)},
+    "std_msgs/msg/String": {"data": "grüße \U0001f916: [x] 'y' \"z\" # \\ \ttab"},
+    "std_msgs/msg/Header": {"stamp": {"sec": -1, "nanosec": 999999999}, "frame_id": "map"},
+    "shape_msgs/msg/SolidPrimitive": {"type": 2, "dimensions": [0.1, 1e-300, -0.0]},
+    "sensor_msgs/msg/CameraInfo": {"k": [float(n) for n in range(9)], "d": [0.5]},
+    "geometry_msgs/msg/PoseStamped": {
+        "header": {"frame_id": "odom"},
+        "pose": {"orientation": {"x": 0.5, "w": 0.25}},
+    },
+    "diagnostic_msgs/msg/DiagnosticArray": {
+        "status": [
+            {"level": "\x02", "name": "a", "values": [{"key": "k", "value": "1"}]},
+            {"name": "b"},
+        ]
+    },
+    "std_msgs/msg/Empty": {},
+}
+
+
+def has(whole: object, part: object) -> bool:
+    """Whether everything that is said in `part` is so in `whole`."""
+    if isinstance(part, dict) and isinstance(whole, dict):
+        return all(name in whole and has(whole[name], value) for name, value in part.items())
+    if isinstance(part, list) and isinstance(whole, list):
+        return len(part) == len(whole) and all(map(has, whole, part))
+    return whole == part
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_what_is_published_as_yaml_arrives_as_yaml(verb, env, name):
+    values = MESSAGES[name]
+    topic = f"/type_{name.rpartition('/')[2].lower()}"
+    with going_on(env, "topic", "pub", topic, name, yaml.safe_dump(values), "-r", "20", "-w", "0"):
+        answer = verb("topic", "echo", topic, name, "--once", "-f")
+    (document, _) = yaml.safe_load_all(answer.out)
+    assert has(document or {}, values), answer
