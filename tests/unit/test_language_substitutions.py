@@ -18,6 +18,11 @@ from launcher.language.conditions import (
     evaluate_condition_expression,
 )
 from launcher.language.context import LaunchContext
+from launcher.language.ros.packages import (
+    ExecutableInPackage,
+    FindPackagePrefix,
+    FindPackageShare,
+)
 from launcher.language.ros.parameter_values import evaluate_parameter_dict, normalize_parameter_dict
 from launcher.language.substitution import Substitution, SubstitutionFailure
 from launcher.language.substitutions.configuration import LaunchConfiguration, LocalSubstitution
@@ -279,3 +284,14 @@ def test_a_substitution_of_the_launch_file_is_performed():
 def test_what_cannot_be_performed_is_a_substitution_failure(substitution: Substitution):
     with pytest.raises(SubstitutionFailure):
         performed(substitution)
+
+
+@pytest.mark.parametrize("name", ["", "x", "_demo", "-demo", "no such name!", "déjà", "a/b"])
+@pytest.mark.parametrize(
+    "make",
+    [FindPackagePrefix, FindPackageShare, lambda name: ExecutableInPackage("talker", name)],
+    ids=["prefix", "share", "executable"],
+)
+def test_what_no_package_can_be_called_is_a_value_error(make, name):
+    with pytest.raises(ValueError, match=f"'{name}' is not a valid package name"):
+        make(name).perform(LaunchContext())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 from launcher import packages
@@ -34,7 +35,24 @@ def _missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
     return missing
 
 
+class IllFormedNameError(PackageNotFoundError, ValueError):
+    """What no package can be called: ROS 2's ValueError, with our advice."""
+
+    ros_type = "ValueError"
+
+
+def _require_a_name(name: str) -> None:
+    # REP 127 with the exceptions that it recommends
+    if not re.fullmatch(r"[a-zA-Z0-9][a-zA-Z0-9_-]+", name, re.ASCII):
+        raise IllFormedNameError(
+            f"'{name}' is not a valid package name",
+            hint="a name has two or more letters, digits, '_' and '-', and begins with none of "
+            "these two",
+        )
+
+
 def _package_prefix(name: str) -> str:
+    _require_a_name(name)
     try:
         return str(packages.package_prefix(name, os.environ))
     except PackageNotFoundError as error:
@@ -42,6 +60,7 @@ def _package_prefix(name: str) -> str:
 
 
 def _share_directory(name: str) -> str:
+    _require_a_name(name)
     try:
         return str(packages.share_directory(name, os.environ))
     except PackageNotFoundError as error:
@@ -155,6 +174,7 @@ class ExecutableInPackage(FindPackagePrefix):
         executable = perform_substitutions(context, self.executable)
         package = perform_substitutions(context, self.package)
         self._found = (package, executable)
+        _require_a_name(package)
         try:
             if os.path.dirname(executable):
                 return _program_elsewhere(package, executable)
