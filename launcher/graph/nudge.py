@@ -6,6 +6,9 @@ later. A participant answers whoever is new to it. So ours takes its announcemen
 at its end (RTPS 2.x, 8.5.3: a disposed DATA(p)), at those participants alone that it has not
 heard of. It goes on announcing itself every 100 ms in its first half second; to them it is new
 again, and by now it listens.
+
+Only old participants are asked: one that is just starting hears of us by its own announcements at
+the same time, and if it forgot us after we have told it what we have, we would not tell it again.
 """
 
 from __future__ import annotations
@@ -18,11 +21,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from launcher.graph.ports import announcement_ports
-from launcher.graph.processes import holders, pid_low16, scheme_holds
+from launcher.graph.processes import Vanished, holders, pid_low16, scheme_holds, vitals
 
 if TYPE_CHECKING:
     from launcher.graph.observer import Observer
 
+OLD_S = 2.0  # its first announcements are over by then
 LATEST_S = 0.4  # after this, no announcement of ours may follow within the next 3 s
 
 _ENTITY_PARTICIPANT = bytes.fromhex("000001c1")
@@ -50,8 +54,16 @@ def _silent_ports(observer: Observer) -> set[int]:
     owned = {
         pid: sorted(ports[inode] for inode in inodes)
         for pid, inodes in holders(set(ports), set()).items()
+        if _is_old(pid)
     }
     return silent_ports(owned, observer.participants())
+
+
+def _is_old(pid: int) -> bool:
+    try:
+        return vitals(pid).uptime_s >= OLD_S
+    except Vanished:
+        return False
 
 
 def silent_ports(owned: Mapping[int, Sequence[int]], known: set[bytes]) -> set[int]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
@@ -16,12 +15,10 @@ from rclpy.parameter import Parameter
 
 from launcher.graph.domains import environment_domain
 from launcher.graph.look import UNKNOWN_NODE, Info, Look
-from launcher.graph.nudge import nudge_silent
 from launcher.graph.processes import PARTICIPANT_BYTES, ghosts, scheme_holds
 from launcher.graph.snapshot import Direction, Endpoint, Snapshot
 
 LOOK_S = 0.1
-_NUDGES_S = (0.05, 0.2)  # one after the other: answers that are on their way have arrived by then
 # Every participant of ROS writes here which nodes it has.
 _MEMBERS_TOPIC = "ros_discovery_info"
 
@@ -47,17 +44,7 @@ class Observer:
         )
         self.created_s = time.monotonic()
         self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
-        self._over = threading.Event()
-        self._nudging = threading.Thread(target=self._nudge, daemon=True)
-        self._nudging.start()
         return self
-
-    def _nudge(self) -> None:
-        """Ask again those whose answers to our announcement were lost."""
-        for pause_s in _NUDGES_S:
-            if self._over.wait(pause_s):
-                return
-            nudge_silent(self)
 
     def helper(self, suffix: str) -> Any:
         """One more hidden node of the same participant, for somebody who spins it or publishes."""
@@ -72,8 +59,6 @@ class Observer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._over.set()
-        self._nudging.join()
         self.node.destroy_node()
         self.context.try_shutdown()
 

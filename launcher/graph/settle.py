@@ -18,12 +18,14 @@ from dataclasses import dataclass
 
 from launcher.graph.domains import REMOTE_S, SPIN_TIME_S, localhost_only
 from launcher.graph.look import UNKNOWN_NODE
+from launcher.graph.nudge import nudge_silent
 from launcher.graph.observer import Observer
 from launcher.graph.ports import participants_by_domain
 from launcher.graph.processes import ghosts, same_host
 
 QUIET_S = 0.1  # news of one participant arrives within a few milliseconds
 _LOOK_S = 0.02  # a look holds up the threads that discover
+_NUDGE_S = 0.05  # answers that are on their way have arrived by then
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,8 +46,12 @@ def settle(
     start = changed = time.monotonic()
     shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
     last: object = None
+    nudged = False
     while True:
         now = time.monotonic()
+        if now - start >= _NUDGE_S and not nudged:
+            nudged = True
+            nudge_silent(observer)
         state = (observer.participants(), observer.topic_types(), observer.node_names())
         if state != last:
             last, changed = state, now
