@@ -29,7 +29,7 @@ def leased_domain() -> Iterator[int]:
     run in the domain have ended before the lease does.
     """
     with contextlib.ExitStack() as stack:
-        busy = _busy_domains()
+        busy = busy_domains()
         for domain_id in random.sample(_DOMAIN_IDS, k=len(_DOMAIN_IDS)):
             if domain_id in busy:
                 continue
@@ -47,7 +47,7 @@ def _lock_file(domain_id: int) -> Path:
     return folder / str(domain_id)
 
 
-def _busy_domains() -> set[int]:
+def busy_domains() -> set[int]:
     """Domains of which a UDP port is open, whoever opened it."""
     ports = (port for table in _UDP_TABLES for port in _open_ports(table))
     return {(port - _FIRST_PORT) // _PORTS_PER_DOMAIN for port in ports if port >= _FIRST_PORT}

@@ -6,7 +6,7 @@ import ast
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import CodeType
 from typing import Any
@@ -18,20 +18,43 @@ _BUILTINS = {
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
-class Fields(dict[str, Any]):
-    """A mapping whose entries can be written as attributes, as in `m.pose.x`."""
+class Fields:
+    """A mapping whose entries are attributes, as in `m.pose.x`, whatever they are called."""
+
+    __slots__ = ("_fields",)
+
+    def __init__(self, fields: dict[str, Any]) -> None:
+        self._fields = fields
 
     def __getattr__(self, name: str) -> Any:
         try:
-            return self[name]
+            return self._fields[name]
         except KeyError:
             raise AttributeError(f"there is no field '{name}'") from None
+
+    def __getitem__(self, name: str) -> Any:
+        return self._fields[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._fields
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._fields)
+
+    def __len__(self) -> int:
+        return len(self._fields)
+
+    def __eq__(self, other: object) -> bool:
+        return self._fields == (other._fields if isinstance(other, Fields) else other)
+
+    def __hash__(self) -> int:
+        raise TypeError("fields of a message cannot be entries of a set")
 
 
 def viewed(value: Any) -> Any:
     """Plain JSON with attributes for its fields."""
     if isinstance(value, Mapping):
-        return Fields((name, viewed(entry)) for name, entry in value.items())
+        return Fields({name: viewed(entry) for name, entry in value.items()})
     return [viewed(entry) for entry in value] if isinstance(value, list) else value
 
 
@@ -163,7 +186,7 @@ def compile_regex(value: object) -> re.Pattern[str]:
 def _look_up(content: Any, path: str) -> Any:
     for name, index in _STEP.findall(path):
         if name:
-            if not isinstance(content, Mapping) or name not in content:
+            if not isinstance(content, Mapping | Fields) or name not in content:
                 return _MISSING
             content = content[name]
         else:

@@ -18,7 +18,7 @@ from launcher.smoke.narrator import Narrator
 from launcher.smoke.quantities import seconds_text
 from launcher.smoke.questions import Questions, watched
 from launcher.smoke.result import Judged, Result
-from launcher.smoke.script import Script
+from launcher.smoke.script import SHORTEST_S, Script
 from launcher.smoke.steps import Step
 from launcher.smoke.system import STOP_S, System
 from launcher.smoke.timeline import Strokes, Timeline
@@ -28,6 +28,17 @@ JUDGE_S = 0.5  # judging all of a long run's messages has its price
 STOP_ROOM_S = 15.0  # the launcher ends by itself this long after we should have ended it
 CLOCK_S = 5.0
 DRAW_S = 20.0
+# Without a time of their own, these are decided by the end, whenever that is.
+UNTIL_THE_END = (
+    "process",
+    "no_deaths",
+    "no_errors",
+    "no_tracebacks",
+    "cpu",
+    "memory",
+    "clean_shutdown",
+    "shared_memory",
+)
 
 
 class Runner:
@@ -89,6 +100,8 @@ class Runner:
         actor = Actor(system, self._is_over)
         while system.is_alive and self._now_s < run_time_s and not self._gave_up:
             facts = system.facts()
+            if self._has_seen_enough(facts):
+                break
             self._check_ready(facts)
             self._act(actor, facts)
             self._look(facts)
@@ -97,7 +110,7 @@ class Runner:
 
     def _check_ready(self, facts: Facts) -> None:
         """Ready: what has to be there at the start is there, and a process runs."""
-        if facts.ready_s is not None:
+        if facts.ready_s is not None or self._gave_up:
             return
         verdicts = [judge(replace(e, within=None), facts) for e in self._script.presence()]
         if facts.processes() and all(v.outcome is Outcome.MET for v in verdicts):
@@ -120,6 +133,19 @@ class Runner:
             if verdict.outcome is not Outcome.OPEN:
                 self._decided[expectation.name] = verdict
                 self._narrator.decided(self._now_s, expectation, verdict)
+
+    def _has_seen_enough(self, facts: Facts) -> bool:
+        """Whether nothing is left to wait for but the end itself, where no time is asked for."""
+        script = self._script
+        if script.for_s is not None or facts.now_s < SHORTEST_S or script.chaos is not None:
+            return False
+        moments = (moment for step in script.steps for moment in step.moments)
+        is_open = (e for e in script.expectations if e.name not in self._decided)
+        return (
+            facts.ready_s is not None
+            and all(moment in facts.steps for moment in moments)
+            and all(e.kind in UNTIL_THE_END and e.within is None for e in is_open)
+        )
 
     # ---- acting
 

@@ -118,7 +118,8 @@ def test_a_killed_node_leaves_nothing_in_shared_memory(tmp_path: Path):
     bench.write(talking())
     bench.expect(
         """
-        scenario: [{after: ready, do: kill talker, name: kill}]
+        # The launcher looks once a second what a process has in shared memory.
+        scenario: [{after: ready, at: 2 s, do: kill talker, name: kill}]
         expect:
           - {name: there, node: /talker}
           - {name: gone, node: /talker, absent: true, after: kill, within: 5 s}

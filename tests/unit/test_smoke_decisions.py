@@ -85,6 +85,14 @@ def test_an_expression_may_have_names_of_its_own():
     assert found.holds(content) == (True, None)
 
 
+def test_fields_may_have_any_names():
+    content = {"values": [{"items": 1, "keys": {"get": 2}}]}
+    found = Expression.parse("m.values[0].items == 1 and m.values[0].keys == {'get': 2}")
+    assert found.holds(content) == (True, None)
+    assert Expression.parse("'values' in m and len(m) == 1").holds(content) == (True, None)
+    assert Expression.parse("m.items").holds(content)[1] is not None
+
+
 def test_conditions_look_into_lists_and_into_json():
     found = Conditions.parse({"poses[1].x": {"min": 2}, "robot": {"not": "robot_2"}})
     content: dict[str, Any] = {"poses": [{"x": 1}, {"x": 2.0}], "data": '{"robot": "robot_1"}'}
