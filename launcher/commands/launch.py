@@ -48,6 +48,9 @@ options:
                        and 20 s of computing)
   -d, --debug          show the traceback of an error"""
 
+# What steers a run takes 15 ms to import. Children are starting then, and some have ended already.
+ATTEND_AFTER_S = 0.05
+
 SHOW_ARGS = ("--show-args", "-s", "--show-arguments")
 PRINT = ("--print", "-p", "--print-description")
 LENIENT = ("--lenient",)
@@ -290,7 +293,6 @@ def _supervise(
         company: list[Attendants] = []
 
         def attend() -> None:
-            # Not on the way to the first process.
             from launcher.commands.attendants import Attendants
 
             attendants = Attendants(
@@ -303,7 +305,7 @@ def _supervise(
             company.append(attendants)
             attendants.open(request, run_id=run_id, started=started)
 
-        reactor.call_later(0, attend)
+        reactor.call_later(ATTEND_AFTER_S, attend)
         try:
             return supervisor.run()
         finally:

@@ -340,6 +340,8 @@ class ProcessMachine:
             return False
         if any(outcome.returncode in (-signum, 128 + signum) for signum in self._sent):
             return True
+        if outcome.returncode < 0:
+            return False  # of another signal: it crashed
         # One that cleans up after a polite signal ends with whatever code it likes.
         patience_s = sum(wait_s for _, wait_s in self.stop.steps[:-1])
         return any(

@@ -253,7 +253,7 @@ def test_an_end_by_a_signal_that_a_person_sent_is_asked_and_not_repeated(signum:
 
 
 def test_a_death_long_after_a_signal_or_of_another_one_is_no_wish():
-    for signum, code, later_s in [(INT, 1, 60.0), (signal.SIGUSR1, -11, 1.0)]:
+    for signum, code, later_s in [(INT, 1, 60.0), (signal.SIGUSR1, -11, 1.0), (INT, -11, 1.0)]:
         one = running()
         one.handle(Sent(signum), 1.0)
         (end,) = one.handle(exited(code), 1.0 + later_s)
