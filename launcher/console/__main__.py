@@ -19,10 +19,11 @@ def main(words: list[str]) -> int:
     for signum in NOT_OURS:
         signal.signal(signum, signal.SIG_IGN)
     pid, feed, link = map(int, words)
-    return asyncio.run(_run(pid, feed, socket.socket(fileno=link)))
+    asyncio.run(_run(pid, feed, socket.socket(fileno=link)))
+    return 1  # it leaves by itself when all went well
 
 
-async def _run(pid: int, feed: int, link: socket.socket) -> int:
+async def _run(pid: int, feed: int, link: socket.socket) -> None:
     from launcher.console.session import Session, in_thread
     from launcher.control.folder import ControlError
     from launcher.control.runs import wait_for_run
@@ -30,14 +31,14 @@ async def _run(pid: int, feed: int, link: socket.socket) -> int:
     try:
         run = await in_thread(lambda: wait_for_run(pid, PATIENCE_S))
     except ControlError:
-        return 1  # the launcher has ended, and the terminal is as it was
+        return  # the launcher has ended, and the terminal is as it was
     session = Session(run, feed, link, colour=not os.environ.get("NO_COLOR"))
     try:
         if not await session.run_until_end():
             session.tell_of_death()
     finally:
         session.restore()
-    return 0
+    os._exit(0)  # the interpreter's own end takes longer, and the launcher waits for ours
 
 
 if __name__ == "__main__":

@@ -91,7 +91,7 @@ class Session:
 
     async def run_until_end(self) -> bool:
         """Show and listen until the launcher has closed its end."""
-        self._processes = await in_thread(self._look)
+        await self._look_again()
         if not await self._is_given_the_terminal():
             return False
         self._loop.set_exception_handler(self._failed)
@@ -184,12 +184,15 @@ class Session:
             return found
 
     async def _keep_looking(self) -> None:
-        with contextlib.suppress(ControlError):  # the run ends, which the feed tells, too
-            while True:
-                await asyncio.sleep(LOOK_S)
-                self._processes = await in_thread(self._look)
-                if self._display.has_footer:
-                    self._application.invalidate()
+        while True:
+            await asyncio.sleep(LOOK_S)
+            await self._look_again()
+
+    async def _look_again(self) -> None:
+        with contextlib.suppress(ControlError):  # it is busy, or ends, which the feed tells, too
+            self._processes = await in_thread(self._look)
+        if self._display.has_footer:
+            self._application.invalidate()
 
     def above(self) -> str:
         """A live table, or the line of a process that has no end yet."""
@@ -230,6 +233,7 @@ class Session:
         colour = self._display.colour
         text = await in_thread(lambda: talk.answer(self._run, call, columns, colour=colour))
         self._display.say(text)
+        await self._look_again()
 
     async def _follow(self, call: Call) -> None:
         watch = self._watch = Watch(self._run, call, self._display, self._terminal.size)

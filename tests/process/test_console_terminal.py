@@ -170,6 +170,34 @@ def test_a_stopped_console_holds_the_run_up_and_loses_nothing(bench: Bench):
     assert numbers == [b"%05d" % n for n in range(25000)]
 
 
+FAULT = """
+import sys, threading
+
+def strike():
+    import launcher.console.session as session
+    def broken(*_): raise ZeroDivisionError("a broken bar")
+    session.status_line = broken
+
+if "launcher.console" in sys.orig_argv:
+    threading.Timer(1.5, strike).start()
+"""
+
+
+def test_a_fault_in_the_console_gives_the_terminal_back(bench: Bench, tmp_path: Path):
+    folder = tmp_path / "fault"
+    folder.mkdir()
+    (folder / "sitecustomize.py").write_text(FAULT)
+    bench.env["PYTHONPATH"] = str(folder)
+    glass = bench.glass(TICKS)
+    before = glass.settings()
+    glass.wait_for_prompt()
+    glass.wait_for("the console died (exit code 1): ZeroDivisionError: a broken bar")
+    assert glass.settings() == before
+    assert glass.prompt_row == -1
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
 def test_a_run_that_is_over_before_its_console_is_ready_says_nothing_of_it(bench: Bench):
     glass = bench.glass('py("import time\\ntime.sleep(0.4)", name="short"),')
     before = glass.settings()
