@@ -22,7 +22,8 @@ WARM_UP_S = 0.02  # children are still starting then, and nobody waits for their
 class Caretaker:
     """Ticks while the run goes on. `act(process, verdict)` carries out what a budget asks for.
 
-    psutil and the rest are not imported on the way to the first process.
+    psutil is not imported on the way to the first process, nor, as long as that can be put off,
+    while processes write: `heard_s()` is when one last did.
     """
 
     def __init__(
@@ -32,6 +33,7 @@ class Caretaker:
         *,
         run_id: str,
         processes: Callable[[], Iterable[Process]],
+        heard_s: Callable[[], float],
         judge: Judge | None,
         act: Callable[[Process, Verdict], None],
     ) -> None:
@@ -39,12 +41,14 @@ class Caretaker:
         self._chronicle = chronicle
         self._run_id = run_id
         self._processes = processes
+        self._heard_s = heard_s
         self._judge = judge
         self._act = act
         self._sampler: Sampler | None = None
         self._ledger: Ledger | None = None
         self._has_dead = False
         self._timer: Timer | None = None
+        self._first_tick_s = 0.0
         self.samples: dict[str, Sample] = {}
 
     def start(self) -> None:
@@ -52,10 +56,15 @@ class Caretaker:
         from launcher.engine.shared_memory import Ledger
 
         self._ledger = Ledger(self._run_id)  # now: what the processes make is not there yet
+        self._first_tick_s = self._reactor.now() + PERIOD_S
         self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
 
     def _warm_up(self) -> None:
         """Import what the ticks need, which takes longer than any of them."""
+        left_s = self._first_tick_s - self._reactor.now()
+        if left_s > WARM_UP_S and self._reactor.now() - self._heard_s() < WARM_UP_S:
+            self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
+            return
         from launcher.engine.resources import Sampler
 
         try:
@@ -63,7 +72,7 @@ class Caretaker:
         except ImportError as error:  # a broken environment is no reason to stop robots
             text = f"nothing is known of what processes use, budgets included: {error}"
             self._chronicle.say("WARNING", "launch", text)
-        self._timer = self._reactor.call_later(PERIOD_S - WARM_UP_S, self._tick)
+        self._timer = self._reactor.call_later(left_s, self._tick)
 
     def note_shared_memory(self) -> None:
         """Call it right before a SIGKILL: what the process holds can be freed after it."""

@@ -22,7 +22,8 @@ Watcher = Callable[[Process, str, bytes], None]
 class Relay:
     """Reads the streams of running processes.
 
-    `watcher` gets every chunk of the processes for which `watched(process)` says so.
+    `watcher` gets every chunk of the processes for which `watched(process)` says so. `heard_s` is
+    when anything was read last, on the monotonic clock.
     """
 
     def __init__(
@@ -40,7 +41,7 @@ class Relay:
         self._watched = watched
         self._watcher = watcher
         self._paused = False
-        self._heard_s = 0.0
+        self.heard_s = 0.0
 
     def attach(self, process: Process) -> None:
         """Begin to read a child that has just been started."""
@@ -89,7 +90,7 @@ class Relay:
         if chunk is None:
             return 0
         stream = process.streams[fd]
-        self._heard_s = stream.heard_s = self._reactor.now()
+        self.heard_s = stream.heard_s = self._reactor.now()
         if not chunk:
             self._finish(process, fd, stream)
             self._reactor.remove(fd)
@@ -166,6 +167,6 @@ class Relay:
         if self._paused:
             return False
         now = self._reactor.now()
-        is_busy = now - self._heard_s < PATIENCE_S
+        is_busy = now - self.heard_s < PATIENCE_S
         # A timer may come a little early, by the granularity of the clock.
         return now - stream.heard_s >= (BUSY_PATIENCE_S if is_busy else PATIENCE_S * 0.99)

@@ -118,6 +118,7 @@ class Supervisor:
             self._chronicle,
             run_id=run_id,
             processes=self._processes.values,
+            heard_s=lambda: self._relay.heard_s,
             judge=judge_for(options),
             act=self._over_budget,
         )
