@@ -247,6 +247,9 @@ def parse(verb: Verb, words: Iterable[str]) -> Call:
 def _take(verb: Verb, word: str, queue: deque[str], options: dict[str, Any]) -> None:
     flag, has_value, value = word.partition("=")
     option = next((one for one in verb.options if flag in one.flags), None)
+    if option is None and SIGNAL in verb.options and _is_signal(word[1:]):
+        options[SIGNAL.name] = word[1:]  # `kill -9`, `kill -TERM`: fingers know it
+        return
     if option is None or (has_value and option.kind == "flag"):
         raise UsageError(f"{verb.name} has no option '{word}'", hint=f"usage: {verb.usage}")
     if option.kind == "flag":
@@ -257,6 +260,13 @@ def _take(verb: Verb, word: str, queue: deque[str], options: dict[str, Any]) -> 
             raise UsageError(f"{flag} needs a value: {option.metavar}", hint=f"usage: {verb.usage}")
         value = queue.popleft()
     options[option.name] = _from_text(option, flag, value)
+
+
+def _is_signal(word: str) -> bool:
+    try:
+        return bool(signal_number(word))
+    except BadCallError:
+        return False
 
 
 def _from_text(option: Option, flag: str, text: str) -> Any:

@@ -149,3 +149,10 @@ def steering(tmp_path: Path) -> Iterator[SteeringBench]:
         one = SteeringBench(tmp_path, Path(runtime))
         yield one
         one.close()
+
+
+@pytest.fixture
+def run(steering: SteeringBench) -> Iterator[Steered]:
+    """One process, `cat-1`, which says what it is told."""
+    with steering.steer('sh("exec cat", name="cat")') as one:
+        yield one
