@@ -10,6 +10,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from launcher.errors import LauncherError
+
 # Above 101 the UDP ports of DDS run into the range that the kernel gives to other programs;
 # the small ids are the ones that people type.
 _DOMAIN_IDS = range(20, 102)
@@ -17,8 +19,8 @@ _FIRST_PORT, _PORTS_PER_DOMAIN = 7400, 250
 _UDP_TABLES = ("/proc/net/udp", "/proc/net/udp6")
 
 
-class NoFreeDomainError(RuntimeError):
-    """Every domain id in the range is leased."""
+class NoFreeDomainError(LauncherError):
+    """Every domain id in the range is leased or in use."""
 
 
 @contextlib.contextmanager
@@ -38,7 +40,8 @@ def leased_domain() -> Iterator[int]:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 yield domain_id
                 return
-    raise NoFreeDomainError(f"no free ROS domain id in {_DOMAIN_IDS}")
+    first, last = _DOMAIN_IDS[0], _DOMAIN_IDS[-1]
+    raise NoFreeDomainError(f"every ROS domain from {first} to {last} is in use on this machine")
 
 
 def _lock_file(domain_id: int) -> Path:

@@ -26,6 +26,7 @@ from launcher.smoke.timeline import Strokes, Timeline
 LOOK_S = 0.1
 JUDGE_S = 0.5  # judging all of a long run's messages has its price
 STOP_ROOM_S = 15.0  # the launcher ends by itself this long after we should have ended it
+EMPTY_STOP_S = 5.0  # a launcher that has started nothing has nothing to wait for
 CLOCK_S = 5.0
 DRAW_S = 20.0
 # Without a time of their own, these are decided by the end, whenever that is.
@@ -71,8 +72,8 @@ class Runner:
             longest_s=max(run_time_s, self._script.ready_limit_s()) + STOP_ROOM_S,
         )
         self._narrator.begin(self._script, self._words, run_time_s)
+        self._system.start()  # leaves nothing if it fails
         try:
-            self._system.start()
             self._narrator.started(self._system)
             self._watch(run_time_s)
             self._draw()
@@ -214,7 +215,8 @@ class Runner:
         """Whatever happens: the system does not stay. A second Ctrl-C makes haste."""
         self._narrator.say(self._now_s, "stopping")
         try:
-            ending = self._system.stop(STOP_S)
+            has_children = bool(self._system.facts().processes())
+            ending = self._system.stop(STOP_S if has_children else EMPTY_STOP_S)
         except KeyboardInterrupt:
             self._interrupted = True
             ending = self._system.stop(0.0)

@@ -64,6 +64,20 @@ def test_a_system_that_never_comes_up(bench: Bench):
     assert "not ready after 1.0 s: giving up" in done.stdout
 
 
+def test_a_launch_file_that_hangs_and_hears_no_signal(bench: Bench):
+    bench.launch_file.write_text(
+        "import signal, time\n"
+        "for signum in (signal.SIGINT, signal.SIGTERM):\n"
+        "    signal.signal(signum, signal.SIG_IGN)\n"
+        "while True:\n"
+        "    time.sleep(1)\n",
+        encoding="utf-8",
+    )
+    done = bench.smoke("--ready-within=1")
+    assert done.returncode == 124
+    assert "the launcher did not end and had to be killed" in done.stdout
+
+
 def test_a_system_that_hangs_on_shutdown(bench: Bench):
     bench.write(DEAF)
     done = bench.smoke("--for=1", "--max-shutdown=5", "--expect-log=deaf", *IMPATIENT)

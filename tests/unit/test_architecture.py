@@ -24,7 +24,7 @@ MAY_IMPORT = {
     "console": {"errors", "control"},
     "doctor": {"model", "engine"},
     "graph": {"errors", "control"},
-    "domain_lease": set(),
+    "domain_lease": {"errors"},
     "smoke": {"errors", "engine", "control", "graph", "domain_lease"},
     "pytest_plugin": {"smoke"},
     "render": {"errors", "model", "interpreter", "language", "planner"},

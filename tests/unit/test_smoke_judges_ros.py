@@ -51,6 +51,12 @@ CASES = {
         {**graphs(graph(nodes=("/robot_1",))), **STEPS},
         "it stayed in the graph",
     ),
+    "node too early": Case(
+        "node: /robot_3, within: 5 to 8 s",
+        graphs(graph(nodes=("/robot_3",), at_s=6)),
+        graphs(graph(nodes=("/robot_3",), at_s=4)),
+        "too early, after 4.0 s",
+    ),
     "node never there": Case(
         "node: /robot_3, absent: true",
         graphs(graph(nodes=("/robot_1",))),

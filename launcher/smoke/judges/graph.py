@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from launcher.graph.matching import mismatches
@@ -32,7 +33,16 @@ def _shown(seen: GraphSeen, pattern: str) -> list[str]:
 
 
 def _when(facts: Facts, holds: Callable[[GraphSeen], bool], when: Period) -> float | None:
-    return first_time(facts.graphs, holds, when, lambda seen: seen.at_s)
+    """When it first held, before the window of `5 to 8 s` as well."""
+    whole = replace(when, from_s=when.start_s)
+    return first_time(facts.graphs, holds, whole, lambda seen: seen.at_s)
+
+
+def _held(when: Period, at_s: float, expected: str, word: str = "") -> Verdict:
+    """Met, or too early."""
+    if when.is_too_early(at_s):
+        return violated(expected, seen=f"too early, {word}after {when.since(at_s)}", at_s=at_s)
+    return met(expected, seen=f"{word}after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
 
 
 # ---- nodes
@@ -49,7 +59,7 @@ def _node(expectation: Expectation, facts: Facts, when: Period, expected: str) -
         return _absent(expectation, facts, when, expected)
     at_s = _when(facts, lambda seen: bool(_shown(seen, pattern)), when)
     if at_s is not None:
-        return met(expected, seen=f"after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
+        return _held(when, at_s, expected)
     process = facts.process_of(pattern)
     return not_yet(
         when,
@@ -67,7 +77,7 @@ def _absent(expectation: Expectation, facts: Facts, when: Period, expected: str)
         gone_s = _when(facts, lambda seen: not _shown(seen, pattern), when)
         if gone_s is None:
             return not_yet(when, expected, seen="it stayed in the graph all the time")
-        return met(expected, seen=f"gone after {when.since(gone_s)}", at_s=gone_s)
+        return _held(when, gone_s, expected, "gone ")
     at_s = _when(facts, lambda seen: bool(_shown(seen, pattern)), when)
     if at_s is not None:
         return violated(expected, seen=f"it was there after {when.since(at_s)}", at_s=at_s)
@@ -99,7 +109,7 @@ def _topic_text(expectation: Expectation) -> str:
 def _topic(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
     at_s = _when(facts, lambda seen: not _topic_faults(expectation, seen), when)
     if at_s is not None:
-        return met(expected, seen=f"after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
+        return _held(when, at_s, expected)
     last = facts.last_graph()
     seen = ["no graph was seen"] if last is None else _topic_faults(expectation, last)
     return not_yet(
@@ -150,7 +160,7 @@ def _word(value: Any) -> str:
 def _qos(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
     at_s = _when(facts, lambda seen: not _qos_faults(expectation, seen), when)
     if at_s is not None:
-        return met(expected, seen=f"after {when.since(at_s)}", at_s=at_s)
+        return _held(when, at_s, expected)
     last = facts.last_graph()
     faults = ["no graph was seen"] if last is None else _qos_faults(expectation, last)
     return not_yet(

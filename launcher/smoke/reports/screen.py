@@ -43,9 +43,10 @@ def show(console: Console, result: Result) -> None:
         console.print()
         console.print(Text("\n".join(describe(one, result.facts))), soft_wrap=True)
     for trouble in result.facts.troubles:
-        console.print(_shown(f"note: {trouble}"))
+        console.print(_shown(f"note: {trouble}"), soft_wrap=True)
     console.print()
-    console.print(Text(summary(result), style="green" if not result.exit_code else "red"))
+    style = "green" if not result.exit_code else "red"
+    console.print(Text(summary(result), style=style), soft_wrap=True)
 
 
 def _shown(text: str) -> Text:
