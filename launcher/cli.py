@@ -8,7 +8,13 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.errors import ExitCode, LauncherError, PackageNotFoundError, UsageError
+from launcher.errors import (
+    ExitCode,
+    LauncherError,
+    PackageNotFoundError,
+    UsageError,
+    exit_code_table,
+)
 from launcher.model.record import Record
 from launcher.packages import ament_environment
 
@@ -153,8 +159,7 @@ def overview() -> str:
         "verbs about a run that is going on, from any shell:",
         *(f"  {name:9} {text}" for name, text in control_verbs()),
         "",
-        "exit codes:",
-        *(f"  {code.value:<8} {code.meaning}" for code in ExitCode),
+        *exit_code_table(),
     ]
     return "\n".join(lines)
 

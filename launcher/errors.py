@@ -46,6 +46,11 @@ _MEANINGS = {
 }
 
 
+def exit_code_table() -> list[str]:
+    """The table for `--help`, a line per code."""
+    return ["exit codes:", *(f"  {code.value:<8} {code.meaning}" for code in ExitCode)]
+
+
 class LauncherError(Exception):
     """A failure with its place and its repair.
 

@@ -11,7 +11,13 @@ from pathlib import Path
 from launcher.commands import words as command_line
 from launcher.commands.patience import Patience, limited
 from launcher.commands.words import Request
-from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
+from launcher.errors import (
+    ExitCode,
+    LauncherError,
+    LaunchFileError,
+    UsageError,
+    exit_code_table,
+)
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
@@ -94,7 +100,7 @@ def usage() -> str:
     """What `--help` prints."""
     from launcher.commands.run_options import HELP
 
-    return _USAGE.format(run_help=HELP)
+    return "\n".join([_USAGE.format(run_help=HELP), "", *exit_code_table()])
 
 
 def _take_run_options(words: Sequence[str]) -> tuple[RunOptions, list[str]]:
