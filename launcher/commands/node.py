@@ -10,6 +10,7 @@ from launcher.graph.verb import (
     Parser,
     add_verb,
     dispatch,
+    domain_option,
     parser_of,
     print_json,
     seconds,
@@ -81,9 +82,10 @@ def _ps(options: Namespace) -> int:
     from launcher.graph.calls import Caller
     from launcher.graph.ps import rows, to_table, with_ghosts
 
+    # asked before we are in the graph ourselves: it does not answer while somebody comes
+    look = None if options.no_observer else look_of_a_run(domain_option(options))
     with settled(options) as observer, Caller(observer) as caller:
         found = rows(caller, hidden=options.all, patience_s=options.patience)
-        look = None if options.no_observer else look_of_a_run(observer.domain_id)
     if look is not None:
         found = with_ghosts(found, look.ghosts)
     if options.json:
