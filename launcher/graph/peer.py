@@ -25,6 +25,7 @@ class Stream:
         self.writer = writer
         self.reader = reader
         self.asked = -math.inf  # when we asked last, in monotonic time
+        self.asked_to = 0  # the last number that we asked for
         self.samples: dict[int, rtps.Data] = {}
         self._gone: set[int] = set()
         self._first, self._last = 1, -1

@@ -26,7 +26,7 @@ _PID_SENTINEL, _PID_PAD, _PID_STATUS = 0x0001, 0x0000, 0x0071
 PID_KEY_HASH = 0x0070
 _MUST_UNDERSTAND = 0x4000
 _PL_CDR_LITTLE = bytes([0, 3, 0, 0])
-_WINDOW = 256  # sequence numbers that one ACKNACK can ask for
+WINDOW = 256  # sequence numbers that one ACKNACK can ask for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,7 +158,7 @@ def _number(body: bytes, at: int, order: str) -> int:
 
 def _bits(body: bytes, at: int, order: str) -> Iterator[int]:
     (count,) = struct.unpack_from(f"{order}I", body, at)
-    if count > _WINDOW:
+    if count > WINDOW:
         raise Malformed
     words = struct.unpack_from(f"{order}{(count + 31) // 32}I", body, at + 4)
     return (bit for bit in range(count) if words[bit // 32] >> (31 - bit % 32) & 1)
@@ -223,7 +223,7 @@ def heartbeat(reader: bytes, writer: bytes, last: int, count: int) -> bytes:
 def ask(reader: bytes, writer: bytes, missing: list[int], count: int) -> bytes:
     """Our reader lacks these samples (sorted, not empty); what is too far away waits."""
     base = missing[0]
-    bits = [number - base for number in missing if number - base < _WINDOW]
+    bits = [number - base for number in missing if number - base < WINDOW]
     words = [0] * (bits[-1] // 32 + 1)
     for bit in bits:
         words[bit // 32] |= 1 << (31 - bit % 32)

@@ -196,6 +196,7 @@ class Wire:
         if not (missing := stream.missing()):
             return
         stream.asked = now
+        stream.asked_to = max(n for n in missing if n - missing[0] < rtps.WINDOW)
         self._count += 1
         address = peer.address if stream.reader != OWN_READER else peer.data_address
         request = rtps.ask(stream.reader, stream.writer, missing, self._count)
@@ -240,8 +241,11 @@ class Wire:
             if isinstance(part, rtps.Fragment):
                 raise Unfit
             stream.take(part)
-            if isinstance(part, rtps.Heartbeat) and time.monotonic() - stream.asked > _ASK_AGAIN_S:
-                self._ask(peer, stream, time.monotonic())
+            now = time.monotonic()
+            is_due = isinstance(part, rtps.Heartbeat) and now - stream.asked > _ASK_AGAIN_S
+            # what one request can name has come, and there is more
+            if is_due or (isinstance(part, rtps.Data) and part.number == stream.asked_to):
+                self._ask(peer, stream, now)
 
     def _meet(self, data: rtps.Data, prefix: bytes, host: str) -> None:
         if data.gone:

@@ -6,6 +6,7 @@ import os
 import signal
 
 import pytest
+from std_msgs.msg import String
 
 from launcher.graph.observer import Observer
 from launcher.graph.ports import participants_by_domain
@@ -48,6 +49,17 @@ def test_many_looks_at_a_time_are_all_complete(env):
         looks = list(pool.map(by_wire, [domain_id] * 10))
     assert {look.nodes for look in looks} == {looks[0].nodes}
     assert looks[0].nodes.count("/twin") == 2
+
+
+def test_more_endpoints_than_one_request_can_name(empty_domain):
+    domain_id = int(empty_domain["ROS_DOMAIN_ID"])
+    with Observer(domain_id, name="busy") as busy:
+        topics = {f"/t{number}" for number in range(600)}
+        publishers = [busy.node.create_publisher(String, topic, 1) for topic in topics]
+        look = by_wire(domain_id)
+        assert topics <= look.topic_types().keys()
+        assert look.nodes == ("/busy",)
+        assert len(publishers) == 600
 
 
 def test_a_participant_that_cannot_answer_is_told(tmp_path):
