@@ -7,6 +7,7 @@ import signal
 from collections.abc import Iterator
 
 import pytest
+from std_srvs.srv import Trigger
 
 from launcher.graph.calls import Caller
 from launcher.graph.observer import Observer
@@ -56,9 +57,16 @@ def test_the_table_has_a_row_per_node(sleepy):
 
 def test_a_node_whose_executor_is_occupied_is_busy(sleepy):
     env, _ = sleepy
-    occupied = ("service", "call", "/occupy", "std_srvs/srv/Trigger", "--timeout", "0.1")
-    assert launcher(env, *occupied).code == 1
-    assert ps(env, "--patience", "0.2")["/talker"]["liveness"] == "busy"
+    with Observer(int(env["ROS_DOMAIN_ID"])) as observer, Caller(observer) as caller:
+
+        def liveness(patience_s: float) -> dict[str, str]:
+            found = rows(caller, hidden=False, patience_s=patience_s)
+            return {row.node: row.liveness for row in found}
+
+        wait_until(lambda: liveness(1.0).get("/talker") == "ok", "it is known and answers")
+        # it is ours to watch before it is occupied: that does not last for ever
+        caller.start(Trigger, "/occupy", Trigger.Request())
+        assert liveness(0.2)["/talker"] == "busy"
 
 
 def test_a_process_that_was_stopped_before_we_came_is_told_all_the_same(sleepy):
