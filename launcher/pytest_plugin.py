@@ -31,14 +31,15 @@ if TYPE_CHECKING:
 
 TIMEOUT_S = 20.0
 _LAST_LINES = 15  # of each process, in the report of a failed test
-ANY = "*"
+ANY, LAUNCHER = "*", "launch"
 
 
 class LaunchedSystem:
     """A system that runs in a ROS domain of its own until the test is over.
 
-    A process is named as for the launcher's verbs: `robot_2-4`, `robot_2`, `robot_*`, `*`. A wait
-    that ends without what was waited for raises an AssertionError that says what was seen.
+    A process is named as for the launcher's verbs: `robot_2-4`, `robot_2`, `robot_*`, `*`;
+    `launch` is the launcher itself. A wait that ends without what was waited for raises an
+    AssertionError that says what was seen.
     """
 
     def __init__(self, system: System, timeout_s: float) -> None:
@@ -187,8 +188,10 @@ class LaunchedSystem:
         return self.system.returncode
 
     def logs(self, process: str = ANY) -> list[str]:
-        """The lines of a process so far, without colours."""
+        """The lines of a process so far, without colours; `launch` is the launcher itself."""
         facts = self.facts
+        if process == LAUNCHER:
+            return [line.plain for line in facts.lines if line.process is None]
         return [
             line.plain
             for line in facts.lines

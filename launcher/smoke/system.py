@@ -81,6 +81,7 @@ class System(Observed):
             self.domain_id = stack.enter_context(leased_domain())
             self.environment = self._environment()
             self._memory = SharedMemory(self.domain_id)
+            stack.callback(self._memory.free_ports)  # before the lease goes to somebody else
             if self._wants_probe:
                 self._start_probe(stack)
             self.recorder.begin()
@@ -99,7 +100,6 @@ class System(Observed):
         }
 
     def _start_probe(self, stack: contextlib.ExitStack) -> None:
-        stack.callback(self._memory.free_ports)  # before the lease goes to somebody else
         probe = Probe(self.environment, self.recorder, self.folder / "probe.log")
         stack.callback(probe.close)
         try:

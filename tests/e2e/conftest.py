@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -36,9 +36,12 @@ class World:
             self.env.pop(name, None)
         self._stack = stack
 
-    def terminal(self, *command: str, cwd: Path = REPOSITORY) -> Terminal:
-        """Any command in a terminal of its own."""
-        return self._stack.enter_context(Terminal(command, env=self.env, cwd=cwd))
+    def terminal(
+        self, *command: str, cwd: Path = REPOSITORY, env: Mapping[str, str] | None = None
+    ) -> Terminal:
+        """Any command in a terminal of its own, here or in another environment."""
+        there = {**(env or self.env), MARK: self.mark}
+        return self._stack.enter_context(Terminal(command, env=there, cwd=cwd))
 
     def launcher(self, *words: str) -> Terminal:
         """`python -m launcher WORDS` in a terminal of its own."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from tests.e2e.conftest import World
+from launcher.pytest_plugin import Launch
 
 NODE = """
 import rclpy
@@ -57,19 +57,25 @@ def generate_launch_description():
 """
 
 
-def test_a_lifecycle_node_is_configured_and_activated_by_events(world: World, tmp_path: Path):
+def test_a_lifecycle_node_is_configured_and_activated_by_events(
+    launched_system: Launch, tmp_path: Path
+):
     node = tmp_path / "pump.py"
     node.write_text(NODE)
     file = tmp_path / "pump.launch.py"
     file.write_text(LAUNCH.replace("{python}", sys.executable).replace("{node}", str(node)))
 
-    terminal = world.launcher(str(file))
-    terminal.wait_for_all(
-        "[pump]: configuring", " pump is configured", "[pump]: activating", " pump is active"
-    )
-    terminal.ctrl_c()
-    assert terminal.exit_code() == 0, terminal.text
-    assert world.survivors() == []
+    system = launched_system(file)
+    system.wait_for_node("/pump")
+    for process, text in (
+        ("pump", "configuring"),
+        ("launch", "pump is configured"),
+        ("pump", "activating"),
+        ("launch", "pump is active"),
+    ):
+        system.wait_for_log("*" if process == "pump" else process, text)
+    ending = system.shutdown()
+    assert (ending.returncode, ending.left_processes) == (0, ())
 
 
 LOAD = """
@@ -85,11 +91,11 @@ def generate_launch_description():
 
 
 def test_a_load_request_without_its_interface_package_fails_with_that_reason(
-    world: World, tmp_path: Path
+    launched_system: Launch, tmp_path: Path
 ):
     file = tmp_path / "load.launch.py"
     file.write_text(LOAD)
-    terminal = world.launcher(str(file))
-    terminal.wait_for("composition_interfaces is not installed")
-    terminal.exit_code()
-    assert world.survivors() == []
+    system = launched_system(file, probe=False)
+    system.wait_for_log("launch", "composition_interfaces is not installed")
+    system.wait_for_end()
+    assert system.shutdown().left_processes == ()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 import subprocess
 import time
 from pathlib import Path
 
+from launcher.pytest_plugin import Launch
 from tests.e2e.conftest import REPOSITORY, World
 from tests.support.waiting import wait_until
 
@@ -68,21 +68,24 @@ def test_every_line_of_a_node_is_whole_and_behind_its_prefix(world: World):
         assert line.count("[INFO] [1") <= 1, f"two node lines in one: {line}"
 
 
-def test_robot_2_is_left_out_on_request_and_can_join_from_a_second_terminal(world: World):
-    fleet = world.launcher("system", "start_robot_2:=false")
-    fleet.wait_for("robot_2 has not reported in 5.0 s")
-    assert "[robot_2-" not in fleet.text
+def test_robot_2_is_left_out_on_request_and_can_join_from_a_second_terminal(
+    world: World, launched_system: Launch
+):
+    fleet = launched_system("system", start_robot_2=False)
+    fleet.wait_for_log("monitor", "robot_2 has not reported in 5.0 s")
+    assert fleet.logs("robot_2") == []
 
-    robot = world.launcher("run", "group_gp1", "robot_2")
+    robot = world.terminal(
+        *world.command("run", "group_gp1", "robot_2"), env=dict(fleet.environment)
+    )
     robot.wait_for("Received task ")
-    fleet.wait_for("[monitor]: robot_2 is reporting")
+    fleet.wait_for_node("/robot_2")
+    fleet.wait_for_log("monitor", "robot_2 is reporting")
     robot.ctrl_c()
     assert robot.exit_code() == 0
     assert "Traceback" not in robot.text
-    fleet.wait_for("robot_2 has not reported in 5.0 s")
-
-    fleet.ctrl_c()
-    assert fleet.exit_code() == 0
+    fleet.wait_for_log("monitor", "robot_2 has not reported in 5.0 s", count=2)
+    assert fleet.shutdown().returncode == 0
 
 
 def test_a_misspelt_argument_is_refused_before_anything_starts(world: World):
@@ -157,15 +160,14 @@ def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
     assert world.survivors() == [line for line in world.survivors() if "bash" in line]
 
 
-def test_a_killed_node_is_told_and_its_shared_memory_freed(world: World):
-    terminal = world.launcher("system")
-    terminal.wait_for("[robot_1]: Task ")
-    pid = int(re.findall(r"\[robot_1-3\]: process started with pid \[(\d+)\]", terminal.text)[0])
+def test_a_killed_node_is_told_and_its_shared_memory_freed(launched_system: Launch):
+    fleet = launched_system("system", probe=False)
+    fleet.wait_for_log("robot_1", "Task ")
     # The launcher looks once a second what its processes hold; robot_3 comes later than that.
-    terminal.wait_for("[robot_3]: Received task ")
-    os.kill(pid, signal.SIGKILL)
-    terminal.wait_for("process has died [pid ")
-    terminal.wait_for("of shared memory that dead nodes left")
-    terminal.ctrl_c()
-    assert terminal.exit_code() == 130
-    assert "first to die unasked: robot_1-3 (SIGKILL)" in terminal.text
+    fleet.wait_for_log("robot_3", "Received task ")
+    fleet.kill("robot_1")
+    fleet.wait_for_log("launch", r"process has died \[pid ")
+    fleet.wait_for_log("launch", "of shared memory that dead nodes left")
+    ending = fleet.shutdown()
+    assert (ending.returncode, ending.left_memory) == (130, ())
+    assert any("first to die unasked: robot_1-3 (SIGKILL)" in line for line in fleet.logs("launch"))
