@@ -85,10 +85,11 @@ class SharedMemory:
             self._names |= set(filter(self._is_private, self._mapped(pid)))
 
     def free_ports(self) -> None:
-        """Remove the ports of our domain that are left when the probe has ended.
+        """Remove the ports of our domain that nobody uses, when everything in it has ended.
 
-        It sends to the port of a node that has just gone, which makes the port anew; nobody but
-        the probe is to blame, and the launcher could not free what the probe had mapped.
+        Whoever sends to a node that has just gone makes its port anew, the probe as well, and the
+        launcher leaves a port alone as long as anybody on the machine might use it. Here it is
+        known that the domain was ours alone.
         """
         ours = {path.name for path in self._folder.glob("*fast*_port*")}
         for name in filter(self._is_private, ours - self._in_use(ours)):
