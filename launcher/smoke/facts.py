@@ -114,7 +114,7 @@ class Facts:
 
     `steps` are the times at which named steps happened, `start` and `ready` among them;
     `node_names` are the nodes of each process as the launch file names them; `asked` are the
-    processes that a step of the scenario ended or stopped.
+    processes that a step of the scenario ended or stopped; `lost_messages` came too fast.
     """
 
     now_s: float = 0.0
@@ -129,6 +129,7 @@ class Facts:
     node_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     asked: frozenset[str] = frozenset()
     troubles: tuple[str, ...] = ()
+    lost_messages: int = 0
     ending: Ending | None = None
 
     @property

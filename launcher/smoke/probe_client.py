@@ -184,7 +184,7 @@ class Probe:
         self._recorder.add_trouble(f"{told['topic']}: {told['text']}")
 
     def _dropped(self, told: dict[str, Any]) -> None:
-        self._recorder.add_trouble(f"{told['messages']} messages came too fast to be recorded")
+        self._recorder.lose(int(told["messages"]))
 
 
 def snapshot_of(told: Mapping[str, Any]) -> Snapshot:

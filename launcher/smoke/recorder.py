@@ -41,6 +41,7 @@ class Recorder:
         self._nodes: dict[str, tuple[str, ...]] = {}
         self._asked: set[str] = set()
         self._troubles: list[str] = []
+        self._lost_messages = 0
         self._ending: Ending | None = None
 
     # ---- the clock
@@ -100,6 +101,11 @@ class Recorder:
         """Something that kept us from seeing."""
         self._add(self._troubles.append, text)
 
+    def lose(self, messages: int) -> None:
+        """So many messages could not be taken down."""
+        with self._changed:
+            self._lost_messages += messages
+
     def step(self, name: str) -> None:
         """A step happens now; only the first time counts."""
         self._add(lambda at_s: self._steps.setdefault(name, at_s), self.now_s)
@@ -149,6 +155,7 @@ class Recorder:
                 node_names=dict(self._nodes),
                 asked=frozenset(self._asked),
                 troubles=tuple(self._troubles),
+                lost_messages=self._lost_messages,
                 ending=self._ending,
             )
 

@@ -256,6 +256,8 @@ class Runner:
             return f"left behind, and killed by us: {', '.join(ending.left_processes)}"
         if not facts.processes():
             return "no process was started"
+        if facts.lost_messages:
+            return f"{facts.lost_messages} messages came too fast to be recorded"
         if self._blind is not None:
             return self._blind
         if self._script.needs_ros() and self._system.probe is None:

@@ -141,15 +141,16 @@ class System(Observed):
         events = written.events(folder, self.recorder)
         if len(events) > len(self.facts().events):
             self.recorder.replace_events(events)
-        if self._followers.run is None or self._followers.dropped_lines:
-            self._read_log(folder)
+        self._read_log(folder)
 
     def _read_log(self, folder: Path) -> None:
-        if not written.is_whole(folder):
-            self.recorder.add_trouble("so much was printed that the first of it is not known")
         lines = written.lines(folder, self.recorder)
-        if len(lines) >= len(self.facts().lines):
+        if len(lines) > len(self.facts().lines):
             self.recorder.replace_lines(lines)
+        elif self._followers.dropped_lines:
+            self.recorder.add_trouble("so much was printed that some of it is not known")
+        if not written.is_whole(folder):
+            self.recorder.add_trouble("so much was printed that the first of it may not be known")
 
     @property
     def is_alive(self) -> bool:

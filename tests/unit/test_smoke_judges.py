@@ -197,6 +197,12 @@ CASES = {
         {"events": (*started("a-1"), signalled("a-1", 15, END_S + 0.1))},
         "a-1 needed SIGTERM",
     ),
+    "shutdown with a crash": Case(
+        "clean_shutdown: 8 s",
+        {"events": (*started("a-1"), ended("a-1", -2, END_S + 0.1, asked=True))},
+        {"events": (*started("a-1"), ended("a-1", -11, END_S + 0.1, asked=True))},
+        "a-1 ended with SIGSEGV",
+    ),
     "shutdown with leftovers": Case(
         "clean_shutdown: 8 s",
         {},

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
 from typing import Any
 
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.facts import STOP, Facts, ProcessEvent
 from launcher.smoke.judges.common import listed, met, several, violated
+from launcher.smoke.judges.processes import exit_text
 from launcher.smoke.quantities import seconds_text
 
 _HARD = {int(signal.SIGTERM): "SIGTERM", int(signal.SIGKILL): "SIGKILL"}
@@ -35,17 +37,28 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
     took_s = ending.down_s - facts.stop_s
     harder = {e.process: e for e in facts.of("signal") if _is_harder(e, facts)}
     faults = [f"{name} needed {_HARD[int(e.details['signal'])]}" for name, e in harder.items()]
+    crashes = dict(_crashes(facts))
+    faults += [f"{name} ended with {exit_text(code)}" for name, code in crashes.items()]
     if ending.returncode is None:
         faults.append("the launcher had to be killed")
     if took_s > expectation.subject:
         faults.append(f"it took {seconds_text(took_s)}")
     if ending.left_processes:
         faults.append(f"left behind: {listed(ending.left_processes)}")
-    about = tuple(name for name in harder if name)
+    about = tuple(name for name in (*harder, *crashes) if name)
     details: dict[str, Any] = {"value": took_s, "unit": "s", "about": about}
     if faults:
         return violated(expected, seen="; ".join(faults), at_s=facts.stop_s, **details)
     return met(expected, seen=f"after {seconds_text(took_s)}", **details)
+
+
+def _crashes(facts: Facts) -> Iterator[tuple[str | None, int]]:
+    """Processes that ended after the stop neither in order nor by one of our signals."""
+    in_order = {0, -int(signal.SIGINT), 128 + int(signal.SIGINT), *(-signum for signum in _HARD)}
+    for event in facts.of("ended"):
+        code = int(event.details.get("returncode", 0))
+        if event.at_s >= facts.stop_s and code not in in_order:
+            yield event.process, code
 
 
 def _is_harder(event: ProcessEvent, facts: Facts) -> bool:
