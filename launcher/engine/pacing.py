@@ -67,9 +67,10 @@ class Pacer:
                 return
             process = self._waiting.popleft()
             now = self._reactor.now()
-            self._next_s = now + self._stagger_s
             self._starting[process] = _Look(now)
-            self._start(process)  # which may bring about further starts
+            self._next_s = now + self._stagger_s
+            self._start(process)  # which takes a moment, and may bring about further starts
+            self._next_s = self._reactor.now() + self._stagger_s
 
     def _wait_s(self, now: float) -> float:
         for process, look in list(self._starting.items()):

@@ -42,7 +42,7 @@ def test_a_process_with_limits_has_the_environment_and_the_command_of_one_withou
         bench.env.pop(name, None)
     bench.env["BAD"] = os.fsdecode(b"\xff\xfe")
     bench.env["LAUNCHER_TEST_QUOTE"] = "a 'b' \"c\"\n"
-    script = "env -0 | grep -zv LAUNCHER_RUN_ID | sort -z | od -c; grep Sig /proc/self/status"
+    script = "env -0 | grep -zv LAUNCHER_RUN_ID | sort -z | od -c; grep Sig[BIC] /proc/self/status"
     shell = f'ExecuteProcess(cmd=["{script}"], shell=True, output="screen", name="it")'
     said = [
         [
@@ -107,7 +107,7 @@ def test_starts_are_a_stagger_apart(bench: Bench):
     assert done.returncode == 0
     starts = _starts(bench)
     assert len(starts) == 3
-    assert all(later - earlier >= 0.39 for earlier, later in itertools.pairwise(starts))
+    assert all(later - earlier >= 0.4 for earlier, later in itertools.pairwise(starts))
 
 
 BUSY_START = """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import os
 import re
 import signal
@@ -323,3 +324,24 @@ def test_a_home_that_cannot_be_written_costs_the_log_files_alone(bench: Bench):
     assert done.returncode == 0
     assert done.stdout.count(b"no log files from here on") == 1
     assert b"[sh-1] hello\n" in done.stdout
+
+
+def test_the_events_tell_signals_restarts_and_the_stop_with_both_clocks(bench: Bench):
+    (bench.folder / "node.sh").write_text(
+        "if [ -e again ]; then echo ready; exec sleep 1000; fi; touch again; exit 3"
+    )
+    actions = f'sh(". ./node.sh", cwd="{bench.folder}")'
+    terminal = bench.terminal(actions, "--restart", "sh=on-failure,delay=0.1")
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    lines = (bench.folder / "log/latest/events.jsonl").read_text().splitlines()
+    events = [entry for entry in map(json.loads, lines) if entry["event"] != "resources"]
+    assert [entry["event"] for entry in events] == [
+        *("started", "ended", "started", "stopping", "signal", "ended", "finished")
+    ]
+    first, last = (entry for entry in events if entry["event"] == "ended")
+    assert (first["returncode"], first["asked"], first["restart_in_s"]) == (3, False, 0.1)
+    assert (last["returncode"], last["asked"], last["restart_in_s"]) == (-2, True, None)
+    assert next(e for e in events if e["event"] == "signal")["signal"] == signal.SIGINT
+    assert all({"wall_s", "monotonic_s"} <= entry.keys() for entry in events)
