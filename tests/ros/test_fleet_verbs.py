@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+
+from launcher.errors import ExitCode
+from tests.ros.conftest import ros_domain
 from tests.support.domain import private_domain
-from tests.support.verbs import launcher
+from tests.support.verbs import PATIENCE_S, launcher
+from tests.support.waiting import wait_until
 
 
 def test_the_probe_that_hears_nothing_is_explained(tmp_path):
@@ -25,3 +34,43 @@ def test_the_probe_that_hears_nothing_is_explained(tmp_path):
         pids = {row["node"]: row["pid"] for row in processes}
         assert pids["/robot_1"] == domain.nodes[0].pid
         assert pids["/qos_probe"] == domain.nodes[1].pid
+
+
+def test_a_running_system_is_looked_at_as_the_readme_says(tmp_path):
+    with ros_domain(tmp_path) as env, launched("system", "--no-control", env=env):
+        wait_until(
+            lambda: (
+                launcher(env, "node", "list").lines
+                == ["/dispatcher", "/monitor", "/robot_1", "/robot_2", "/robot_3"]
+            ),
+            "all nodes are up",
+        )
+        topics = launcher(env, "topic", "list", "-t").lines
+        assert {name.split()[0] for name in topics} >= {
+            "/fleet/report",
+            "/fleet/status",
+            "/fleet/tasks",
+        }
+        info = launcher(env, "topic", "info", "/fleet/status").lines
+        assert info[1] == "Publisher count: 3"
+        rate = launcher(env, "topic", "hz", "/fleet/status", "--for", "4", "--min", "1")
+        assert rate.code == 0
+        tree = launcher(env, "graph", "--mode", "active").out
+        assert "/fleet/tasks" in tree
+
+
+@contextlib.contextmanager
+def launched(*words: str, env: Mapping[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """A system that runs; Ctrl-C in the end."""
+    program = subprocess.Popen(
+        [sys.executable, "-m", "launcher", *words],
+        env=dict(env),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        yield program
+    finally:
+        program.send_signal(signal.SIGINT)
+        # a robot of the scenario may have died by then
+        assert program.wait(PATIENCE_S) in (ExitCode.OK, ExitCode.INTERRUPTED)
