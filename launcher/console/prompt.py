@@ -36,7 +36,7 @@ COLOURS = Style.from_dict(
         "bar.running": "ansigreen",
         "bar.waiting": "ansiyellow",
         "bar.trouble": "bold ansired",
-        "bar.quiet": "ansibrightblack",
+        "bar.quiet": "",  # no grey is legible on every background
         "chosen": "reverse",
     }
 )
@@ -147,7 +147,7 @@ def _text(text: Callable[[], AnyFormattedText]) -> Window:
 
 
 def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
-    """The completions in columns, the chosen one marked; with its explanation if there is room."""
+    """The completions in columns, the chosen one marked and explained below."""
     state = buffer.complete_state
     if state is None:
         return []
@@ -165,6 +165,8 @@ def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
             pieces.append(("", "\n"))
         pieces.append(("class:chosen" if index == chosen else "", text))
         pieces.append(("", " " * (cell - get_cwidth(text))))
+    if state.current_completion is not None and state.current_completion.display_meta_text:
+        pieces += [("", "\n"), ("class:bar.quiet", state.current_completion.display_meta_text)]
     return pieces
 
 

@@ -17,6 +17,16 @@ from prompt_toolkit.input.vt100 import raw_mode
 WIDTH, HEIGHT = 80, 24  # where the terminal does not tell
 
 
+def _opened_again(fd: int) -> int:
+    """The same terminal without blocking: O_NONBLOCK on what we inherited would be everybody's."""
+    try:
+        return os.open(
+            f"/proc/self/fd/{fd}", os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
+        )
+    except OSError:  # after `su` it belongs to somebody else
+        return fd
+
+
 class Terminal:
     """Writes to the terminal on standard output; `attrs` is how it was when we came.
 
@@ -26,9 +36,7 @@ class Terminal:
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
-        # Opened again, since O_NONBLOCK on what we inherited would be everybody's.
-        flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
-        self._fd = os.open("/proc/self/fd/1", flags)
+        self._fd = _opened_again(1)
         self.attrs = termios.tcgetattr(0)
         self._waiting = b""
         self.on_slow: Callable[[bool], None] = lambda slow: None
