@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from launcher.errors import LauncherError
+from launcher.smoke import last_look
 from launcher.smoke.actor import Actor
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.facts import READY, Facts, ProcessEvent
@@ -27,8 +27,6 @@ LOOK_S = 0.1
 JUDGE_S = 0.5  # judging all of a long run's messages has its price
 STOP_ROOM_S = 15.0  # the launcher ends by itself this long after we should have ended it
 EMPTY_STOP_S = 5.0  # a launcher that has started nothing has nothing to wait for
-CLOCK_S = 5.0
-DRAW_S = 20.0
 # Without a time of their own, these are decided by the end, whenever that is.
 UNTIL_THE_END = (
     "process",
@@ -43,11 +41,21 @@ UNTIL_THE_END = (
 
 
 class Runner:
-    """Runs a script once. `words` are the target and what else the launcher is to be told."""
+    """Runs a script once. `words` are the target and what else the launcher is to be told.
+
+    `keeps_graph` is whether a picture of the ROS graph is wanted even if nothing of it is expected.
+    """
 
     def __init__(
-        self, script: Script, words: Sequence[str], folder: Path, narrator: Narrator
+        self,
+        script: Script,
+        words: Sequence[str],
+        folder: Path,
+        narrator: Narrator,
+        *,
+        keeps_graph: bool = False,
     ) -> None:
+        self._keeps_graph = keeps_graph
         self._script = script.completed()
         self._words = tuple(words)
         self._folder = folder
@@ -186,30 +194,15 @@ class Runner:
 
     def _draw(self) -> None:
         """The graph as it is before everything goes."""
-        probe = self._system.probe
-        if probe is None:
-            return
-        try:
-            # Everything that came before the answer has been told by then.
-            probe.ask("clock", timeout_s=CLOCK_S)
-        except LauncherError as error:
-            self._blind = f"{error.message}, so that not everything may have been seen"
-            self._narrator.say(self._now_s, self._blind)
-            return
-        try:
-            if any(e.kind == "service" for e in self._script.expectations):
-                found = probe.ask("services")["services"]
-                self._system.recorder.set_services(service["name"] for service in found)
-            drawn = probe.ask(
-                "draw",
-                timeout_s=DRAW_S,
-                json=str((self._folder / "graph.json").absolute()),
-                svg=str((self._folder / "graph.svg").absolute()),
-            )
-            for note in drawn.get("notes", ()):
-                self._narrator.say(self._now_s, f"graph: {note}")
-        except LauncherError as error:
-            self._narrator.say(self._now_s, f"no picture of the graph: {error.message}")
+
+        def say(text: str) -> None:
+            self._narrator.say(self._now_s, text)
+
+        self._blind = last_look.deaf(self._system)
+        if self._blind is not None:
+            say(self._blind)
+        elif self._keeps_graph or self._system.probe is not None:
+            last_look.draw(self._system, say)
 
     def _stop(self) -> None:
         """Whatever happens: the system does not stay. A second Ctrl-C makes haste."""

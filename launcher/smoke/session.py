@@ -84,7 +84,14 @@ class Session:
         # The last resort: whatever hangs in here, the command ends, and the launcher by itself.
         faulthandler.dump_traceback_later(limit_s, exit=True)
         try:
-            result = Runner(self._script, self._options.words, folder, narrator).run()
+            runner = Runner(
+                self._script,
+                self._options.words,
+                folder,
+                narrator,
+                keeps_graph=self._options.artifacts is not None,
+            )
+            result = runner.run()
         finally:
             faulthandler.cancel_dump_traceback_later()
             narrator.close()

@@ -146,3 +146,12 @@ def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
     assert run.returncode == 1
     assert "the ROS probe did not answer" in told
     assert not probe.is_running()
+
+
+def test_the_graph_is_drawn_even_if_nothing_of_it_is_expected(tmp_path: Path):
+    bench = Bench(tmp_path)
+    bench.launch_file = REPOSITORY / "launch" / "system.launch.py"
+    done = bench.smoke("--no-file", "--for=4", "--expect-log=monitor: Fleet report")
+    assert done.returncode == 0, done.stdout
+    assert '"/monitor"' in (bench.evidence / "graph.json").read_text("utf-8")
+    assert "/fleet/status" in (bench.evidence / "graph.svg").read_text("utf-8")
