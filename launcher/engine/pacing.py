@@ -67,7 +67,8 @@ class Pacer:
                 return
             process = self._waiting.popleft()
             now = self._reactor.now()
-            self._starting[process] = _Look(now)
+            if self._most is not None:
+                self._starting[process] = _Look(now)
             self._next_s = now + self._stagger_s
             self._start(process)  # which takes a moment, and may bring about further starts
             self._next_s = self._reactor.now() + self._stagger_s
