@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
-import time
-
 from group_gp1 import qos, topics
 from group_gp1.messages import RobotStatus, Status
+from launcher.pytest_plugin import Launch
 
 SILENT = "robot_1 has not reported in 5.0 s"
 BACK = "robot_1 is reporting again after"
 
 
-def test_a_killed_robot_is_missed_after_five_seconds_and_welcomed_back(domain):
-    monitor = domain.start("monitor", robot_ids="[robot_1]")
-    robot = domain.start("robot_1")
-    domain.wait_for_line(monitor, "robot_1 is reporting")
-    domain.listen_for(1.0)  # so that the robot is surely heard while it lives
-    domain.shared_memory()
-    robot.kill()
-    killed_s = time.monotonic()
-    domain.wait_for_line(monitor, SILENT)
-    warned_s = monitor.matching(SILENT)[0].read_s
+def test_a_killed_robot_is_missed_after_five_seconds_and_welcomed_back(launched_system: Launch):
+    fleet = launched_system("system", probe=False)
+    fleet.wait_for_log("monitor", "Fleet report -- robot_1: [1-9]")  # surely heard while it lives
+    fleet.kill("robot_1")
+    killed_s = fleet.facts.now_s
+    warned = fleet.wait_for_log("monitor", SILENT)
 
-    domain.start("robot_1")
-    domain.wait_for_line(monitor, BACK)
-    domain.listen_for(6.0)  # longer than a silence that would be warned about
+    fleet.start("robot_1")
+    back = fleet.wait_for_log("monitor", BACK)
+    longer_s = back.at_s + 6.0  # than a silence that would be warned about
+    fleet.wait_until(lambda: fleet.facts.now_s > longer_s, "time goes on")
 
     # its last status may be up to one period, 1 s, older than its death
-    assert 4.0 - 0.1 <= warned_s - killed_s <= 8.0
-    assert "[WARN]" in monitor.matching(SILENT)[0].text
-    assert [line.text for line in monitor.matching("has not reported")] == [
-        line.text for line in monitor.matching(SILENT)[:1]
-    ]
+    assert 4.0 - 0.1 <= warned.at_s - killed_s <= 8.0
+    assert warned.level == "WARN"
+    missed = [line for line in fleet.logs("monitor") if "robot_1 has not reported" in line]
+    assert missed == [warned.plain]
 
 
 def test_a_robot_that_never_reported_is_missed_five_seconds_after_the_start(domain):
