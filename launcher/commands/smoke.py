@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.commands import words as command_line
+from launcher.commands.run_options import HELP as RUN_HELP
 from launcher.commands.run_options import take_run_options
 from launcher.engine.screen import wants_colour
 from launcher.errors import ExitCode, UsageError
@@ -167,10 +168,13 @@ def main(words: Sequence[str]) -> int:
 def _refuse_mistyped(rest: Sequence[str]) -> None:
     """A near miss of one of our options would be told as an option of the launcher."""
     known = [*_VALUED, *_PLAIN, *flags.VALUED, *flags.PLAIN]
+    theirs = {word for option in (*_LAUNCHER_PLAIN, *_LAUNCHER_VALUED) for word in option}
     for word in rest:
         name = word.partition("=")[0]
-        if name.startswith(("--expect", "--forbid", "--max-")):
-            raise UsageError(f"unknown option '{name}'", hint=near(name, known))
+        hint = near(name, known) or ""
+        is_theirs = name in theirs or name in RUN_HELP
+        if name.startswith("--") and hint.startswith("did") and not is_theirs:
+            raise UsageError(f"unknown option '{name}'", hint=hint)
 
 
 def _print_schema() -> int:

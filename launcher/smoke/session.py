@@ -96,7 +96,11 @@ class Session:
             faulthandler.cancel_dump_traceback_later()
             narrator.close()
         self._keep(result)
-        screen.show(self._console, result)
+        if result.exit_code == ExitCode.USAGE:
+            # Nothing was there to be judged; what is wrong is what the launcher says.
+            print((folder / "launcher.out").read_text("utf-8", "replace"), end="", file=sys.stderr)
+        else:
+            screen.show(self._console, result)
         return result
 
     def _keep(self, result: Result) -> None:
@@ -110,9 +114,6 @@ class Session:
             found = sorted((folder / "log").glob(f"*-*/{name}"))
             if found:
                 shutil.copyfile(found[-1], folder / name)
-        if result.exit_code == ExitCode.USAGE:
-            with contextlib.suppress(OSError):
-                print((folder / "launcher.out").read_text(encoding="utf-8"), file=sys.stderr)
 
     # ---- over all runs
 
