@@ -6,7 +6,7 @@ import asyncio
 import os
 from collections.abc import Callable
 
-READ_BYTES = 64 * 1024
+READ_BYTES = 256 * 1024
 MOST_BYTES = 512 * 1024  # in one go; more would keep a person's keys waiting
 # Below the lines of each block the footer is drawn again: 60 times a second are enough, and a
 # writer in a hurry (whose blocks are large) does not wait for it.

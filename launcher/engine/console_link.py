@@ -22,7 +22,7 @@ from launcher.engine.reactor import Reactor
 from launcher.engine.screen import Screen
 
 READY, GO, BYE = b"R", b"G", b"B"
-PIPE_BYTES = 64 * 1024  # what a stopped console holds back
+PIPE_BYTES = 256 * 1024  # fewer turns of both than with the usual 64 KiB
 GOODBYE_S = 2.0  # a console that does not end with the run is killed after this
 # Cursor visible, lines wrap, no bracketed paste, no colour; and whatever was below is erased.
 RESET = b"\x1b[?25h\x1b[?7h\x1b[?2004l\x1b[0m\r\x1b[J"
