@@ -24,6 +24,7 @@ from group_gp1.settings import SettingError
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NAP_S = 0.05  # how late a sleeper may notice the stop
+_LOOK_S = 0.5  # how late a node that waits for messages may notice it at worst
 
 # What rclpy raises where it is used after its context went down.
 _AFTER_SHUTDOWN = (rclpy_implementation.RCLError, InvalidHandle, NotInitializedException)
@@ -97,7 +98,9 @@ def _spin(
         executor = make_executor()
         executor.add_node(node)
         install_signal_handlers(SignalHandlerOptions.ALL)
-        if not stop.asked:  # it may have come before those handlers
-            executor.spin()
+        # A stop may have come before those handlers. Seen once in some forty runs: one that comes
+        # between two waits wakes nobody up, and a node without timers goes on waiting.
+        while rclpy.ok() and not stop.asked:
+            executor.spin_once(timeout_sec=_LOOK_S)
     finally:
         node.destroy_node()
