@@ -144,10 +144,11 @@ class Relay:
 
     def _show_what_waits(self, process: Process) -> None:
         process.idle_timer = None
-        for fd, stream in process.streams.items():
+        for fd, stream in list(process.streams.items()):
             if not stream.waits:
                 continue
-            if not self._is_silent(stream):
+            # We may have been held up ourselves: whoever has something to read is not silent.
+            if not self._is_silent(stream) or self._read(process, fd):
                 if process.idle_timer is None:
                     self._expect_end(process)
                 continue
