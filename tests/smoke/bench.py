@@ -40,6 +40,7 @@ class Bench:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.evidence = folder / "evidence"
+        self.keeps_evidence = True
         self.launch_file = folder / "tested.launch.py"
         self.environment = {**os.environ, "ROS_LOG_DIR": str(folder / "elsewhere")}
         self.environment.pop("FORCE_COLOR", None)
@@ -54,8 +55,9 @@ class Bench:
         path.write_text(textwrap.dedent(text), encoding="utf-8")
 
     def command(self, *words: str) -> list[str]:
-        options = [f"--artifacts={self.evidence}", *words]
-        return [sys.executable, "-m", "launcher", "smoke", str(self.launch_file), *options]
+        artifacts = [f"--artifacts={self.evidence}"] if self.keeps_evidence else []
+        words = (str(self.launch_file), *artifacts, *words)
+        return [sys.executable, "-m", "launcher", "smoke", *words]
 
     def smoke(self, *words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(

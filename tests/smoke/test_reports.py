@@ -73,12 +73,16 @@ def test_the_evidence_is_complete(bench: Bench):
     assert "\x1b" not in told
 
 
-def test_evidence_that_nobody_asked_for_goes_if_all_is_well(bench: Bench, tmp_path: Path):
+def test_evidence_that_nobody_asked_for_is_kept_of_a_bad_run_alone(bench: Bench, tmp_path: Path):
     bench.environment["TMPDIR"] = str(tmp_path)
     bench.write(PATIENT)
-    bench.evidence = Path("")
+    bench.keeps_evidence = False
     good = bench.smoke("--for=1")
     assert (good.returncode, list(tmp_path.glob("smoke-*"))) == (0, [])
+    bad = bench.smoke("--for=1", "--expect-log=never")
+    (kept,) = tmp_path.glob("smoke-*")
+    assert bad.returncode == 3 and f"the evidence is in {kept}" in bad.stdout
+    assert (kept / "report.json").exists()
 
 
 def test_repeats_tell_what_is_flaky(bench: Bench):
@@ -100,11 +104,12 @@ def test_repeats_tell_what_is_flaky(bench: Bench):
 def test_a_baseline_is_written_once_and_held_afterwards(bench: Bench):
     bench.write(PATIENT)
     path = bench.folder / "baseline.json"
-    first = bench.smoke("--for=2.2", f"--baseline={path}")
+    # What a process computes is known from its third second on.
+    first = bench.smoke("--for=5", f"--baseline={path}")
     assert first.returncode == 0 and "smoke: wrote" in first.stdout
     document = json.loads(path.read_text("utf-8"))
     assert {"start_up", "cpu patient", "memory patient"} <= document["measures"].keys()
-    second = bench.smoke("--for=2.2", f"--baseline={path}")
+    second = bench.smoke("--for=5", f"--baseline={path}")
     assert second.returncode == 0, second.stdout
 
     document["measures"]["memory patient"]["value"] = -100
