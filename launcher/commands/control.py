@@ -11,7 +11,7 @@ from typing import Any
 
 from launcher.control import verbs
 from launcher.control.client import Connection
-from launcher.control.runs import find_run, live_runs
+from launcher.control.runs import AnyRun, SilentRun, all_runs, find_run
 from launcher.control.verbs import Call, Verb
 from launcher.errors import ExitCode, UsageError
 from launcher.model.record import Record
@@ -46,7 +46,8 @@ def main(words: Sequence[str]) -> int:
     if verb is None:
         return _runs(settings, rest)
     call = verbs.parse(verb, rest)
-    with find_run(settings.run, _complain).connect() as connection:
+    looks = name in verbs.LOOKING
+    with find_run(settings.run, _complain, looks=looks).connect() as connection:
         try:
             return _SHOWS.get(name, _tell)(connection, call, settings)
         except KeyboardInterrupt:
@@ -111,7 +112,7 @@ def _print_json(document: Mapping[str, Any]) -> None:
 def _runs(settings: Settings, words: Sequence[str]) -> int:
     if words:
         raise UsageError(f"runs takes no '{words[0]}'", hint=f"usage: {RUNS_USAGE}")
-    found = [_as_document(run) for run in live_runs(_complain)]
+    found = [_as_document(run) for run in all_runs(_complain)]
     if settings.as_json:
         _print_json({"runs": found})
     elif found:
@@ -121,18 +122,22 @@ def _runs(settings: Settings, words: Sequence[str]) -> int:
     return ExitCode.OK
 
 
-def _as_document(run: Any) -> dict[str, Any]:
+def _as_document(run: AnyRun) -> dict[str, Any]:
+    known = {"id": run.run_id, "pid": run.pid, "socket": str(run.path), "problem": None}
+    if isinstance(run, SilentRun):
+        return {**dict.fromkeys(_ABOUT), **known, "problem": run.problem}
     return {
-        "id": run.run_id,
-        "pid": run.pid,
+        **known,
         "target": run.target,
         "arguments": list(run.arguments),
         "started": run.started,
         "log_dir": run.log_dir,
         "domain_id": run.domain_id,
         "processes": list(run.processes),
-        "socket": str(run.path),
     }
+
+
+_ABOUT = ("target", "arguments", "started", "log_dir", "domain_id", "processes")
 
 
 def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
@@ -143,6 +148,9 @@ def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
     for title in ("run", "target", "arguments", "since", "processes", "domain"):
         table.add_column(title, overflow="fold")
     for run in runs:
+        if run["problem"] is not None:
+            table.add_row(Text(run["id"]), Text(run["problem"]))
+            continue
         since = time.strftime("%H:%M:%S", time.localtime(run["started"]))
         words = (run["id"], run["target"], " ".join(run["arguments"]), since)
         domain = "-" if run["domain_id"] is None else str(run["domain_id"])

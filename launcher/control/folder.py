@@ -29,6 +29,14 @@ def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
     return [*found, root / f"{NAME}-{uid}"]
 
 
+def preferred(env: Mapping[str, str], uid: int) -> Path:
+    """The folder in which a run of this shell would be: nothing is steered elsewhere unasked."""
+    found = candidates(env, uid)
+    longest = f".{2**22}-{'0' * 12}{SUFFIX}"
+    fitting = (one for one in found if len(os.fsencode(one / longest)) <= PATH_LIMIT)
+    return next(fitting, found[-1])
+
+
 def _is_ours(path: Path, uid: int) -> bool:
     try:
         return path.stat().st_uid == uid and os.access(path, os.W_OK | os.X_OK)

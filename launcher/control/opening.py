@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 from launcher.control.folder import ControlError
 from launcher.control.server import Server, socket_path
 from launcher.control.service import Identity, Service
@@ -16,8 +18,15 @@ def open_control(desk: Desk, identity: Identity) -> Server | None:
 
     service = Service(desk, identity)
     try:
-        path = socket_path(identity.run_id)
-        return Server(desk.reactor, path, hello=service.hello, serve=service.serve, warn=warn)
+        place = functools.partial(socket_path, identity.run_id)
+        return Server(
+            desk.reactor,
+            place(),
+            hello=service.hello,
+            serve=service.serve,
+            warn=warn,
+            place=place,
+        )
     except ControlError as error:
         warn(f"this run cannot be steered from elsewhere: {error.message}")
         return None

@@ -11,6 +11,7 @@ from typing import Any
 
 from launcher.control import protocol
 from launcher.control.protocol import REQUEST_LIMIT, Request, RequestError
+from launcher.control.turns import Turns
 from launcher.control.verbs import BadCallError
 from launcher.engine.reactor import Reactor
 
@@ -24,6 +25,7 @@ class Exchange:
 
     def __init__(self, peer: Peer, request_id: Any) -> None:
         self._peer = peer
+        self.turns = peer.turns
         self.id = request_id
         self.is_open = True
         self.is_stream = False
@@ -98,6 +100,7 @@ class Peer:
         serve: Callable[[Request, Exchange], None],
         on_close: Callable[[Peer], None],
     ) -> None:
+        self.turns = Turns(reactor)
         self._reactor = reactor
         self._connection = connection
         self._fd = connection.fileno()

@@ -22,6 +22,7 @@ from launcher.engine.reactor import Reactor, Timer
 BACKLOG = 128
 MOST_PEERS = 512
 RESERVE = 32  # file descriptors that clients leave free, more than processes and log files do
+LOOK_S = 2.0  # between two looks whether the socket is still where clients look for it
 REST_S = 0.5  # before the next look, when there are no descriptors left for clients
 LAST_WORDS_S = 0.2  # how long each client is waited for at the end
 _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid
@@ -30,7 +31,8 @@ _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid
 class Server:
     """Owns the socket file. `hello()` is the first line for each client, `serve` answers.
 
-    Clients of the user `owner` and of root are let in.
+    Clients of the user `owner` and of root are let in. `place()` is where the socket may be made
+    again if it is removed (somebody tidies up); ControlError.
     """
 
     def __init__(
@@ -42,6 +44,7 @@ class Server:
         serve: Callable[[Request, Exchange], None],
         warn: Callable[[str], None],
         owner: int | None = None,
+        place: Callable[[], Path] | None = None,
     ) -> None:
         self._reactor = reactor
         self._path = path
@@ -52,13 +55,38 @@ class Server:
         self._peers: list[Peer] = []
         self._rest: Timer | None = None
         self._has_warned = False
+        self._has_been_removed = False
         self._socket = listening(path)
         reactor.add_reader(self._socket.fileno(), self._accept)
+        self._place = place
+        self._look = None if place is None else reactor.call_later(LOOK_S, self._look_for_it)
 
     @property
     def path(self) -> Path:
         """The socket's file."""
         return self._path
+
+    def _look_for_it(self) -> None:
+        self._look = self._reactor.call_later(LOOK_S, self._look_for_it)
+        if self._place is None or os.path.lexists(self._path):
+            return
+        try:
+            path = self._place()
+            anew = listening(path)
+        except ControlError as error:
+            self._say_it_was_removed(f"and cannot be made again: {error.message}")
+            return
+        self._say_it_was_removed("and is made again")
+        self._reactor.remove(self._socket.fileno())
+        self._socket.close()
+        self._socket, self._path = anew, path
+        if self._rest is None:
+            self._reactor.add_reader(anew.fileno(), self._accept)
+
+    def _say_it_was_removed(self, what: str) -> None:
+        if not self._has_been_removed:
+            self._has_been_removed = True
+            self._warn(f"{self._path}, by which this run is steered, was removed {what}")
 
     def _accept(self) -> None:
         try:
@@ -108,6 +136,8 @@ class Server:
 
     def close(self) -> None:
         """Answer what is open, close everything and remove the socket."""
+        if self._look is not None:
+            self._look.cancel()
         if self._rest is not None:
             self._rest.cancel()
         self._reactor.remove(self._socket.fileno())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -14,6 +15,7 @@ from launcher.control.peer import Exchange
 from launcher.control.protocol import VERSION, Request
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.desk import Desk
+from launcher.engine.machine import ProcessState
 from launcher.engine.operator import Done, Outcome
 from launcher.engine.pattern import Pattern
 from launcher.engine.process import Process
@@ -66,10 +68,17 @@ class Service:
 
     def serve(self, request: Request, exchange: Exchange) -> None:
         """Answer a request."""
-        try:
+
+        def answer() -> None:
             call = verbs.check(request.verb, request.names, request.options)
             handler: Callable[[Call, Exchange], None] = getattr(self, f"_do_{call.verb.name}")
             handler(call, exchange)
+
+        self._safely(request.verb, exchange, answer)
+
+    def _safely(self, verb: str, exchange: Exchange, do: Callable[[], None]) -> None:
+        try:
+            do()
         except BadCallError as problem:
             exchange.fail(problem)
         except Exception:
@@ -77,7 +86,7 @@ class Service:
             import traceback
 
             self._desk.chronicle.say("ERROR", "launch", traceback.format_exc().rstrip())
-            exchange.fail(BadCallError("internal", f"'{request.verb}' failed; the log has more"))
+            exchange.fail(BadCallError("internal", f"'{verb}' failed; the log has more"))
 
     # ---- who is meant
 
@@ -159,17 +168,27 @@ class Service:
     # ---- steering
 
     def _each(self, call: Call, exchange: Exchange, do: Callable[[Process, Done], None]) -> None:
-        """Do it to each, and answer when it has happened to all."""
+        """Do it to each, and answer when it has happened to all.
+
+        Each has it done when what the same client wanted before has happened to it. Only a signal
+        does not wait for a stop: it is how one helps where that takes too long.
+        """
         chosen = self._chosen(call)
+        is_signal = "signal" in call.options
         outcomes: dict[str, Outcome] = {}
 
         def done(outcome: Outcome) -> None:
             outcomes[outcome.process] = outcome
             if len(outcomes) == len(chosen):
                 _answer(exchange, [outcomes[process.name] for process in chosen])
+            exchange.turns.over(outcome.process)
+
+        def begin(process: Process) -> None:
+            self._safely(call.verb.name, exchange, lambda: do(process, done))
 
         for process in chosen:
-            do(process, done)
+            helps = is_signal and process.machine.state is ProcessState.STOPPING
+            exchange.turns.take(process.name, functools.partial(begin, process), helps=helps)
 
     def _do_stop(self, call: Call, exchange: Exchange) -> None:
         self._each(call, exchange, self._desk.operator.stop)

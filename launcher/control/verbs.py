@@ -119,6 +119,9 @@ VERBS = (
 )
 
 
+LOOKING = frozenset({"ps", "top", "logs", "info", "events"})  # they change nothing
+
+
 class Call(Record):
     """A verb with what it is asked about: the body of a request."""
 

@@ -91,11 +91,14 @@ class Operator:
             if process.machine.is_stuck:
                 done(_failed(process, STUCK))
                 return True
-            if process.machine.state.is_alive:
+            if process.machine.state.is_alive and process.last_end is life:
                 return False
             text = self._how_it_stopped(process, began_s)
             if process.last_end is life:
                 text = "was stopped before it had started"
+            if process.machine.state.is_alive:
+                done(_done(process, f"{text}, and somebody has started it again"))
+                return True
             done(_done(process, f"{text}{_restart_is_off(process)}"))
             return True
 

@@ -9,6 +9,7 @@ import socket
 import stat
 import subprocess
 import sys
+import tempfile
 import threading
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from launcher.engine.reactor import Reactor
 from tests.process.conftest import SteeringBench
 from tests.support.raw_client import Raw, error_of
 from tests.support.steered import PATIENCE_S, Steered
+from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
 CAT = 'sh("exec cat", name="cat")'
@@ -261,5 +263,43 @@ def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
     run.process.send_signal(signal.SIGSTOP)
     with pytest.raises(ControlError, match="does not answer"):
         connect(path, patience_s=0.2)
+    for words in (("ps",), ("quit",), ("ps", "--run", str(run.process.pid))):
+        done = run.shell(*words)
+        assert done.returncode == 1
+        assert f"(pid {run.process.pid}) is there but does not answer (it is st" in done.stderr
+        assert f"kill -CONT {run.process.pid}" in done.stderr
+    assert "does not answer (it is stopped: state T)" in run.shell("runs").stdout
+    (listed,) = json.loads(run.shell("runs", "--json").stdout)["runs"]
+    assert listed["id"] == path.stem and "state T" in listed["problem"]
     run.process.send_signal(signal.SIGCONT)
     assert run.row("cat")["state"] == "RUNNING"
+
+
+def test_what_changes_something_finds_no_run_in_another_folder_by_itself(run: Steered):
+    assert run.socket
+    with tempfile.TemporaryDirectory(prefix="session-") as session:
+        # For this shell, the run is in the folder that is looked at second.
+        near = run.socket.parent
+        beside = Path(run.env["TMPDIR"]) / f"ros-launcher-{os.getuid()}"
+        near.rename(beside)
+        run.env["XDG_RUNTIME_DIR"] = session
+        looked = launcher(run.env, "ps", "--json")
+        assert json.loads(looked.out)["processes"][0]["name"] == "cat-1"
+        refused = launcher(run.env, "quit")
+        assert refused.code == 1 and "--run" in refused.err
+        assert f"no run of yours is going on in {session}" in refused.err
+        assert launcher(run.env, "quit", "--run", str(run.process.pid)).code == 0
+        assert run.exit_code() == 0
+
+
+def test_a_socket_that_was_removed_is_made_again_and_that_is_said_once(run: Steered):
+    for _ in range(2):
+        path = run.socket
+        path.unlink()
+        path.parent.rmdir()
+        wait_until(path.exists, "the socket made again")
+        assert run.row("cat")["state"] == "RUNNING"
+    assert run.screen.count("was removed and is made again") == 1
+    run.tell("quit")
+    assert run.exit_code() == 0
+    assert not path.exists()

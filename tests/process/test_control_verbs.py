@@ -11,7 +11,7 @@ import pytest
 
 from launcher.control.client import RefusedError
 from tests.process.conftest import SteeringBench
-from tests.support.steered import Steered, state_of
+from tests.support.steered import PATIENCE_S, Steered, state_of
 from tests.support.waiting import wait_until
 
 CAT = 'sh("exec cat", name="cat")'
@@ -388,3 +388,45 @@ def test_ctrl_c_still_ends_a_run_that_waits_for_a_person(steering: SteeringBench
         run.tell("stop", "sleeper")
         run.process.send_signal(signal.SIGINT)
         assert run.exit_code() == 0
+
+
+def answers_in_order(run: Steered, *requests: tuple) -> list[str]:
+    """Type everything ahead over one connection; the answers by request."""
+    with run.connect() as connection:
+        ids = [connection.send(verb, ["cat"], **options) for verb, options in requests]
+        answers = {}
+        while len(answers) < len(ids):
+            answer = connection.read(PATIENCE_S)
+            answers[answer["id"]] = answer
+    assert list(answers) == ids
+    texts = [answers[one].get("text") or [answers[one]["error"]["message"]] for one in ids]
+    return [" ".join(text) for text in texts]
+
+
+def test_what_is_typed_ahead_for_a_process_happens_in_that_order(run: Steered):
+    ahead = ["pause", "resume", "restart", "stop", "start", "stop", "restart"]
+    texts = answers_in_order(run, *((verb, {}) for verb in ahead), ("send", {"text": "here"}))
+    marks = ["paused", "goes on", "instead of", "stopped", "started with", "stopped", "started"]
+    for mark, text in zip(marks, texts[:-1], strict=True):
+        assert mark in text, texts
+    assert run.row("cat")["state"] == "RUNNING"
+    run.wait_for_log("cat", "here")
+
+
+def test_a_signal_typed_ahead_is_over_before_the_next_start(run: Steered):
+    pid = pid_of(run, "cat")
+    killed, started = answers_in_order(run, ("kill", {"signal": "KILL"}), ("start", {}))
+    assert "ended in" in killed and "started with pid" in started
+    assert pid_of(run, "cat") != pid
+
+
+def test_a_signal_helps_a_stop_that_takes_too_long(steering: SteeringBench):
+    deaf = """sh("trap '' INT TERM; echo ready; while :; do sleep 0.1; done", name="cat",
+                 sigterm_timeout="1000")"""
+    with steering.steer(deaf) as run, run.connect() as connection:
+        run.wait_for("ready")
+        connection.send("stop", ["cat"])
+        connection.send("kill", ["cat"], signal="KILL")
+        answers = [connection.read(PATIENCE_S) for _ in range(2)]
+        assert all(answer["ok"] for answer in answers), answers
+        assert run.row("cat")["state"] == "STOPPED"
