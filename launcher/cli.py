@@ -115,6 +115,8 @@ def _dispatch(words: list[str]) -> int:
     if words[0] == "--version":
         print(importlib.import_module("launcher").__version__)
         return ExitCode.OK
+    if words[0].partition("=")[0] == "--run":
+        raise UsageError("--run goes behind the verb", hint="as in python -m launcher ps --run ID")
     if words[0] in CONTROL_VERBS:
         steered: int = importlib.import_module(CONTROL_MODULE).main(words)
         return steered
@@ -138,7 +140,9 @@ def _suggest_verb(word: str, error: LauncherError) -> None:
     """Add to what is wrong with a target that it looks like a misspelt verb."""
     import difflib
 
-    near = difflib.get_close_matches(word, [*(v.name for v in VERBS), *CONTROL_VERBS], n=1)
+    near = difflib.get_close_matches(
+        word, [*(v.name for v in VERBS), *CONTROL_VERBS], n=1, cutoff=0.7
+    )
     if near and f"'{word}'" in error.message:
         meant = f"did you mean python -m launcher {near[0]}?"
         error.hint = f"{meant} ({error.hint})" if error.hint else meant

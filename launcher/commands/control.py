@@ -60,15 +60,15 @@ def usage(name: str, verb: Verb | None) -> str:
     """What `--help` prints."""
     if verb is None:
         return f"usage: python -m launcher {RUNS_USAGE}\n\nList the runs that are going on."
-    lines = [f"usage: python -m launcher {verb.usage} [--run ID] [--json]", ""]
-    lines += [f"{verb.help[0].upper()}{verb.help[1:]}."]
+    head, about, *options = verbs.manual(verb)
+    lines = [
+        f"{head.replace('usage: ', 'usage: python -m launcher ')} [--run ID] [--json]",
+        "",
+        about,
+    ]
     if verb.names != "none":
         lines += ["", NAMES]
-    lines += ["", "options:"]
-    for option in verb.options:
-        if option.flags:
-            words = ", ".join(option.flags) + (f" {option.metavar}" if option.metavar else "")
-            lines.append(f"  {words:<20} {option.help}")
+    lines += ["", "options:", *options]
     return "\n".join([*lines, COMMON])
 
 

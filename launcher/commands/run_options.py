@@ -89,8 +89,9 @@ HELP = """\
   --required NAME      the run ends with this process
   --exit-when-any-dies the run ends with the first death that is not followed by a restart
   --timeout S          the run ends after S seconds
-  --budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop
-                       a limit on what a process may use
+  --budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop-run
+                       a limit on what a process may use, looked at once a second; stop-run
+                       (or stop) ends the whole run
   --budgets FILE       the same from YAML: NAME: {memory: 200M, for: 10}; there also restart,
                        stop, nice, cpus and limit, as in their options
   --ros                a node /launcher: /diagnostics, and services that start, stop and restart

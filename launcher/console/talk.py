@@ -46,7 +46,7 @@ def follows(call: Call) -> bool:
 
 def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
     """Ask, wait, and put into words; errors, too."""
-    if call.verb.name == "help":
+    if call.verb.name == "help" and "topic" not in call.options:
         return tables.render(_help(), columns, colour=colour)
     try:
         with run.connect() as connection:

@@ -29,7 +29,7 @@ def row(desk: Desk, process: Process) -> dict[str, Any]:
         "restarts": process.machine.restarts,
         "uptime_s": uptime_s,
         "cpu_percent": None if sample is None else sample.cpu_percent,
-        "memory_bytes": None if sample is None else (sample.uss_bytes or sample.rss_bytes),
+        "memory_bytes": None if sample is None else sample.uss_bytes,
         "rss_bytes": None if sample is None else sample.rss_bytes,
         "threads": None if sample is None else sample.threads,
         "fds": None if sample is None else sample.fds,

@@ -21,7 +21,7 @@ from launcher.engine.pattern import Pattern
 from launcher.engine.process import Process
 from launcher.engine.runfolder import planned
 from launcher.engine.view import level_named
-from launcher.engine.views import Shown
+from launcher.engine.views import NOT_MUTED, Shown
 from launcher.model.record import Record
 
 LAST_LINES = 100
@@ -135,6 +135,12 @@ class Service:
         exchange.reply({"processes": [planned(spec, environment) for spec in specs]}, text)
 
     def _do_help(self, call: Call, exchange: Exchange) -> None:
+        topic = call.options.get("topic")
+        if topic is not None:
+            verb = verbs.known(topic)
+            entry = {"name": verb.name, "usage": verb.usage, "help": verb.help}
+            exchange.reply({"verbs": [entry]}, verbs.manual(verb))
+            return
         table = [{"name": v.name, "usage": v.usage, "help": v.help} for v in verbs.VERBS]
         width = max(len(verb.usage) for verb in verbs.VERBS)
         text = [f"{verb.usage:<{width}}  {verb.help}" for verb in verbs.VERBS]
@@ -236,8 +242,12 @@ class Service:
         _show(call, exchange, self._desk.views.solo(self._chosen(call)))
 
     def _do_level(self, call: Call, exchange: Exchange) -> None:
+        word = call.options.get("level")
+        if word is None:
+            _show(call, exchange, self._desk.views.levels(self._chosen(call)))
+            return
         try:
-            level = level_named(call.options["level"])
+            level = level_named(word)
         except ValueError as error:
             hint = "there are DEBUG, INFO, WARN, ERROR, FATAL, and ALL"
             raise BadCallError("bad-option", str(error), hint) from None
@@ -273,9 +283,11 @@ def _shown_text(call: Call, shown: Sequence[Shown]) -> list[str]:
     if call.names or len(shown) < 2:
         return [one.text for one in shown]
     sentences = {one.text.partition(" ")[2] for one in shown}
+    if sentences == {NOT_MUTED}:
+        return ["no process was muted"]
     if len(sentences) == 1:
         return [f"every process {sentences.pop()}"]
-    return [one.text for one in shown if not one.text.endswith("was not muted")]
+    return [one.text for one in shown if not one.text.endswith(NOT_MUTED)]
 
 
 def _with_name(item: Mapping[str, Any]) -> str:

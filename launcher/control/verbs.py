@@ -60,6 +60,7 @@ NEW = Option("history", "flag", "only what comes from now on", ("--new",), value
 LEVEL = Option("level", "text", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
 PATTERN = Option("pattern", "text", "a regular expression")
 TEXT = Option("text", "text", "a line for its standard input")
+TOPIC = Option("topic", "text", "the verb that is meant")
 
 VERBS = (
     Verb("ps", "ps [NAME ...]", "list processes with state, restarts, CPU and memory", "any"),
@@ -81,11 +82,12 @@ VERBS = (
     Verb("solo", "solo NAME ...", "show these processes alone", "some"),
     Verb(
         "level",
-        "level LEVEL [NAME ...]",
-        "show only lines of this level and above; ALL shows all",
+        "level [LEVEL [NAME ...]]",
+        "show only lines of this level and above; ALL shows all; alone: what is shown",
         "any",
         (LEVEL,),
         argument="level",
+        argument_optional=True,
     ),
     Verb(
         "grep",
@@ -115,10 +117,20 @@ VERBS = (
     ),
     Verb("plan", "plan", "the processes that the launch file asked for", shell=False),
     Verb("quit", "quit", "stop everything and end the run"),
-    Verb("help", "help", "this table", shell=False),
+    Verb(
+        "help",
+        "help [VERB]",
+        "this table, or how one verb is used",
+        options=(TOPIC,),
+        argument="topic",
+        argument_optional=True,
+        shell=False,
+    ),
 )
 
 
+ALIASES = {"exit": "quit"}  # what people type into any prompt
+HELP_FLAGS = ("-h", "--help")
 LOOKING = frozenset({"ps", "top", "logs", "info", "events"})  # they change nothing
 
 
@@ -142,7 +154,27 @@ class BadCallError(Exception):
 
 def find(name: str) -> Verb | None:
     """The verb with this name."""
+    name = ALIASES.get(name, name)
     return next((verb for verb in VERBS if verb.name == name), None)
+
+
+def known(name: str) -> Verb:
+    """The verb with this name; BadCallError."""
+    verb = find(name)
+    if verb is None:
+        names = ", ".join(one.name for one in VERBS)
+        raise BadCallError("unknown-verb", f"there is no verb '{name}'", f"there are {names}")
+    return verb
+
+
+def manual(verb: Verb) -> list[str]:
+    """How a verb is used: what `VERB --help` says of it alone, line by line."""
+    lines = [f"usage: {verb.usage}", f"{verb.help[0].upper()}{verb.help[1:]}."]
+    for option in verb.options:
+        if option.flags:
+            words = ", ".join(option.flags) + (f" {option.metavar}" if option.metavar else "")
+            lines.append(f"  {words:<20} {option.help}")
+    return lines
 
 
 # ---- from a program
@@ -150,10 +182,7 @@ def find(name: str) -> Verb | None:
 
 def check(name: str, names: Sequence[str], options: Mapping[str, Any]) -> Call:
     """The call that a request asks for; BadCallError."""
-    verb = find(name)
-    if verb is None:
-        known = ", ".join(verb.name for verb in VERBS)
-        raise BadCallError("unknown-verb", f"there is no verb '{name}'", f"there are {known}")
+    verb = known(name)
     _check_names(verb, names)
     checked = {}
     for key, value in options.items():
@@ -166,8 +195,15 @@ def check(name: str, names: Sequence[str], options: Mapping[str, Any]) -> Call:
             checked[key] = _checked(verb, option, value)
     for needed in (verb.text, None if verb.argument_optional else verb.argument):
         if needed is not None and needed not in checked:
-            raise BadCallError("bad-option", f"{name} needs '{needed}'", f"usage: {verb.usage}")
+            raise BadCallError(
+                "bad-option", f"{name} needs {_named(verb, needed)}", f"usage: {verb.usage}"
+            )
     return Call(verb, tuple(names), checked)
+
+
+def _named(verb: Verb, name: str) -> str:
+    option = verb.option(name)
+    return name if option is None else f"{name.upper()}: {option.help}"
 
 
 def _check_names(verb: Verb, names: Sequence[str]) -> None:
@@ -208,8 +244,10 @@ _MEANT = {
 
 
 def signal_number(word: str) -> int:
-    """15 for `SIGTERM`, `TERM`, `term` and `15`; BadCallError."""
+    """15 for `SIGTERM`, `TERM`, `term` and `15`, 0 for `0`; BadCallError."""
     name = word.upper()
+    if word == "0":
+        return 0  # as with kill: whether it is there
     if word.isdecimal() and len(word) < 4 and int(word) in signal.valid_signals():
         return int(word)
     for spelling in (name, f"SIG{name}"):
@@ -232,6 +270,8 @@ def parse(verb: Verb, words: Iterable[str]) -> Call:
         if word == "--" or (plain and verb.text is not None):
             plain += queue if word == "--" else [word, *queue]
             break
+        if word in HELP_FLAGS:
+            return check("help", (), {TOPIC.name: verb.name})
         if word.startswith("-") and len(word) > 1:
             _take(verb, word, queue, options)
         else:

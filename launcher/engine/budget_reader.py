@@ -22,7 +22,8 @@ The file may also say how a process is restarted, stopped and limited, in the wo
       limit: nofile=256,core=0
 
 cpu is percent of one core; memory is bytes, K, M and G are powers of 1024; threads and fds are
-counts; for is seconds; action is warn, restart (the process) or stop (the run).
+counts; for is seconds, rounded up to whole ones because it is looked once a second; action is warn,
+restart (the process) or stop-run (`stop` means that, too).
 """
 
 from __future__ import annotations
@@ -235,6 +236,8 @@ def _seconds(text: str) -> float:
 
 
 def _action(text: str) -> BudgetAction:
+    if text == "stop":
+        return BudgetAction.STOP_RUN
     try:
         return BudgetAction(text)
     except ValueError:

@@ -23,7 +23,7 @@ class BudgetAction(enum.Enum):
 
     WARN = "warn"
     RESTART = "restart"  # the process
-    STOP = "stop"  # the whole run
+    STOP_RUN = "stop-run"
 
 
 class Budget(Record):

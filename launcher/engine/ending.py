@@ -112,9 +112,11 @@ class Ending:
         self._reactor.call_later(0, self.finish_if_done)
 
     def _say_who_lives(self) -> None:
-        alive = [p.name for p in self._processes() if p.machine.state.is_alive]
+        alive = [p for p in self._processes() if p.machine.state.is_alive]
         if alive:
-            self._say("INFO", f"still waiting for {', '.join(alive)}")
+            now = self._reactor.now()
+            waits = [f"{p.name}{_what_comes_next(p.machine, now)}" for p in alive]
+            self._say("INFO", f"still waiting for {', '.join(waits)}")
             self._reactor.call_later(WAITING_NOTE_S, self._say_who_lives)
 
     def finish_if_done(self) -> None:
@@ -164,6 +166,13 @@ class Ending:
 
     def _say(self, level: str, text: str) -> None:
         self._chronicle.say(level, "launch", text)
+
+
+def _what_comes_next(machine: ProcessMachine, now: float) -> str:
+    if machine.next_signal is None:
+        return ""
+    signum, at_s = machine.next_signal
+    return f" ({signum.name} in {max(0.0, at_s - now):.1f} s)"
 
 
 def _is_pending(machine: ProcessMachine, *, stopping: bool) -> bool:

@@ -110,8 +110,11 @@ class Keeper:
                     self._before_kill()
                 self.signal(process, signum)
             case Escalate(to=to):
-                self.has_killed = self.has_killed or to == signal.SIGKILL
-                self._chronicle.tell(process, report.escalated(process.name, action))
+                by_hand = process.held  # a person asked for it: the run has not failed
+                self.has_killed |= to == signal.SIGKILL and not by_hand
+                self._chronicle.tell(
+                    process, report.escalated(process.name, action, by_hand=by_hand)
+                )
             case Stuck():
                 self._stuck(process, action)
             case Ended():
@@ -256,10 +259,11 @@ class Keeper:
     def _ended(self, process: Process, end: Ended) -> None:
         pid = -1 if process.child is None else process.child.pid
         process.last_end, process.ended_wall_s = end, time.time()
+        by_hand = process.held
         process.held = process.held or end.sent
         returncode = end.outcome.returncode
         if returncode is not None:
-            self._chronicle.tell(process, report.ended(process.spec, pid, end))
+            self._chronicle.tell(process, report.ended(process.spec, pid, end, by_hand=by_hand))
             self._chronicle.note(
                 "ended",
                 process,

@@ -216,6 +216,14 @@ class ProcessMachine:
         return self.stop.steps[self._step][0]
 
     @property
+    def next_signal(self) -> tuple[signal.Signals, float] | None:
+        """What a stop that goes on sends next, and at which time; None where that is unknown."""
+        is_last = self._step + 1 == len(self.stop.steps)
+        if self.state is not ProcessState.STOPPING or is_last or self.deadline is None:
+            return None
+        return self.stop.steps[self._step + 1][0], self.deadline
+
+    @property
     def may_restart(self) -> bool:
         """Whether an end that comes now may be followed by a restart."""
         is_running = self.state is ProcessState.RUNNING

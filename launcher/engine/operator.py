@@ -189,6 +189,9 @@ class Operator:
         if child is None:
             done(_failed(process, f"does not run ({process.machine.state.value})"))
             return
+        if signum == 0:
+            done(_done(process, f"is there (pid {child.pid})"))
+            return
         name = signal_name(signum)
         self._note("kill", process, signal=name)
         began_s = self._reactor.now()

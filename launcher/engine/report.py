@@ -31,10 +31,10 @@ def signalled(name: str, signum: int) -> Line:
     return Line("INFO", f"sending signal '{signal_name(signum)}' to process[{name}]")
 
 
-def escalated(name: str, step: Escalate) -> Line:
-    """It did not go."""
+def escalated(name: str, step: Escalate, *, by_hand: bool = False) -> Line:
+    """It did not go, with the run or (`by_hand`) when a person asked for it alone."""
     return Line(
-        "ERROR",
+        "WARNING" if by_hand else "ERROR",
         f"process[{name}] failed to terminate '{step.waited_s:.3g}' seconds after receiving "
         f"'{step.after.name}', escalating to '{step.to.name}'",
     )
@@ -45,13 +45,15 @@ def stuck(name: str, pid: int, waited_s: float, how: str) -> Line:
     return Line("ERROR", f"process[{name}] [{pid}] is there {waited_s:.3g} s after SIGKILL: {how}")
 
 
-def ended(spec: ProcessSpec, pid: int, end: Ended) -> Line:
-    """It is gone: cleanly, because we asked, or dead."""
+def ended(spec: ProcessSpec, pid: int, end: Ended, *, by_hand: bool = False) -> Line:
+    """It is gone: cleanly, because we (or `by_hand` a person) asked, or dead."""
     code = end.outcome.returncode
     if code == 0:
         return Line("INFO", f"process has finished cleanly [pid {pid}]")
     detail = "" if code is None or code >= 0 else f" ({end.outcome})"
     is_wanted = end.sent or code != -9 or spec.stop.steps[0][0] == signal.SIGKILL
+    if end.asked and by_hand and not is_wanted:
+        return Line("WARNING", f"process was stopped [pid {pid}, {end.outcome}]")
     if end.asked and is_wanted:
         return Line("INFO", f"process was stopped [pid {pid}, {end.outcome}]")
     return Line(

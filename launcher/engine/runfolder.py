@@ -139,7 +139,9 @@ class RunFolder:
 
     def _give_up(self, error: OSError) -> None:
         self._broken = True
-        self._on_trouble(f"no log files from here on: {error.strerror}: {error.filename or 'disk'}")
+        self._on_trouble(
+            f"no log files from here on: {error.strerror}: {error.filename or self.path}"
+        )
 
 
 def planned(spec: ProcessSpec, environment: Mapping[str, str]) -> dict[str, object]:

@@ -345,7 +345,7 @@ class Supervisor:
         self._chronicle.note("over budget", process, action=verdict.action.value)
         if verdict.action is BudgetAction.RESTART:
             self._keeper.advance(process, Restart())
-        elif verdict.action is BudgetAction.STOP:
+        elif verdict.action is BudgetAction.STOP_RUN:
             self._ending.first_death = self._ending.first_death or str(verdict)
             self._ending.stop_soon(f"{process.name} is over its budget")
 

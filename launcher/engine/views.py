@@ -9,6 +9,8 @@ from launcher.engine.process import Process
 from launcher.engine.view import LEVELS, View
 from launcher.model.record import Record
 
+NOT_MUTED = "was not muted"
+
 
 class Shown(Record):
     """What is shown of a process now, as a sentence; `hidden_lines` were not since it changed."""
@@ -53,7 +55,7 @@ class Views:
 
     def _unmute(self, process: Process) -> Shown:
         if process.view is None or not process.view.is_silent:
-            return Shown(process.name, f"{process.name} was not muted")
+            return Shown(process.name, f"{process.name} {NOT_MUTED}")
         view = process.view
         view.muted = view.outside = False
         hidden, view.hidden_lines = view.hidden_lines, 0
@@ -79,8 +81,16 @@ class Views:
         for process in processes:
             self._view(process).level = level
             _drop_if_open(process)
-        what = f"{LEVELS[level]} and above" if level else "all levels"
-        return _told(processes, what)
+        return _told(processes, _levels(level))
+
+    def levels(self, processes: Sequence[Process]) -> list[Shown]:
+        """What is shown of them now."""
+        levels = [0 if p.view is None else p.view.level for p in processes]
+        return [
+            shown
+            for process, level in zip(processes, levels, strict=True)
+            for shown in _told([process], _levels(level))
+        ]
 
     def grep(self, pattern: Pattern | None, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines in which this is found; None shows all."""
@@ -89,7 +99,7 @@ class Views:
         for process in processes:
             self._view(process).pattern = pattern
             _drop_if_open(process)
-        what = "every line" if pattern is None else f"lines with {pattern.text!r} alone"
+        what = "every line" if pattern is None else f"only those lines that have {pattern.text!r}"
         return _told(processes, what)
 
     def _view(self, process: Process) -> View:
@@ -104,6 +114,10 @@ class Views:
         for view in (self._common, *(p.view for p in self._everyone() if p.view is not None)):
             if view.pattern is pattern:
                 view.pattern = None
+
+
+def _levels(level: int) -> str:
+    return f"{LEVELS[level]} and above" if level else "all levels"
 
 
 def _told(processes: Sequence[Process], what: str) -> list[Shown]:

@@ -23,6 +23,8 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     if len(words) == 2:
         return _in_package(words[0], words[1], env)
     (target,) = words
+    if not target:
+        raise UsageError("the name of the launch file is empty", hint="is a variable not set?")
     path = Path(target)
     if _is_file(path):
         return path.absolute()

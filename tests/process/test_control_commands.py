@@ -150,3 +150,18 @@ def test_every_command_has_help(steering: SteeringBench, verb: str):
         timeout=PATIENCE_S,
     )
     assert done.stdout.startswith(f"usage: python -m launcher {verb}")
+
+
+def test_a_verb_is_explained_and_fingers_are_understood(steering: SteeringBench):
+    with steering.steer(CAT) as run:
+        assert run.shell("kill", "--help").stdout.startswith("usage: python -m launcher kill NAME")
+        early = run.shell("--run", run.socket.stem, "ps")
+        assert early.returncode == 2 and "--run goes behind the verb" in early.stderr
+        silent = run.shell("send", "cat")
+        assert "send needs TEXT: a line for its standard input" in silent.stderr
+        assert "did you mean" not in run.shell("bogus").stderr
+        assert "did you mean python -m launcher start?" in run.shell("strat").stderr
+        assert "the name of the launch file is empty" in run.shell("").stderr
+        for words in (("-9", "cat"), ("-KILL", "cat")):
+            assert run.shell("kill", *words).stdout.startswith("cat-1 ended in ")
+            run.shell("start", "cat")

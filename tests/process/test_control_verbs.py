@@ -336,7 +336,7 @@ def test_info_tells_command_environment_and_policy(steering: SteeringBench):
 
 def test_resources_are_told_when_they_are_known(steering: SteeringBench):
     with steering.steer(SLEEPER) as run:
-        wait_until(lambda: run.row("sleeper")["rss_bytes"], "a first sample")
+        wait_until(lambda: run.row("sleeper")["memory_bytes"], "its memory")
         row = run.row("sleeper")
         assert row["threads"] == 1
         assert row["memory_bytes"] <= row["rss_bytes"]
@@ -430,3 +430,47 @@ def test_a_signal_helps_a_stop_that_takes_too_long(steering: SteeringBench):
         answers = [connection.read(PATIENCE_S) for _ in range(2)]
         assert all(answer["ok"] for answer in answers), answers
         assert run.row("cat")["state"] == "STOPPED"
+
+
+def test_a_signal_zero_only_asks_whether_it_is_there(run: Steered):
+    pid = pid_of(run, "cat")
+    assert run.tell("kill", "cat", signal="0") == f"cat-1 is there (pid {pid})"
+    assert pid_of(run, "cat") == pid
+    run.tell("stop", "cat")
+    with pytest.raises(RefusedError, match="does not run"):
+        run.tell("kill", "cat", signal="0")
+
+
+def test_one_verb_is_explained(run: Steered):
+    assert run.tell("help", topic="kill").startswith("usage: kill NAME ... [-s SIGNAL]")
+    assert run.tell("help", topic="exit").startswith("usage: quit")
+    with pytest.raises(RefusedError, match="there is no verb 'kil'"):
+        run.tell("help", topic="kil")
+
+
+def test_level_alone_tells_what_is_shown(run: Steered):
+    assert run.tell("level") == "cat-1 is shown with all levels"
+    run.tell("level", level="WARN")
+    assert run.tell("level") == "cat-1 is shown with WARN and above"
+    assert (
+        run.tell("grep", pattern="task") == "cat-1 is shown with only those lines that have 'task'"
+    )
+
+
+def test_nobody_was_muted_is_said_once(steering: SteeringBench):
+    with steering.steer(f"{CAT}, {SLEEPER}") as run:
+        assert run.tell("unmute") == "no process was muted"
+
+
+def test_a_stop_that_a_person_asked_for_is_no_failure_even_if_it_takes_a_sigkill(
+    steering: SteeringBench,
+):
+    deaf = """sh("trap '' INT TERM; echo ready; while :; do sleep 0.1; done", name="deaf",
+                 sigterm_timeout="0.2", sigkill_timeout="0.2")"""
+    with steering.steer(deaf) as run:
+        run.wait_for("ready")
+        assert "SIGKILL" in run.tell("stop", "deaf")
+        run.tell("quit")
+        assert run.exit_code() == 0
+        assert "[ERROR]" not in run.screen
+        assert "[WARNING] [deaf-1]: process was stopped [pid " in run.screen

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.engine.resources import USS_PER_ROUND, Sample, Sampler
+from launcher.engine.resources import NEW_USS_PER_ROUND, Sample, Sampler
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
@@ -30,6 +30,14 @@ files = [open(os.devnull) for _ in range(40)]
 for _ in range(6):
     threading.Thread(target=threading.Event().wait, daemon=True).start()
 {IDLE}
+"""
+LATE_CHILD = f"""
+import signal, subprocess, sys, threading
+command = [sys.executable, "-S", "-c", {IDLE!r}]
+signal.signal(signal.SIGUSR1, lambda *_: subprocess.Popen(command))
+threading.Thread(target=threading.Event().wait, daemon=True).start()
+while True:
+    signal.pause()
 """
 
 
@@ -67,12 +75,13 @@ def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
     sample = sample_until(Sampler(), start(HUNGRY).pid, lambda s: s.threads == 7 and s.fds >= 43)
     assert sample.processes == 1
     assert 50 * MB < sample.rss_bytes < 120 * MB
-    assert sample.uss_bytes is not None
+    assert sample.uss_bytes is None  # not before it has had time to load what it needs
 
 
 def test_the_uss_is_read_again_when_it_is_due(start: Starter):
     sampler, child = Sampler(), start(HUNGRY)
     sample_until(sampler, child.pid, lambda s: s.threads == 7)
+    assert sampler.sample([child.pid], time.monotonic() + 2)[child.pid].uss_bytes is not None
     later = sampler.sample([child.pid], time.monotonic() + 60)[child.pid]
     assert later.uss_bytes is not None and 50 * MB < later.uss_bytes <= later.rss_bytes
 
@@ -105,13 +114,25 @@ def test_a_tree_lives_as_long_as_its_root(start: Starter):
 
 
 def test_the_uss_of_many_is_read_a_few_at_a_time(start: Starter):
-    pids = [start(IDLE).pid for _ in range(USS_PER_ROUND + 1)]
+    pids = [start(IDLE).pid for _ in range(NEW_USS_PER_ROUND + 1)]
     sampler = Sampler()
     known = [
         sum(sample.uss_bytes is not None for sample in sampler.sample(pids, now).values())
-        for now in (1.0, 2.0)
+        for now in (0.0, 0.5, 1.0, 2.0)
     ]
-    assert known == [USS_PER_ROUND, USS_PER_ROUND + 1]
+    assert known == [0, 0, NEW_USS_PER_ROUND, NEW_USS_PER_ROUND + 1]
+
+
+def test_who_comes_later_does_not_hide_what_is_known_of_the_others(start: Starter):
+    sampler, child = Sampler(), start(LATE_CHILD)
+    sample_until(sampler, child.pid, lambda s: s.threads == 2)
+    alone = sampler.sample([child.pid], time.monotonic() + 2)[child.pid]
+    assert alone.uss_bytes is not None
+    os.kill(child.pid, signal.SIGUSR1)
+    with_child = sample_until(sampler, child.pid, lambda s: s.processes == 2)
+    assert with_child.uss_bytes == alone.uss_bytes  # not walked yet, and nothing is hidden
+    later = sampler.sample([child.pid], time.monotonic() + 60)[child.pid]
+    assert later.uss_bytes is not None and later.uss_bytes > alone.uss_bytes
 
 
 def test_importing_the_sampler_does_not_import_psutil():

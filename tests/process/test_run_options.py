@@ -78,7 +78,7 @@ def test_the_run_ends_with_a_process_over_its_budget_and_has_failed(bench: Bench
     done = bench.run(
         'py("x = bytearray(150_000_000); import time; time.sleep(60)"), sh("exec sleep 1000")',
         "--budget",
-        "python:memory=100M,for=0,action=stop",
+        "python:memory=100M,for=0,action=stop-run",
     )
     assert done.returncode == 1
     assert b"python-1 is over its budget: shutting down" in done.stdout

@@ -65,7 +65,7 @@ def test_a_stop_says_for_whom_it_waits(bench: Bench):
     terminal = bench.terminal(f'sh("{STUBBORN}", sigterm_timeout="1.5", sigkill_timeout="0.1")')
     terminal.wait_for("ready")
     terminal.ctrl_c()
-    terminal.wait_for("still waiting for sh-1")
+    terminal.wait_for("still waiting for sh-1 (SIGTERM in 0.")
     assert terminal.exit_code() == 130
 
 

@@ -53,7 +53,7 @@ def test_each_budget_and_each_limit_is_judged_by_itself():
     judge = Judge(
         [
             Budget(pattern="a", fds=8, threads=2, for_s=0.0),
-            Budget(pattern="*", fds=5, for_s=0.0, action=BudgetAction.STOP),
+            Budget(pattern="*", fds=5, for_s=0.0, action=BudgetAction.STOP_RUN),
             Budget(pattern="b", fds=1, for_s=0.0),
         ]
     )
@@ -61,7 +61,7 @@ def test_each_budget_and_each_limit_is_judged_by_itself():
     assert [(v.resource, v.limit, v.action.value) for v in told] == [
         ("threads", 2, "warn"),
         ("fds", 8, "warn"),
-        ("fds", 5, "stop"),
+        ("fds", 5, "stop-run"),
     ]
 
 
@@ -118,7 +118,7 @@ def test_a_word_says_everything():
         threads=40,
         fds=100,
         for_s=2.5,
-        action=BudgetAction.STOP,
+        action=BudgetAction.STOP_RUN,
     )
 
 

@@ -97,6 +97,13 @@ def test_a_near_miss_is_offered_by_the_name_of_the_process():
         ("send a  -n two  words", ["a"], {"text": "-n two words"}),
         ("events -f --new", [], {"follow": True, "history": False}),
         ("top -p 0.5", [], {"period_s": 0.5}),
+        ("level", [], {}),
+        ("kill -9 a", ["a"], {"signal": 9}),
+        ("kill a -KILL", ["a"], {"signal": 9}),
+        ("kill a -s 0", ["a"], {"signal": 0}),
+        ("kill --help", [], {"topic": "kill"}),
+        ("help exit", [], {"topic": "exit"}),
+        ("exit", [], {}),
     ],
 )
 def test_words_become_a_call(line: str, names: list[str], options: dict[str, object]):
@@ -119,7 +126,6 @@ def test_words_become_a_call(line: str, names: list[str], options: dict[str, obj
         "logs -n many",
         "logs -n -1",
         "logs --follow=yes",
-        "level",
         "send a",
         "send",
         "quit now",

@@ -91,4 +91,4 @@ def test_a_full_disk_is_said_once(tmp_path: Path):
     for _ in range(3):
         folder.log("INFO", "launch", "hello")
     folder.close()
-    assert said == ["no log files from here on: No space left on device: disk"]
+    assert said == [f"no log files from here on: No space left on device: {folder.path}"]
