@@ -311,7 +311,7 @@ def _supervise(
             company.append(attendants)
             attendants.open(request, run_id=run_id, started=started)
 
-        reactor.call_later(ATTEND_AFTER_S, attend)
+        supervisor.on_begun = lambda: reactor.call_later(ATTEND_AFTER_S, attend)
         try:
             return supervisor.run()
         finally:

@@ -125,10 +125,8 @@ def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:
     }
 
 
-def judge_for(options: RunOptions) -> Judge | None:
+def judge_for(options: RunOptions) -> Judge:
     """The judge over the budgets of this run; UsageError where one cannot be read."""
-    if not options.budgets and options.budget_file is None:
-        return None
     from launcher.engine import budget_reader
     from launcher.engine.budgets import Judge
 

@@ -74,11 +74,10 @@ class Keeper:
         self._before_kill = before_kill
         self._on_left = on_left
         self._oom: OomWatch | None = None
-        reactor.call_later(0, self._watch_memory)
         self._pacer: Pacer | None = None
         self.has_killed = False
 
-    def _watch_memory(self) -> None:
+    def watch_memory(self) -> None:
         """Look at the kernel's counter, before anything that runs can be killed for it."""
         from launcher.engine.oom import OomWatch
 

@@ -4,39 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from launcher.engine.lines import LineBuffer
 from launcher.engine.machine import ProcessMachine
 from launcher.engine.reactor import Timer
 from launcher.engine.ring import LogRing
 from launcher.engine.spawn import Child
-from launcher.engine.tracebacks import TracebackGate
 from launcher.model.record import replace
 from launcher.model.spec import ProcessSpec, Sink
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.machine import Ended
+    from launcher.engine.stream import Stream
     from launcher.engine.view import View
 
 LAST_BYTES = 4096  # of each of its last lines, in the report on its death
-
-
-class Stream:
-    """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`."""
-
-    __slots__ = ("buffer", "gate", "heard_s", "name", "shown")
-
-    def __init__(self, name: str, *, shown: bool) -> None:
-        self.name = name
-        self.shown = shown
-        self.heard_s = 0.0  # when it last wrote, on the monotonic clock
-        self.buffer = LineBuffer()
-        self.gate = TracebackGate()
-
-    @property
-    def waits(self) -> bool:
-        """Whether something that is to be shown waits for its end."""
-        return self.shown and (bool(self.buffer.partial) or self.gate.holds)
 
 
 class Process:

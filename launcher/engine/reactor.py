@@ -7,7 +7,6 @@ asyncio would do the same; importing it takes longer than starting the first pro
 from __future__ import annotations
 
 import contextlib
-import heapq
 import itertools
 import os
 import select
@@ -80,7 +79,9 @@ class Reactor:
     def call_later(self, delay_s: float, callback: Callback) -> Timer:
         """Call back once, `delay_s` seconds from now, or as soon as possible if that is past."""
         timer = Timer(self.now() + delay_s, callback)
-        heapq.heappush(self._timers, (timer.when, next(self._order), timer))
+        from heapq import heappush  # a library of its own to load; the first process need not wait
+
+        heappush(self._timers, (timer.when, next(self._order), timer))
         return timer
 
     def on_signals(self, signums: Iterable[int], callback: Callable[[int], None]) -> None:
@@ -125,7 +126,7 @@ class Reactor:
 
     def _patience_s(self) -> float | None:
         while self._timers and self._timers[0][2].callback is None:
-            heapq.heappop(self._timers)
+            self._take_first()
         if not self._timers:
             return None
         return max(0.0, self._timers[0][0] - self.now())
@@ -133,9 +134,14 @@ class Reactor:
     def _fire_timers(self) -> None:
         now = self.now()
         while self._timers and self._timers[0][0] <= now:
-            callback = heapq.heappop(self._timers)[2].callback
+            callback = self._take_first().callback
             if callback is not None:
                 callback()
+
+    def _take_first(self) -> Timer:
+        from heapq import heappop
+
+        return heappop(self._timers)[2]
 
     def close(self) -> None:
         """Put the signal handlers back and close what is ours."""

@@ -6,10 +6,14 @@ import functools
 from collections.abc import Callable, Iterable
 
 from launcher.engine.machine import ProcessState
-from launcher.engine.process import Process, Stream
+from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
 from launcher.engine.runfolder import RunFolder
 from launcher.engine.screen import Screen
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.stream import Stream
 
 PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
 # While others write much, a silent process may simply not have had its turn on the processor.
@@ -45,6 +49,8 @@ class Relay:
 
     def attach(self, process: Process) -> None:
         """Begin to read a child that has just been started."""
+        from launcher.engine.stream import Stream  # the child runs already, we only listen later
+
         assert process.child is not None
         for fd, name in process.child.streams.items():
             process.streams[fd] = Stream(name, shown=process.shows(name))

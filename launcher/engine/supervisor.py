@@ -6,11 +6,10 @@ import functools
 import gc
 import signal
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from launcher.engine import report
-from launcher.engine.caretaker import Caretaker, judge_for
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.ending import Ending
 from launcher.engine.execution import keep_to_ourselves
@@ -46,7 +45,8 @@ from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.engine.budgets import Verdict
+    from launcher.engine.budgets import Judge, Verdict
+    from launcher.engine.caretaker import Caretaker
     from launcher.engine.core import Core
     from launcher.engine.desk import Desk
     from launcher.engine.ros_agent import RosAgent
@@ -61,6 +61,7 @@ class Supervisor:
     """One run, from the first process to the last. `run()` returns the exit code.
 
     `env` is what the plan is compared with; the files of the run go to `run_path`, if there is one.
+    `on_begun()` is called when the static part of the launch file has been carried out.
     """
 
     def __init__(
@@ -87,6 +88,7 @@ class Supervisor:
         self._busy = False
         self._agent: RosAgent | None = None
         self._desk: Desk | None = None
+        self.on_begun: Callable[[], object] = lambda: None
         trouble = functools.partial(screen.log, "WARNING", "launch")
         self._folder = RunFolder(run_path, trouble)
         self._chronicle = Chronicle(reactor, screen, self._folder)
@@ -113,15 +115,7 @@ class Supervisor:
         )
         if options.stagger_s > 0 or options.max_starting is not None:
             self._keeper.pace(stagger_s=options.stagger_s, most=options.max_starting)
-        self._caretaker = Caretaker(
-            reactor,
-            self._chronicle,
-            run_id=run_id,
-            processes=self._processes.values,
-            heard_s=lambda: self._relay.heard_s,
-            judge=judge_for(options),
-            act=self._over_budget,
-        )
+        self._judge = self._budget_judge()
         self._ending = Ending(
             reactor,
             self._chronicle,
@@ -137,6 +131,29 @@ class Supervisor:
         screen.on_pressure = lambda pressed: self._relay.pause(pressed, self._processes.values())
         # Not at once: it may be found out in the middle of reporting on a process.
         screen.on_closed = lambda: self._ending.stop_soon("nobody reads our output any more")
+
+    def _budget_judge(self) -> Judge | None:
+        """At once, since a budget that cannot be read ends a run before it begins; UsageError."""
+        if not self._options.has_budgets:
+            return None
+        from launcher.engine.caretaker import judge_for
+
+        return judge_for(self._options)
+
+    @functools.cached_property
+    def _caretaker(self) -> Caretaker:
+        """Made when the first processes have been started, which need not wait for it."""
+        from launcher.engine.caretaker import Caretaker
+
+        return Caretaker(
+            self._reactor,
+            self._chronicle,
+            run_id=self._run_id,
+            processes=self._processes.values,
+            heard_s=lambda: self._relay.heard_s,
+            judge=self._judge,
+            act=self._over_budget,
+        )
 
     @property
     def desk(self) -> Desk:
@@ -182,10 +199,12 @@ class Supervisor:
         self._carry_out(self._core.start())
         self._busy = False
         self._pump()
+        self._reactor.call_later(0, self._keeper.watch_memory)
         self._reactor.call_later(0, _settle)
         self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
         self._reactor.call_later(0, self._folder.prune)
         self._caretaker.start()
+        self.on_begun()
 
     def _clean_up(self) -> None:
         for process in self._processes.values():

@@ -39,6 +39,11 @@ class RunOptions(Record):
     budgets: tuple[str, ...] = ()
     budget_file: str | None = None
 
+    @property
+    def has_budgets(self) -> bool:
+        """Whether any process may use only so much."""
+        return bool(self.budgets) or self.budget_file is not None
+
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
         """The spec as these options want it."""
         for pattern, policy in self.restart:
