@@ -156,6 +156,8 @@ def launch(request: Request, options: RunOptions, patience: Patience) -> int:
         try:
             core = _SoundCore(interpreter, description, request, patience)
             core.evaluate()
+            if options.required:
+                core.refuse_missing(options)
             code = _supervise(core, options, run_path, request)
         finally:
             interpreter.close()
@@ -228,6 +230,28 @@ class _SoundCore:
                 self._effects = self._interpreter.start()
         except LaunchFileError as fault:
             raise self._explained(fault) from fault
+
+    def refuse_missing(self, options: RunOptions) -> None:
+        """UsageError if a required process is not started, and nothing could start it later."""
+        from launcher.engine.unmatched import nearest
+        from launcher.language.actions.process import TargetedHandler
+        from launcher.language.handlers import OnIncludeLaunchDescription, OnShutdown
+        from launcher.model.events import LogMessage, StartProcess
+        from launcher.model.options import matches
+
+        harmless = (OnIncludeLaunchDescription, OnShutdown, TargetedHandler)
+        if not all(isinstance(effect, (StartProcess, LogMessage)) for effect in self._effects):
+            return  # a timer, a component
+        if any(type(one) not in harmless for one in self._interpreter.context._event_handlers):
+            return
+        specs = [one.spec for one in self._effects if isinstance(one, StartProcess)]
+        for pattern in options.required:
+            if not any(matches(pattern, spec) for spec in specs):
+                names = ", ".join(spec.name for spec in specs) or "none"
+                raise UsageError(
+                    f"--required '{pattern}' fits no process{nearest(pattern, specs)}",
+                    hint=f"processes there are: {names}",
+                )
 
     def start(self) -> Sequence[Effect]:
         """The effects of the launch file's static part."""

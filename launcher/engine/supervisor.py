@@ -230,6 +230,12 @@ class Supervisor:
 
     def _write_plan(self) -> None:
         self._folder.write_plan(self._core.plan)
+        if self._options.name_processes:
+            from launcher.engine.unmatched import warn_of_unmatched
+
+            specs = [process.spec for process in self._processes.values()]
+            is_over = self._ending.has_begun
+            warn_of_unmatched(self._options, specs, self._chronicle, is_over=is_over)
 
     # ---- the interpreter
 

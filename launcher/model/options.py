@@ -44,6 +44,11 @@ class RunOptions(Record):
         """Whether any process may use only so much."""
         return bool(self.budgets) or self.budget_file is not None
 
+    @property
+    def name_processes(self) -> bool:
+        """Whether anything in here is about single processes."""
+        return bool(self.restart or self.stop or self.limits or self.required or self.budgets)
+
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
         """The spec as these options want it."""
         for pattern, policy in self.restart:

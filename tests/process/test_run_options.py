@@ -107,3 +107,30 @@ def test_a_budget_from_a_file_warns_once_and_lets_the_process_run(bench: Bench):
     assert done.stdout.count(b"[WARNING] [python-1]: python-1 uses 20") == 1
     assert f"[python-1] {os.nice(0) + 3}\n".encode() in done.stdout
     assert done.returncode == 0
+
+
+def test_a_name_that_fits_nobody_is_said_at_the_start_and_at_the_end(bench: Bench):
+    words = ("--restart", "slept=always", "--budget", "nosuch:memory=1M", "--nice", "sl*=1")
+    done = bench.run('sh("sleep 0.5", name="sleep")', *words)
+    text = done.stderr.decode() + done.stdout.decode()
+    assert done.returncode == 0
+    for when in ("so far", "of the whole run"):
+        meant = "(did you mean 'sleep'?)"
+        assert f"--restart 'slept' fits no process {when} {meant}" in text
+        assert f"--budget 'nosuch' fits no process {when}" in text
+    assert "--nice" not in text
+
+
+def test_a_required_process_that_nothing_could_start_is_an_error_at_once(bench: Bench):
+    done = bench.run('sh("echo started", name="dispatcher")', "--required", "dispacher")
+    assert done.returncode == 2
+    assert b"--required 'dispacher' fits no process (did you mean 'dispatcher'?)" in done.stderr
+    assert b"started" not in done.stdout
+
+
+def test_a_required_process_may_be_started_later(bench: Bench):
+    later = 'TimerAction(period=0.3, actions=[sh("exit 0", name="late")]), sh("exec sleep 1000")'
+    done = bench.run(later, "--required", "late")
+    assert done.returncode == 0
+    assert b"late-2 is required and has ended: shutting down" in done.stdout
+    assert b"of the whole run" not in done.stdout

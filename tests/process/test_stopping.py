@@ -171,3 +171,25 @@ def test_a_watchdog_that_somebody_stops_does_not_hold_up_the_end(bench: Bench):
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
     assert not watchdog.is_running()
+
+
+def test_a_reader_that_goes_away_does_not_hide_who_had_died_before(bench: Bench):
+    talk = "while :; do echo talk; sleep 0.05; done"
+    command = bench.start(f'sh("exit 3", name="dead"), sh("{talk}", name="talk")')
+    assert command.stdout is not None
+    for line in command.stdout:
+        if b"process has died" in line:
+            break
+    command.stdout.close()
+    assert command.wait(30) == 1
+    assert bench.survivors() == []
+
+
+def test_a_reader_that_goes_away_ends_the_run_in_order(bench: Bench):
+    command = bench.start('sh("while :; do echo talk; sleep 0.05; done", name="talk")')
+    assert command.stdout is not None
+    while b"talk\n" not in command.stdout.readline():
+        pass
+    command.stdout.close()
+    assert command.wait(30) == 0
+    assert bench.survivors() == []

@@ -191,9 +191,9 @@ class ExecuteLocal(Action):
 
     def _own_handlers(self) -> list[Any]:
         handlers: list[Any] = [
-            _TargetedHandler(self, ShutdownProcess, self._on_shutdown_process),
-            _TargetedHandler(self, SignalProcess, self._on_signal_process),
-            _TargetedHandler(self, ProcessStdin, self._on_stdin),
+            TargetedHandler(self, ShutdownProcess, self._on_shutdown_process),
+            TargetedHandler(self, SignalProcess, self._on_signal_process),
+            TargetedHandler(self, ProcessStdin, self._on_stdin),
         ]
         if type(self)._shutdown_process is not ExecuteLocal._shutdown_process:
             handlers.append(OnShutdown(on_shutdown=self._on_shutdown))
@@ -310,7 +310,7 @@ def _as_switch(value: Any) -> Any:
     return normalize_typed_substitution(value, bool)
 
 
-class _TargetedHandler(EventHandler):
+class TargetedHandler(EventHandler):
     """Calls a method of the action for one kind of event."""
 
     def __init__(self, action: ExecuteLocal, kind: type, react: Any) -> None:

@@ -1,0 +1,52 @@
+"""Unmatched: options about processes (`--required NAME`) that no process is meant by."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Sequence
+
+from launcher.engine.chronicle import Chronicle
+from launcher.model.options import RunOptions, matches
+from launcher.model.spec import ProcessSpec
+
+
+def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[str, str]]:
+    """(`--required 'dispacher'` fits no process`, the name that may be meant) for each."""
+    found = {}
+    for option, pattern in _patterns(options):
+        if not any(matches(pattern, spec) for spec in specs):
+            found[f"{option} '{pattern}'"] = nearest(pattern, specs)
+    return [(f"{what} fits no process", meant) for what, meant in found.items()]
+
+
+def warn_of_unmatched(
+    options: RunOptions, specs: Sequence[ProcessSpec], chronicle: Chronicle, *, is_over: bool
+) -> None:
+    """A misspelt name must not look as if it were obeyed; who is meant may come later."""
+    when = "of the whole run" if is_over else "so far"
+    for text, meant in unmatched(options, specs):
+        chronicle.say("WARNING", "launch", f"{text} {when}{meant}")
+
+
+def nearest(pattern: str, specs: Sequence[ProcessSpec]) -> str:
+    """` (did you mean 'dispatcher'?)`; empty where nothing is like it."""
+    names = [name for spec in specs for name in (spec.label, spec.name)]
+    near = difflib.get_close_matches(pattern, names, n=1)
+    return f" (did you mean '{near[0]}'?)" if near else ""
+
+
+def _patterns(options: RunOptions) -> Iterator[tuple[str, str]]:
+    """(option, pattern) of each; what stands in a file is for several systems, and may be idle."""
+    for pattern in options.required:
+        yield "--required", pattern
+    for word in options.budgets:
+        yield "--budget", word.rpartition(":")[0]
+    if options.budget_file is not None:
+        return  # its settings are among the following
+    for pattern, _ in options.restart:
+        yield "--restart", pattern
+    for pattern, _ in options.stop:
+        yield "--stop", pattern
+    for pattern, limits in options.limits:
+        named = "--limit" if limits.rlimits else "--cpus" if limits.cpus else "--nice"
+        yield named, pattern
