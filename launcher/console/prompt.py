@@ -12,7 +12,6 @@ from prompt_toolkit.completion import Completer
 from prompt_toolkit.filters import Condition, has_completions
 from prompt_toolkit.formatted_text import ANSI, AnyFormattedText, StyleAndTextTuples
 from prompt_toolkit.history import History
-from prompt_toolkit.input import create_input
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.keys import Keys
 from prompt_toolkit.layout import ConditionalContainer, HSplit, Layout, Window
@@ -24,6 +23,7 @@ from prompt_toolkit.widgets import SearchToolbar
 
 from launcher.console.bar import Line
 from launcher.console.display import FooterOutput
+from launcher.console.keyboard import Keyboard
 
 SIGN = "> "
 MOST_CANDIDATE_ROWS = 4
@@ -95,7 +95,7 @@ def make_application(
         layout=Layout(_rows(buffer, footer, output)),
         key_bindings=_keys(person, buffer),
         style=COLOURS if colour else PLAIN,
-        input=create_input(),
+        input=Keyboard(),
         output=output,
         erase_when_done=True,
         terminal_size_polling_interval=None,
