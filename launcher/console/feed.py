@@ -6,8 +6,10 @@ import asyncio
 import os
 from collections.abc import Callable
 
-READ_BYTES = 256 * 1024
-MOST_BYTES = 512 * 1024  # in one go; more would keep a person's keys waiting
+# In one go: as much as the terminal takes in about a tenth of a second. What a key does is shown
+# behind it.
+LEAST_BYTES, FIRST_BYTES, MOST_BYTES = 8 * 1024, 64 * 1024, 512 * 1024
+SLOW_S = 0.1
 # Below the lines of each block the footer is drawn again: 60 times a second are enough, and a
 # writer in a hurry (whose blocks are large) does not wait for it.
 FRAME_S = 1 / 60
@@ -39,6 +41,8 @@ class Feed:
         self._partial = b""
         self._waiting: asyncio.TimerHandle | None = None
         self._slow = False
+        self._slow_since_s = 0.0
+        self._most_bytes = FIRST_BYTES
         self._resting = False
         self._ended = False
         os.set_blocking(fd, False)
@@ -47,6 +51,10 @@ class Feed:
     def hold_back(self, slow: bool) -> None:
         """Stop reading while the terminal cannot follow: the pipe fills, the launcher waits."""
         self._slow = slow
+        if slow:
+            self._slow_since_s = self._loop.time()
+        elif self._loop.time() - self._slow_since_s > SLOW_S:
+            self._most_bytes = max(LEAST_BYTES, self._most_bytes // 2)
         self._listen()
 
     def finish(self) -> None:
@@ -66,7 +74,10 @@ class Feed:
 
     def _readable(self) -> None:
         block, self._ended = self._read()
+        was_full = len(block) >= self._most_bytes
         self._take(block)
+        if was_full and not self._slow:
+            self._most_bytes = min(MOST_BYTES, 2 * self._most_bytes)
         if self._ended:
             self._listen()
             self._on_end()
@@ -83,9 +94,9 @@ class Feed:
         """(what is there, whether that was the last of it)."""
         parts: list[bytes] = []
         size = 0
-        while size < MOST_BYTES:
+        while size < self._most_bytes:
             try:
-                part = os.read(self._fd, READ_BYTES)
+                part = os.read(self._fd, self._most_bytes - size)
             except BlockingIOError:
                 break
             if not part:

@@ -13,7 +13,9 @@ from launcher.engine.lines import for_screen, with_prefix
 from launcher.engine.reactor import Reactor
 
 HIGH_WATER = 1024 * 1024  # bytes that wait; above it the children are not read any more
-LOW_WATER = 256 * 1024
+# The same for a terminal: what waits is shown before the answer to a key, and after a `mute`.
+TERMINAL_HIGH_WATER = 128 * 1024
+LOW_PART = 4  # they are read again when this part of it waits
 
 # Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
 _PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 117, 99)
@@ -60,6 +62,7 @@ class Screen:
         self._waiting: deque[bytes] = deque()
         self._waiting_bytes = 0
         self._pressed = False
+        self._high_water = TERMINAL_HIGH_WATER if self.is_tty else HIGH_WATER
         self._partial_of: object = None
         self._terminal = self.fd
         self._next_fd: int | None = None  # where the console wants it
@@ -136,9 +139,8 @@ class Screen:
             return
         self._waiting.append(block)
         self._waiting_bytes += len(block)
-        if not self._pressed and self._waiting_bytes > HIGH_WATER:
-            self._pressed = True
-            self.on_pressure(True)
+        if self._waiting_bytes > self._high_water:
+            self._press()
 
     def _flush(self) -> None:
         while self._waiting:
@@ -151,7 +153,16 @@ class Screen:
         if not self._waiting:
             self._reactor.remove(self.fd)
             self._divert_now()
-        if self._pressed and self._waiting_bytes < LOW_WATER:
+        if self._waiting_bytes < self._high_water // LOW_PART and self._next_fd is None:
+            self._release()
+
+    def _press(self) -> None:
+        if not self._pressed:
+            self._pressed = True
+            self.on_pressure(True)
+
+    def _release(self) -> None:
+        if self._pressed:
             self._pressed = False
             self.on_pressure(False)
 
@@ -175,9 +186,7 @@ class Screen:
         self._waiting.clear()
         self._waiting_bytes = 0
         self._reactor.remove(self.fd)
-        if self._pressed:
-            self._pressed = False
-            self.on_pressure(False)
+        self._release()
         self.on_closed()
 
     # ---- the console
@@ -185,9 +194,12 @@ class Screen:
     def divert(self, fd: int, on_diverted: Callable[[], None]) -> None:
         """Write to `fd`, which never blocks and stays the caller's, once nothing waits any more.
 
-        What was written before goes where it was meant to go, up to the end of a line.
+        What was written before goes where it was meant to go, up to the end of a line. So that
+        this comes to an end on a terminal slower than the children, they wait for it.
         """
         self._next_fd, self._on_diverted = fd, on_diverted
+        if self._waiting:
+            self._press()
         self._divert_now()
 
     def _divert_now(self) -> None:
@@ -202,6 +214,8 @@ class Screen:
         """Write to the terminal again: first `left`, which nobody has read, then what waits."""
         self._next_fd = None
         if self.fd == self._terminal:
+            if not self._waiting:
+                self._release()
             return
         self._reactor.remove(self.fd)
         self.fd = self._terminal
