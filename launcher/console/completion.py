@@ -37,7 +37,8 @@ class WordCompleter(Completer):
             return
         for candidate, meta in self._candidates(before, word):
             if candidate.startswith(word) and candidate not in before[1:]:
-                yield Completion(candidate, -len(word), display_meta=meta)
+                # What follows a word is another one.
+                yield Completion(candidate + " ", -len(word), display=candidate, display_meta=meta)
 
     def _candidates(self, before: Sequence[str], word: str) -> Iterable[tuple[str, str]]:
         if not before:

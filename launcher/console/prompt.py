@@ -192,7 +192,12 @@ def _keys(person: Person, buffer: Buffer) -> KeyBindings:
 
     @keys.add(Keys.BracketedPaste)
     def _(event: KeyPressEvent) -> None:
-        buffer.insert_text(" ".join(event.data.splitlines()))
+        """Several lines are what they would be if they were typed: one verb each."""
+        *whole, rest = event.data.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        for line in whole:
+            buffer.insert_text(_printable(line))
+            buffer.validate_and_handle()
+        buffer.insert_text(_printable(rest))
 
     @keys.add("c-d", filter=Condition(lambda: not buffer.text))
     def _(event: KeyPressEvent) -> None:
@@ -203,3 +208,8 @@ def _keys(person: Person, buffer: Buffer) -> KeyBindings:
         event.app.renderer.clear()
 
     return keys
+
+
+def _printable(text: str) -> str:
+    """Without what would steer the terminal; a tab is a blank."""
+    return "".join(one for one in text.replace("\t", " ") if one.isprintable())

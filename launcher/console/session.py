@@ -8,6 +8,7 @@ import os
 import signal
 import socket
 import threading
+from collections import deque
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -28,6 +29,7 @@ from launcher.control.verbs import Call, find, parse
 from launcher.errors import UsageError
 
 T = TypeVar("T")
+HOLD_S = 0.5  # how long a line waits for the answer to the one before
 LOOK_S = 1.0  # how often the bar is brought up to date
 LAST_WORDS_S = 2.0  # how long a slow terminal is waited for at the end
 FOREGROUND_LOOK_S = 0.2
@@ -73,6 +75,8 @@ class Session:
         self._display = Display(self._terminal, colour=colour)
         self._processes: Sequence[Mapping[str, Any]] = ()
         self._tasks: set[asyncio.Future[Any]] = set()
+        self._lines: deque[str] = deque()
+        self._is_answering = False
         self._watch: Watch | None = None
         self._fault: BaseException | None = None
         self._has_goodbye = False
@@ -214,19 +218,36 @@ class Session:
     # ---- what a person does
 
     def entered(self, line: str) -> None:
-        """Show the line, and do what it says."""
-        if not line.strip():
-            return
-        self._display.say(SIGN + line)
+        """Do what the line says, after those that were entered before it."""
+        if line.strip():
+            self._lines.append(line)
+        if self._lines and not self._is_answering:
+            self._is_answering = True
+            self._do(self._answer_lines())
+
+    async def _answer_lines(self) -> None:
+        """One after the other, each answer below its line; a stop that takes long holds up none."""
+        try:
+            while self._lines:
+                line = self._lines.popleft()
+                self._display.say(SIGN + line)
+                work = asyncio.ensure_future(self._answer(line))
+                self._do(work)
+                await asyncio.wait({work}, timeout=HOLD_S)
+                if self._watch is not None:
+                    await asyncio.wait({work})
+        finally:
+            self._is_answering = False
+
+    async def _answer(self, line: str) -> None:
         try:
             call = talk.read_call(line)
+            await (self._follow(call) if talk.follows(call) else self._ask(call))
         except UsageError as error:
             self._display.say(talk.problem(error, colour=self._display.colour))
-            return
-        if talk.follows(call):
-            self._do(self._follow(call))
-        else:
-            self._do(self._ask(call))
+        except Exception as error:  # whatever became of one line, the console goes on
+            told = UsageError(f"'{line}' failed: {type(error).__name__}: {error}")
+            self._display.say(talk.problem(told, colour=self._display.colour))
 
     async def _ask(self, call: Call) -> None:
         columns = self._terminal.size().columns
@@ -254,6 +275,7 @@ class Session:
 
     def signalled(self, signum: int) -> None:
         """Hand it on: the launcher knows what a second and a third one mean."""
+        self._lines.clear()
         self._display.say("^C" if signum == signal.SIGINT else "^\\")
         with contextlib.suppress(ProcessLookupError):
             os.kill(self._run.pid, signum)

@@ -163,16 +163,77 @@ def test_lines_typed_before_come_back_in_the_next_run(bench: Bench):
     assert again.exit_code() == 0
 
 
-def test_ctrl_r_finds_a_line_and_a_paste_of_several_is_one_line(bench: Bench):
+def test_ctrl_r_finds_a_line(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
-    glass.type("\x1b[200~mute\nrobot_2\x1b[201~")
-    glass.enter("")
+    glass.enter("mute robot_2")
     glass.wait_for("> mute robot_2", "robot_2-2 is muted")
     glass.enter("ps")
     glass.wait_for("> ps")
     glass.type("\x12obo")
     glass.wait_until(lambda: glass.rows[glass.prompt_row] == "> mute robot_2", "the line")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+def test_each_line_of_a_paste_is_a_line_of_its_own(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.type("\x1b[200~mute robot_1\nmute robot_2\r\nsolo mon\x1b[201~")
+    glass.wait_for("> mute robot_1", "robot_1-1 is muted", "> mute robot_2", "robot_2-2 is muted")
+    glass.wait_until(lambda: glass.rows[glass.prompt_row] == "> solo mon", "the rest")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+def test_lines_typed_ahead_are_answered_in_their_order(bench: Bench):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.type("solo monitor\rmute robot_1\rbogus\runmute\rgrep tock robot_2\r")
+    expected = [
+        "> solo monitor",
+        "monitor-3 is shown alone",
+        "> mute robot_1",
+        "robot_1-1 is muted",
+        "> bogus",
+        "there is no verb 'bogus'",
+        "> unmute",
+        "> grep tock robot_2",
+        "robot_2-2 is shown with",
+    ]
+    glass.wait_for(*expected)
+    rows = glass.scrolled
+    places = [next(n for n, row in enumerate(rows) if text in row) for text in expected]
+    assert places == sorted(places), "\n".join(rows)
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+@pytest.mark.parametrize("typed", [b"\xff\r", b"caf\xe9\r", b"\xff\xfe\x00\r", b"\x00\r"], ids=repr)
+def test_bytes_that_are_no_text_leave_the_console_as_it_is(bench: Bench, typed: bytes):
+    glass = bench.glass(TICKS)
+    glass.wait_for_prompt()
+    glass.type_bytes(typed)
+    glass.enter("mute robot_1")
+    glass.wait_for("> mute robot_1", "robot_1-1 is muted")
+    glass.ctrl_c()
+    assert glass.exit_code() == 0
+
+
+FLOOD = """
+        py("while True: print('x' * 100)", name="flood"),
+"""
+
+
+def test_a_flood_on_a_slow_terminal_can_be_muted(bench: Bench):
+    glass = bench.glass(FLOOD)
+    glass.bytes_per_s, glass.emulates = 400_000, False
+    glass.wait_until(lambda: b"\x1b[?2004h" in glass.raw, "the prompt", 60.0)
+    glass.enter("mute flood")
+    begun = len(glass.raw)
+    glass.wait_until(lambda: b"flood-1 is muted" in glass.raw[begun:], "the answer", 60.0)
+    assert len(glass.raw) - begun < 2_000_000  # what was on its way, and no more
+    glass.bytes_per_s = None
     glass.ctrl_c()
     assert glass.exit_code() == 0
 

@@ -16,6 +16,7 @@ from ptyprocess import PtyProcess
 
 PATIENCE_S = 20.0
 READ_BYTES = 64 * 1024
+SLOW_READ_BYTES = 4096
 HISTORY_LINES = 50_000
 
 
@@ -42,6 +43,7 @@ class Glass:
         self._stream = pyte.ByteStream(self._screen)
         self.raw = b""
         self.ended = False
+        self.bytes_per_s: float | None = None  # of a terminal that is slow
         self.emulates = True  # a flood takes the emulator long; `raw` has it, too
 
     def __enter__(self) -> Glass:
@@ -105,13 +107,15 @@ class Glass:
         if not ready:
             return False
         try:
-            data = os.read(self._fd, READ_BYTES)
+            data = os.read(self._fd, READ_BYTES if self.bytes_per_s is None else SLOW_READ_BYTES)
         except OSError:  # EIO: the last one has closed it
             data = b""
         self.ended = not data
         self.raw += data
         if self.emulates:
             self._stream.feed(data)
+        if self.bytes_per_s is not None:
+            time.sleep(len(data) / self.bytes_per_s)  # a slow terminal is one that reads slowly
         return bool(data)
 
     def wait_until(
@@ -159,7 +163,10 @@ class Glass:
     # ---- acting
 
     def type(self, text: str) -> None:
-        os.write(self._fd, text.encode())
+        self.type_bytes(text.encode())
+
+    def type_bytes(self, data: bytes) -> None:
+        os.write(self._fd, data)
 
     def enter(self, line: str) -> None:
         self.type(line + "\r")

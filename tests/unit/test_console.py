@@ -113,7 +113,14 @@ def test_a_long_table_shows_trouble_first_and_counts_the_rest():
 
 def completed(text: str, fleet: list[dict[str, object]] = FLEET) -> list[str]:
     completer = WordCompleter(lambda: fleet)
-    return [c.text for c in completer.get_completions(Document(text), CompleteEvent())]
+    found = [c.text for c in completer.get_completions(Document(text), CompleteEvent())]
+    return [one.removesuffix(" ") for one in found]
+
+
+def test_a_blank_follows_what_was_completed():
+    completer = WordCompleter(lambda: FLEET)
+    (only,) = completer.get_completions(Document("unm"), CompleteEvent())
+    assert only.text == "unmute "
 
 
 @pytest.mark.parametrize(
