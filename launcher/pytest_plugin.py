@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from launcher.smoke.system import System
 
 TIMEOUT_S = 20.0
+REFUSAL_S = 2.0  # how long the reading of a launch file, which may be wrong, is waited for
 _LAST_LINES = 15  # of each process, in the report of a failed test
 ANY, LAUNCHER = "*", "launch"
 
@@ -276,12 +277,26 @@ def launched_system(
         one = LaunchedSystem(system, timeout_s)
         systems.append(one)
         stack.callback(lambda: left.extend(_take_down(one, request)))
+        _refuse_what_cannot_be_launched(one)
         return one
 
     with contextlib.ExitStack() as stack:
         yield launch
     if left:
         pytest.fail(f"left behind: {', '.join(left)}", pytrace=False)
+
+
+def _refuse_what_cannot_be_launched(one: LaunchedSystem) -> None:
+    """Fail the test at once where the launcher has refused the launch file or its arguments."""
+    system = one.system
+    system.recorder.wait_for(
+        lambda facts: facts.processes() or not system.is_alive, REFUSAL_S, look_s=0.05
+    )
+    from launcher.errors import ExitCode
+
+    if system.returncode == ExitCode.USAGE:
+        words = "\n".join(system.last_words())
+        pytest.fail(f"nothing was launched:\n{words}", pytrace=False)
 
 
 def _located(target: str | Path, root: Path) -> str:

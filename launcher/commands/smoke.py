@@ -156,13 +156,23 @@ def main(words: Sequence[str]) -> int:
         words=(*given.rest, *(f"{n}:={v}" for n, v in more.items()), *script.options),
         target=Path(request.path).name,
         junit=given.path("--junit"),
-        artifacts=given.path("--artifacts"),
+        artifacts=_folder(given.path("--artifacts")),
         github=given.has("--github"),
         repeat=max(1, given.count("--repeat", 1)),
         baseline=given.path("--baseline"),
         update_baseline=given.has("--update-baseline"),
     )
     return Session(script, options, colour=wants_colour(1, os.environ)).run()
+
+
+def _folder(path: Path | None) -> Path | None:
+    """The folder for the evidence, made now: nothing is started for nothing; UsageError."""
+    if path is not None:
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(f"--artifacts {path}: {error.strerror}") from None
+    return path
 
 
 def _refuse_mistyped(rest: Sequence[str]) -> None:

@@ -63,7 +63,10 @@ class Quantity:
     @property
     def schema(self) -> dict[str, object]:
         """The same for editors."""
-        text: dict[str, object] = {"type": "string", "pattern": f"^(?:{self.pattern})$"}
+        text: dict[str, object] = {
+            "type": "string",
+            "pattern": f"^(?:{for_editors(self.pattern)})$",
+        }
         if not self.takes_number:
             return text
         kind = "integer" if self.whole else "number"
@@ -198,3 +201,8 @@ def printable(text: str) -> str:
 def seconds_text(value_s: float) -> str:
     """A time for people: `0.25 s`, `8.1 s`, `125 s`."""
     return f"{value_s:.2f} s" if value_s < 1 else f"{value_s:.1f} s"
+
+
+def for_editors(pattern: str) -> str:
+    """The pattern as ECMAScript, and so JSON Schema, has it: groups are named otherwise there."""
+    return re.sub(r"\(\?P<\w+>", "(?:", pattern)

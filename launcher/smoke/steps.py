@@ -10,7 +10,7 @@ from typing import Any
 from launcher.smoke.expectation import COMMAND_LINE, Origin
 from launcher.smoke.facts import START
 from launcher.smoke.fields import FieldError, near
-from launcher.smoke.quantities import DURATION
+from launcher.smoke.quantities import DURATION, for_editors
 
 SIGNAL = r"SIG[A-Z0-9]+"
 
@@ -112,8 +112,7 @@ class CommandType:
 
 
 def _verb_schema(verb: str, pattern: str) -> dict[str, object]:
-    # Named groups are written otherwise in ECMAScript.
-    plain = re.sub(r"\(\?P<\w+>", "(?:", pattern)
+    plain = for_editors(pattern)
     example = _VERBS[verb][1]
     return {"type": "string", "pattern": f"^ *{verb} +(?:{plain}) *$", "examples": [example]}
 
@@ -188,6 +187,6 @@ class ChaosType:
         )
         return {
             "type": "string",
-            "pattern": re.sub(r"\(\?P<\w+>", "(?:", pattern),
+            "pattern": for_editors(pattern),
             "examples": [CHAOS_EXAMPLE],
         }

@@ -212,11 +212,22 @@ class System(Observed):
         return found
 
     def kill(self, process: str, signum: str = "SIGKILL") -> None:
-        """Send a signal to a process's group from outside; the launcher sees an unasked death."""
-        for row in self._rows(process):
+        """Send a signal to a process's group from outside; the launcher sees an unasked death.
+
+        After a SIGKILL it has seen it when this returns.
+        """
+        rows = self._rows(process)
+        ends = {row["name"]: _ends(self.facts(), row["name"]) for row in rows}
+        for row in rows:
             self.recorder.ask(row["name"])
             self._memory.note(self._launched.pid)
             _signal_group(row["pid"], self._launched.pid, signal.Signals[signum])
+        if signum == "SIGKILL":
+            # Bounded, since nobody can end what sleeps uninterruptibly.
+            self.recorder.wait_for(
+                lambda facts: all(_ends(facts, name) > before for name, before in ends.items()),
+                REST_S,
+            )
 
     def _rows(self, process: str) -> list[dict[str, Any]]:
         facts = self.facts()
@@ -306,6 +317,11 @@ def _qos_words(qos: Mapping[str, Any] | None) -> dict[str, Any] | None:
     if qos is None:
         return None
     return {name: v.upper() if isinstance(v, str) else v for name, v in qos.items()}
+
+
+def _ends(facts: Facts, process: str) -> int:
+    """How often it has ended so far."""
+    return sum(1 for _ in facts.of("ended", process))
 
 
 def _signal_group(pid: int, launcher_pid: int, signum: signal.Signals) -> None:

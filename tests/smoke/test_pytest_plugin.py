@@ -121,6 +121,24 @@ def test_a_system_is_waited_for_steered_and_looked_at(folder: pytest.Pytester):
     result.assert_outcomes(passed=2)
 
 
+@pytest.mark.parametrize(
+    ("launch", "told"),
+    [
+        ('"three.launch.py"', "three.launch.py"),
+        ('"two.launch.py", wrod="something"', "did you mean word?"),
+    ],
+    ids=["no such file", "a misspelt argument"],
+)
+def test_what_cannot_be_launched_fails_the_test(folder: pytest.Pytester, launch: str, told: str):
+    folder.makepyfile(
+        f"def test_it(launched_system):\n    launched_system({launch}, probe=False)\n"
+    )
+    result = folder.runpytest_subprocess("-q")
+    result.assert_outcomes(failed=1)
+    assert "nothing was launched" in result.stdout.str()
+    assert told in result.stdout.str()
+
+
 def test_what_ros_knows_is_waited_for_and_asked(folder: pytest.Pytester):
     (folder.path / "talker.py").write_text(NODE, encoding="utf-8")
     (folder.path / "talker.launch.py").write_text(TALKER, encoding="utf-8")

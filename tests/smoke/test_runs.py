@@ -99,6 +99,14 @@ def test_a_bad_launch_file_is_two_and_its_error_is_shown(bench: Bench):
     assert "tested.launch.py" in done.stderr and "ZeroDivisionError" in done.stderr
 
 
+def test_a_folder_for_the_evidence_that_cannot_be_made_is_two(bench: Bench, tmp_path: Path):
+    bench.write(DEAF)
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    done = bench.smoke("--for=1", f"--artifacts={tmp_path / 'taken'}")
+    assert done.returncode == 2
+    assert "--artifacts" in done.stderr and "File exists" in done.stderr
+
+
 def test_two_runs_side_by_side_have_unlike_domains(bench: Bench, tmp_path: Path):
     other = Bench(tmp_path / "other")
     other.folder.mkdir()

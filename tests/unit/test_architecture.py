@@ -26,7 +26,7 @@ MAY_IMPORT = {
     "graph": {"errors", "control"},
     "domain_lease": {"errors"},
     "smoke": {"errors", "engine", "control", "graph", "domain_lease"},
-    "pytest_plugin": {"smoke"},
+    "pytest_plugin": {"errors", "smoke"},
     "render": {"errors", "model", "interpreter", "language", "planner"},
     "commands": {
         "errors",

@@ -138,6 +138,11 @@ def test_every_kind_stands_in_the_corpus():
     assert {kind.name for kind in KINDS} <= found
 
 
+def test_the_patterns_of_the_schema_are_those_of_editors_too():
+    assert "(?P<" not in str(SCHEMA)  # Python's own, which ECMAScript refuses
+    assert "(?:" in str(SCHEMA)
+
+
 def test_the_schema_in_the_repository_is_the_one_of_the_loader():
     path = ROOT / "launcher" / "smoke" / "expectations.schema.json"
     assert json.loads(path.read_text(encoding="utf-8")) == SCHEMA
