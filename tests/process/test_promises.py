@@ -108,8 +108,11 @@ while True:
 
 
 def test_a_daemon_that_ignores_everything_is_named_and_killed(bench: Bench):
-    (bench.folder / "daemon.sh").write_text("trap '' INT TERM HUP; while :; do sleep 0.1; done")
-    done = bench.run(f'sh("setsid -f sh {bench.folder}/daemon.sh >/dev/null 2>&1")')
+    ready = bench.folder / "ready"
+    script = f"trap '' INT TERM HUP; : > {ready}; while :; do sleep 0.1; done"
+    (bench.folder / "daemon.sh").write_text(script)
+    leave = f"setsid -f sh {bench.folder}/daemon.sh >/dev/null 2>&1"
+    done = bench.run(f'sh("{leave}; until [ -e {ready} ]; do sleep 0.05; done")')
     assert b"stopping what processes left behind: " in done.stdout
     assert re.search(rb"left behind and still there, now SIGKILL: .*sh \[\d+\]", done.stdout)
     assert bench.survivors() == []

@@ -45,7 +45,8 @@ def talking(env: dict[str, str], module: str, *words: str) -> Iterator[subproces
     )
     try:
         assert program.stdout is not None
-        assert program.stdout.readline() == "ready\n"
+        # Fast DDS may complain first, on standard output: of a port that somebody just gives up.
+        assert "ready\n" in iter(program.stdout.readline, "")
         yield program
     finally:
         left_over = shared_memory_of(program.pid)
