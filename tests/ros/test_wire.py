@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
 
 import pytest
 from std_msgs.msg import String
@@ -62,9 +63,16 @@ def test_more_endpoints_than_one_request_can_name(empty_domain):
         assert len(publishers) == 600
 
 
+def threads_stand_still(pid: int) -> bool:
+    """Whether each has noticed the SIGSTOP; one that has not may still answer."""
+    stats = [path.read_text() for path in Path(f"/proc/{pid}/task").glob("*/stat")]
+    return all(stat.rpartition(")")[2].split()[0] == "T" for stat in stats)
+
+
 def test_a_participant_that_cannot_answer_is_told(tmp_path):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes") as program:
         os.kill(program.pid, signal.SIGSTOP)
+        wait_until(lambda: threads_stand_still(program.pid), "no thread can answer any more")
         try:
             seen = look_round(int(env["ROS_DOMAIN_ID"]), 0.5, remote=False)
         finally:
