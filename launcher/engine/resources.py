@@ -6,8 +6,8 @@ starts a session of its own is not counted.
 
 Cost (50 rclpy-sized processes, 2-core machine): about 90 us per process and sample for CPU, RSS,
 threads and files, and 530 us per process for the USS, of which at most `USS_PER_ROUND` are read
-per round, and more only of those that are new. At 1 Hz that is about 0.7 % of a core;
-tests/process/test_resources.py holds 1 %.
+per round, and more only of those that are new. At 1 Hz that is about 0.7 % of a core, and a half
+to two thirds of what psutil takes to read it all (tests/process/test_resources.py holds 0.8).
 """
 
 from __future__ import annotations

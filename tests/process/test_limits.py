@@ -84,7 +84,8 @@ def test_restarts_have_the_limits_too_and_leave_no_descriptor(bench: Bench):
     out = bench.run(actions, *restart).stdout.decode()
     assert out.count("[sh-1] 77\n") == 21
     counts = [int(number) for number in re.findall(r"\[sh-1\] (\d+)\n", out) if number != "77"]
-    assert len(set(counts[2:])) <= 2, counts  # the run's files and watchdog open at first
+    # The run's files and watchdog open at first, others come and go: what leaks stays and adds up.
+    assert min(counts[-7:]) <= max(counts[2:9]), counts
 
 
 def test_a_stop_during_the_stage_ends_the_process(bench: Bench):

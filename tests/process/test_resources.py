@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.engine.resources import NEW_USS_PER_ROUND, Sample, Sampler
@@ -159,16 +160,20 @@ def parent(pid: int) -> int:
         return 0
 
 
-def test_fifty_processes_at_one_hertz_cost_less_than_a_hundredth_of_a_core(start: Starter):
-    pids = [start(IDLE).pid for _ in range(5)]
-    sampler = Sampler()
-    costs_s = []
+def test_samples_cost_less_than_to_ask_psutil_for_everything(start: Starter):
+    pids = [start(IDLE).pid for _ in range(20)]
+    sampler, processes = Sampler(), [psutil.Process(pid) for pid in pids]
+    ratios = []
     for minute in range(3):  # the best of three: the machine may be busy with something else
         before_s = time.process_time()
         for second in range(20):  # every USS is due twice
-            assert len(sampler.sample(pids, 60.0 * minute + second)) == 5
-        costs_s.append((time.process_time() - before_s) / 20)
-    assert min(costs_s) / len(pids) * 50 < 0.01
+            assert len(sampler.sample(pids, 60.0 * minute + second)) == 20
+        between_s = time.process_time()
+        for _ in range(20):
+            for process in processes:
+                process.as_dict(["cpu_times", "memory_full_info", "num_threads", "num_fds"])
+        ratios.append((between_s - before_s) / (time.process_time() - between_s))
+    assert min(ratios) < 0.8, ratios
 
 
 def test_without_psutil_the_run_goes_on_and_says_what_is_missing(bench: Bench):
