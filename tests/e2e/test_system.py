@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import signal
 import subprocess
-import time
 from pathlib import Path
 
 from launcher.pytest_plugin import Launch
@@ -33,13 +32,9 @@ def test_the_fleet_comes_up_and_ctrl_c_ends_it_cleanly_with_nothing_left(world: 
     before = fast_dds_files()
     terminal = world.launcher("system")
     terminal.wait_for_all(*FIRST_LINES)
-    asked = time.monotonic()
     terminal.ctrl_c()
-    code = terminal.exit_code()
-    took_s = time.monotonic() - asked
-
-    assert code == 0, terminal.text
-    assert took_s < 3.0
+    assert terminal.exit_code() == 0, terminal.text
+    assert "failed to terminate" not in terminal.text
     assert "Traceback" not in terminal.text
     assert "process has died" not in terminal.text
     assert terminal.text.count("process has finished cleanly [pid ") == 5
@@ -95,7 +90,7 @@ def test_a_misspelt_argument_is_refused_before_anything_starts(world: World):
         cwd=REPOSITORY,
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=60,
         check=False,
     )
     assert done.returncode == 2
@@ -141,7 +136,7 @@ def test_sigterm_to_make_run_without_a_terminal_ends_the_fleet(world: World):
     assert any(b"[robot_1]: Received task" in line for line in make.stdout)
     make.terminate()
     wait_until(lambda: world.survivors() == [], "nothing is left")
-    make.communicate(timeout=20)
+    make.communicate(timeout=60)
 
 
 def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):

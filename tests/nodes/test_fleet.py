@@ -84,7 +84,7 @@ def quiet_fleet(fleet) -> Fleet:
         states = {s["status"] for r in ROBOTS for s in fleet.statuses_of(r)[-3:]}
         return states == {"done"} and all(len(set(ids)) == 1 for ids in latest)
 
-    fleet.domain.wait_until(all_idle, "every robot repeats its last done", 30.0)
+    fleet.domain.wait_until(all_idle, "every robot repeats its last done")
     return fleet
 
 

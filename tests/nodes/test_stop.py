@@ -23,6 +23,7 @@ NODES = (
 )
 ROBOTS = ("robot_1", "robot_2", "robot_3")
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+PATIENCE_S = 5.0  # then a launcher goes on to the next signal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +56,7 @@ def test_an_idle_node_stops_at_once_and_quietly(idle_ends, name):
     assert idle_ends[name].code == 0, idle_ends[name].output
     assert "Traceback" not in idle_ends[name].output
     assert "Exception" not in idle_ends[name].output
-    assert idle_ends[name].took_s < 1.0
+    assert idle_ends[name].took_s < PATIENCE_S
 
 
 @pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
@@ -70,7 +71,7 @@ def test_a_robot_stops_in_the_middle_of_its_task(domain, signum):
 
     assert [x.code for x in ends] == [0, 0, 0]
     assert [x.output for x in ends if "Traceback" in x.output or "complete" in x.output] == []
-    assert max(x.took_s for x in ends) < 1.0
+    assert max(x.took_s for x in ends) < PATIENCE_S
 
 
 @pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)

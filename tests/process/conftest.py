@@ -19,7 +19,7 @@ from tests.support.steered import Steered
 from tests.support.terminal import Terminal, marked_processes
 
 MARK = "LAUNCHER_TEST_MARK"
-TIMEOUT_S = 60
+TIMEOUT_S = 120
 
 HEAD = """
 import sys

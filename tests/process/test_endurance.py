@@ -13,7 +13,7 @@ import psutil
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
-PATIENCE_S = 50.0
+PATIENCE_S = 60.0
 MB = 1024 * 1024
 
 

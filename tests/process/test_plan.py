@@ -22,7 +22,7 @@ from launch.substitutions import *
 def generate_launch_description():
     return LaunchDescription([
 """
-TIMEOUT_S = 60
+TIMEOUT_S = 120
 
 
 class Desk:

@@ -139,7 +139,7 @@ def test_one_that_forks_in_a_loop_and_always_leaves_its_session_is_caught(bench:
     hopper = Hopper(bench.folder, rest_s)
     done = bench.run(hopper.actions)
     assert b"stopping what processes left behind: " in done.stdout
-    wait_until(hopper.stands_still, "it does not hop any more", patience_s=5.0)
+    wait_until(hopper.stands_still, "it does not hop any more")
     assert bench.survivors() == []
 
 
@@ -173,7 +173,7 @@ def test_a_console_that_is_starting_does_not_outlive_its_launcher():
     with subprocess.Popen(
         [sys.executable, "-c", ORPHAN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as launcher_process:
-        output, _ = launcher_process.communicate("x", timeout=30)
+        output, _ = launcher_process.communicate("x", timeout=60)
     assert output == f"process {launcher_process.pid} has ended\n"
 
 
@@ -289,7 +289,7 @@ def test_a_flood_does_not_hold_up_a_stop(bench: Bench):
     for _ in range(1000):
         process.stdout.readline()
     process.terminate()
-    output, _ = process.communicate(timeout=30)
+    output, _ = process.communicate(timeout=60)
     assert process.returncode == 0
     assert output.count(b"sending signal 'SIGINT'") == 6
     assert bench.survivors() == []
@@ -306,7 +306,7 @@ def test_a_standard_input_that_has_nothing_does_no_harm(bench: Bench, stdin: str
         env=bench.env,
         stdin=fd,
         capture_output=True,
-        timeout=30,
+        timeout=60,
         check=False,
     )
     os.close(fd)

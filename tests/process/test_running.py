@@ -59,7 +59,7 @@ def test_python_children_are_not_buffered_although_they_write_to_a_pipe(bench: B
     lines = iter(process.stdout.readline, b"")
     assert any(line == b"[python-1] early\n" for line in lines)
     process.terminate()
-    process.communicate(timeout=20)
+    process.communicate(timeout=60)
 
 
 def test_emulate_tty_gives_a_terminal_and_plain_newlines(bench: Bench):
@@ -179,7 +179,7 @@ def test_closed_standard_files_do_no_harm(bench: Bench, closed: str):
         ["bash", "-c", f"{words} {closed}"],
         env=bench.env,
         capture_output=True,
-        timeout=20,
+        timeout=60,
         check=False,
     )
     assert done.returncode == 0

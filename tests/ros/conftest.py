@@ -51,7 +51,7 @@ def talking(env: dict[str, str], module: str, *words: str) -> Iterator[subproces
     finally:
         left_over = shared_memory_of(program.pid)
         with contextlib.suppress(BrokenPipeError):
-            program.communicate(timeout=10)
+            program.communicate(timeout=60)
         if program.returncode < 0:  # killed: nobody else removes what it held
             for path in left_over:
                 path.unlink(missing_ok=True)

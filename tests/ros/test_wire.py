@@ -16,7 +16,7 @@ from tests.ros.conftest import ros_domain, talking
 from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 
 
 def by_wire(domain_id: int, *, remote: bool = False):

@@ -109,7 +109,7 @@ def test_two_runs_do_not_see_each_other(tmp_path: Path):
             """
         )
     runs = [bench.start() for bench in benches]
-    told = [run.communicate(timeout=60)[0] for run in runs]
+    told = [run.communicate(timeout=120)[0] for run in runs]
     assert [run.returncode for run in runs] == [0, 0], told
 
 
@@ -142,7 +142,7 @@ def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
         p for p in psutil.Process(run.pid).children() if "launcher.graph.probe" in p.cmdline()
     ]
     probe.suspend()
-    told, _ = run.communicate(timeout=60)
+    told, _ = run.communicate(timeout=120)
     assert run.returncode == 1
     assert "the ROS probe did not answer" in told
     assert not probe.is_running()

@@ -113,7 +113,7 @@ def test_two_runs_side_by_side_have_unlike_domains(bench: Bench, tmp_path: Path)
     for one in (bench, other):
         one.write('sh("domain", "echo domain $ROS_DOMAIN_ID; exec sleep 1000"),')
     runs = [one.start("--for=2", "--expect-log=domain: domain") for one in (bench, other)]
-    assert [run.communicate(timeout=60)[0] and run.returncode for run in runs] == [0, 0]
+    assert [run.communicate(timeout=120)[0] and run.returncode for run in runs] == [0, 0]
     assert bench.report()["domain_id"] != other.report()["domain_id"]
 
 
@@ -126,7 +126,7 @@ def test_an_interrupted_run_takes_its_system_along(bench: Bench):
         told = run.stdout.readline()
     launcher = next(bench.evidence.glob("log/*-*")).name.rpartition("-")[2]
     run.send_signal(signal.SIGTERM)
-    run.communicate(timeout=60)
+    run.communicate(timeout=120)
     assert run.returncode == 130
     assert processes_of(int(launcher)) == {}
 
@@ -137,6 +137,6 @@ def test_the_system_of_a_killed_run_is_stopped(bench: Bench):
     wait_until(lambda: list(bench.evidence.glob("log/*-*/patient-1.log")), "the system is up")
     launcher = int(next(bench.evidence.glob("log/*-*")).name.rpartition("-")[2])
     run.kill()
-    run.communicate(timeout=60)
+    run.communicate(timeout=120)
     wait_until(lambda: not os.path.exists(f"/proc/{launcher}"), "the launcher ends")
     wait_until(lambda: not processes_of(launcher), "everything of its run ends")

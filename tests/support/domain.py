@@ -75,7 +75,7 @@ class Domain:
         publisher = self.listener.create_publisher(String, topic, profile)
         return lambda text: publisher.publish(String(data=text))
 
-    def wait_until(self, fact: Callable[[], object], what: str, timeout_s: float = 15.0) -> None:
+    def wait_until(self, fact: Callable[[], object], what: str, timeout_s: float = 60.0) -> None:
         """Take messages until the fact holds; fails the test after the timeout."""
         deadline_s = time.monotonic() + timeout_s
         while not fact():
@@ -84,7 +84,7 @@ class Domain:
                 raise AssertionError(f"not within {timeout_s} s: {what}\n{outputs}")
             self._executor.spin_once(timeout_sec=0.02)
 
-    def wait_for_line(self, node: NodeProcess, text: str, timeout_s: float = 15.0) -> None:
+    def wait_for_line(self, node: NodeProcess, text: str, timeout_s: float = 60.0) -> None:
         self.wait_until(lambda: node.matching(text), f"{node.name} says {text!r}", timeout_s)
 
     def listen_for(self, duration_s: float) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import pyte
 from ptyprocess import PtyProcess
 
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 READ_BYTES = 64 * 1024
 SLOW_READ_BYTES = 4096
 HISTORY_LINES = 50_000

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,10 +18,14 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """One line of output; `read_s` is monotonic time."""
+    """One line of output."""
 
     text: str
-    read_s: float
+
+    @property
+    def logged_s(self) -> float:
+        """When the node says that it logged this; seconds since the epoch."""
+        return float(self.text.split("] [", 2)[1])
 
 
 class NodeProcess:
@@ -70,7 +73,7 @@ class NodeProcess:
     def signal(self, signum: int) -> None:
         self._process.send_signal(signum)
 
-    def wait(self, timeout_s: float = 10.0) -> int:
+    def wait(self, timeout_s: float = 60.0) -> int:
         """The exit code, with all output read; raises TimeoutExpired."""
         code = self._process.wait(timeout_s)
         self._reader.join(timeout_s)
@@ -96,7 +99,7 @@ class NodeProcess:
     def _read(self) -> None:
         assert self._process.stdout is not None
         for text in self._process.stdout:
-            self.lines.append(Line(text=text.rstrip("\n"), read_s=time.monotonic()))
+            self.lines.append(Line(text=text.rstrip("\n")))
 
 
 def shared_memory_of(pid: int) -> set[Path]:

@@ -14,7 +14,7 @@ from typing import Any
 from launcher.control.client import Connection, connect
 from tests.support.waiting import wait_until
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 class Steered:

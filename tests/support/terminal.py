@@ -11,7 +11,7 @@ import pexpect
 import psutil
 
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 
 
 class Terminal:

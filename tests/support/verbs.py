@@ -14,7 +14,7 @@ from typing import Any
 
 from launcher import cli
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 LOOK_S = 0.02
 
 
-def wait_until(fact: Callable[[], object], what: str, patience_s: float = 20.0) -> None:
+def wait_until(fact: Callable[[], object], what: str, patience_s: float = 60.0) -> None:
     """Look again and again until the fact holds; AssertionError at the deadline."""
     deadline = time.monotonic() + patience_s
     while not fact():
