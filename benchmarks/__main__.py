@@ -16,6 +16,7 @@ from benchmarks.latency import latency
 from benchmarks.plan import plan
 from benchmarks.restarts import respawn
 from benchmarks.ros_verbs import topic_list, topic_stream
+from benchmarks.sampling import sampling
 from benchmarks.startup import first_exec, many_execs
 from benchmarks.stopping import ctrl_c
 from benchmarks.throughput import pipes, ptys
@@ -28,6 +29,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "latency": latency,
     "console": console,
     "idle": footprint,
+    "sampling": sampling,
     "respawn": respawn,
     "ctrl-c": ctrl_c,
     "plan": plan,

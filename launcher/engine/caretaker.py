@@ -12,10 +12,11 @@ from launcher.model.options import RunOptions
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.budgets import Judge, Verdict
-    from launcher.engine.resources import Sample, Sampler
+    from launcher.engine.resources import Sample, Sampler, Steps
     from launcher.engine.shared_memory import Ledger
 
 PERIOD_S = 1.0
+TURN_S = 0.0005  # of a round, before the loop sees whether a line has come
 WARM_UP_S = 0.02  # children are still starting then, and nobody waits for their output
 
 
@@ -90,24 +91,43 @@ class Caretaker:
         self._free()
 
     def _tick(self) -> None:
-        self._timer = self._reactor.call_later(PERIOD_S, self._tick)
+        begun_s = self._reactor.now()
         if self._ledger is not None:
-            self._ledger.keep_up(self._reactor.now())
+            self._ledger.keep_up(begun_s)
         self._free()
-        if self._sampler is not None:
-            self._sample(self._sampler)
+        if self._sampler is None:
+            self._rest_after(begun_s)
+            return
+        pids = [p.child.pid for p in self._processes() if p.child is not None]
+        steps = self._sampler.steps(pids, self._reactor.now)
+        self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
 
-    def _sample(self, sampler: Sampler) -> None:
-        living = {p.name: p for p in self._processes() if p.child is not None}
-        pids = {p.child.pid: name for name, p in living.items() if p.child is not None}
-        now = self._reactor.now()
-        found = sampler.sample(pids, now)
-        self.samples = {pids[pid]: sample for pid, sample in found.items()}
+    def _rest_after(self, begun_s: float) -> None:
+        wait_s = begun_s + PERIOD_S - self._reactor.now()
+        self._timer = self._reactor.call_later(max(0.0, wait_s), self._tick)
+
+    def _go_on(self, steps: Steps, begun_s: float) -> None:
+        """Take some steps of a round; the others when the loop has looked for lines."""
+        until_s = self._reactor.now() + TURN_S
+        try:
+            while self._reactor.now() < until_s:
+                next(steps)
+        except StopIteration as end:
+            self._rest_after(begun_s)
+            self._sampled(end.value, begun_s)
+            return
+        self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
+
+    def _sampled(self, found: dict[int, Sample], now: float) -> None:
+        # Somebody may have ended, or been started again, while the others were looked at.
+        living = {p.child.pid: p for p in self._processes() if p.child is not None}
+        self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
         if self.samples:
             self._chronicle.note("resources", processes=_plain(self.samples))
         if self._judge is not None:
+            by_name = {process.name: process for process in living.values()}
             for verdict in self._judge.judge(self.samples, now):
-                self._act(living[verdict.process], verdict)
+                self._act(by_name[verdict.process], verdict)
 
     def _free(self) -> None:
         if self._has_dead and self._ledger is not None:

@@ -8,19 +8,27 @@ Cost (50 rclpy-sized processes, 2-core machine): about 90 us per process and sam
 threads and files, and 530 us per process for the USS, of which at most `USS_PER_ROUND` are read
 per round, and more only of those that are new. At 1 Hz that is about 0.7 % of a core, and a half
 to two thirds of what psutil takes to read it all (tests/process/test_resources.py holds 0.8).
+
+All of it at once would be 5 ms in which no line moves, so a round comes in steps of at most one
+look at one process, and lines are carried between them.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Generator
+
     import psutil
 
+    Steps = Generator[None, None, dict[int, "Sample"]]
+
+NAMES_PER_STEP = 50  # whose session a process is in is a short question, but it goes to everybody
 USS_PER_ROUND = 3  # the kernel walks all pages for it: it is what costs most
 NEW_USS_PER_ROUND = 10  # nothing is shown of a new process before, and it is walked twice so
 USS_AT_S = (1.0, 3.0)  # after it was first seen: it grows while it loads what it needs
@@ -92,54 +100,81 @@ class Sampler:
 
         Each pid must lead its session. One that has ended is left out.
         """
-        sessions = _sessions(frozenset(pids))
-        newcomers = {
-            pid for root, session in sessions.items() if root in self._last_s for pid in session
-        }
-        self._keep({pid for session in sessions.values() for pid in session}, newcomers, now)
-        self._refresh_uss(now)
-        samples = {pid: self._tree(pid, session, now) for pid, session in sessions.items()}
-        self._last_s = {pid: now for pid, sample in samples.items() if sample is not None}
-        return {pid: sample for pid, sample in samples.items() if sample is not None}
+        steps = self.steps(pids, lambda: now)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                samples: dict[int, Sample] = end.value
+                return samples
 
-    def _keep(self, pids: set[int], late: set[int], now: float) -> None:
+    def steps(self, pids: Iterable[int], clock: Callable[[], float]) -> Steps:
+        """The same in steps of at most one look at one process; what it returns is for all `pids`.
+
+        Each tree is read at a moment of its own, which `clock` tells. Finish one round before the
+        next begins.
+        """
+        sessions = yield from _sessions(frozenset(pids))
+        yield from self._keep(sessions, clock())
+        yield from self._refresh_uss(clock())
+        samples, read_s = {}, {}
+        for root, session in sessions.items():
+            now = clock()
+            readings = yield from self._readings(root, session)
+            if readings:
+                samples[root] = summed(root, readings, now - self._last_s.get(root, now))
+                read_s[root] = now
+        self._last_s = read_s
+        return samples
+
+    def _keep(self, sessions: dict[int, list[int]], now: float) -> Iterator[None]:
         """Know exactly these; a number that was given out again is somebody new.
 
-        The memory of those that come `late` to a tree must not hide what is known of the others.
+        The memory of those that come late to a tree must not hide what is known of the others.
         """
-        known = {
-            pid: member
-            for pid, member in self._members.items()
-            if pid in pids and member.process.is_running()
-        }
-        for pid in pids - known.keys():
-            try:
-                member = _Member(self._psutil.Process(pid), now)
-            except self._psutil.Error:
-                continue  # it has just ended
-            member.uss_bytes = 0 if pid in late else None
-            known[pid] = member
+        known: dict[int, _Member] = {}
+        for root, session in sessions.items():
+            for pid in session:
+                member = self._members.get(pid)
+                if member is None or not member.process.is_running():
+                    member = self._newcomer(pid, now, is_late=root in self._last_s)
+                if member is not None:
+                    known[pid] = member
+                yield
         self._members = known
 
-    def _refresh_uss(self, now: float) -> None:
+    def _newcomer(self, pid: int, now: float, *, is_late: bool) -> _Member | None:
+        try:
+            member = _Member(self._psutil.Process(pid), now)
+        except self._psutil.Error:
+            return None  # it has just ended
+        member.uss_bytes = 0 if is_late else None
+        return member
+
+    def _refresh_uss(self, now: float) -> Iterator[None]:
         due = sorted(
             (m for m in self._members.values() if m.uss_due_s <= now), key=lambda m: m.uss_due_s
         )
         new = [m for m in due if m.is_new][:NEW_USS_PER_ROUND]
         others = [m for m in due if not m.is_new]
         for member in [*new, *others[: max(0, USS_PER_ROUND - len(new))]]:
+            yield  # this one is as long as many others
             member.plan_next(now)
             try:
                 member.uss_bytes = member.process.memory_full_info().uss
             except self._psutil.Error:
                 continue  # it has just ended, or runs as somebody else
 
-    def _tree(self, root: int, session: list[int], now: float) -> Sample | None:
-        if root not in self._members:
-            return None
-        members = (self._members[pid] for pid in session if pid in self._members)
-        readings = [reading for member in members if (reading := self._read(member)) is not None]
-        return summed(root, readings, now - self._last_s.get(root, now)) if readings else None
+    def _readings(self, root: int, session: list[int]) -> Generator[None, None, list[Reading]]:
+        """What those in this session used; nothing if its leader has gone."""
+        readings = []
+        for pid in session if root in self._members else ():
+            member = self._members.get(pid)
+            reading = None if member is None else self._read(member)
+            if reading is not None:
+                readings.append(reading)
+            yield
+        return readings
 
     def _read(self, member: _Member) -> Reading | None:
         process = member.process
@@ -182,10 +217,12 @@ class _Member:
             self.uss_due_s = now + USS_EVERY_S
 
 
-def _sessions(roots: frozenset[int]) -> dict[int, list[int]]:
+def _sessions(roots: frozenset[int]) -> Generator[None, None, dict[int, list[int]]]:
     """Session leader -> all pids in its session, for those leaders that are in `roots`."""
     sessions: dict[int, list[int]] = {}
-    for name in os.listdir("/proc"):
+    for number, name in enumerate(os.listdir("/proc"), 1):
+        if number % NAMES_PER_STEP == 0:
+            yield
         if not name.isdigit():
             continue
         try:

@@ -1,0 +1,84 @@
+"""The caretaker of a run, with a real loop and real processes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from launcher.engine.caretaker import Caretaker
+from launcher.engine.chronicle import Chronicle
+from launcher.engine.process import Process
+from launcher.engine.reactor import Reactor
+from launcher.engine.resources import Sampler
+from launcher.engine.runfolder import RunFolder
+from launcher.engine.screen import Screen
+from launcher.engine.spawn import spawn
+from launcher.model.spec import ProcessSpec
+
+MANY = 40
+
+
+@pytest.fixture
+def sleepers() -> Iterator[list[Process]]:
+    """Processes that do nothing, each with a session of its own; ends them."""
+    processes = []
+    for number in range(MANY):
+        spec = ProcessSpec(name=f"sleep-{number}", label="sleep", argv=("sleep", "1000"), env={})
+        process = Process(number, spec, number=number, prefix=b"")
+        process.child = spawn(spec, env=os.environ, merge=True, terminal_size=(80, 24))
+        processes.append(process)
+    yield processes
+    for process in processes:
+        assert process.child is not None
+        process.child.signal_group(signal.SIGKILL)
+        process.child.reap()
+        process.child.close()
+
+
+def test_a_round_of_samples_takes_no_more_than_one_process_at_a_time(sleepers: list[Process]):
+    pids = [process.child.pid for process in sleepers if process.child is not None]
+    steps = Sampler().steps(pids, Reactor.now)
+    assert sum(1 for _ in steps) >= MANY
+
+
+def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Process]):
+    happened: list[str] = []
+
+    def processes() -> list[Process]:
+        happened.append("round")
+        return sleepers
+
+    with _pipe() as (read_end, write_end), Reactor() as reactor:
+        screen = Screen(reactor, write_end, colour=False)
+        chronicle = Chronicle(reactor, screen, RunFolder(None, lambda text: None))
+        caretaker = Caretaker(
+            reactor,
+            chronicle,
+            run_id="none",
+            processes=processes,
+            heard_s=lambda: 0.0,
+            judge=None,
+            act=lambda process, verdict: None,
+        )
+        chronicle.journal.listeners.append(lambda line: reactor.stop())
+        os.write(write_end, b"a line that always waits\n")
+        reactor.add_reader(read_end, lambda: happened.append("line"))
+        caretaker.start()
+        reactor.run()
+        caretaker.close()
+        screen.finish(0.0)
+    assert len(caretaker.samples) == MANY
+    # Taken in one go, there are two: one before the round is noted, one before that is written.
+    assert happened[happened.index("round") :].count("line") > 4
+
+
+@contextlib.contextmanager
+def _pipe() -> Iterator[tuple[int, int]]:
+    ends = os.pipe()
+    yield ends
+    for fd in ends:
+        os.close(fd)
