@@ -1,10 +1,8 @@
 """Pacing: how fast processes may start, so that many nodes do not storm a small machine.
 
 A process counts as starting until it has become calm: over the last look it neither ran nor
-waited for a processor for more than a quarter of the time. One that has ended is not starting any
-more, and one that works all the time is not waited for longer than `MOST_S`. Looked at is the
-first thread of the process itself, in /proc/PID/schedstat, so a machine that is too busy to let
-it run does not make it calm.
+waited for a processor for more than a quarter of the time (`exertion`). One that has ended is not
+starting any more, and one that works all the time is not waited for longer than `MOST_S`.
 """
 
 from __future__ import annotations
@@ -12,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
+from launcher.engine.exertion import Exertion
 from launcher.engine.machine import ProcessState
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor, Timer
@@ -93,29 +92,18 @@ class _Look:
     def __init__(self, now: float) -> None:
         self._started_s = now
         self._looked_s = now
-        self._busy_s = 0.0
+        self._exertion = Exertion()
 
     def is_over(self, process: Process, now: float) -> bool:
         """Whether its start is over."""
         if process.machine.state is not ProcessState.RUNNING or process.child is None:
             return process.machine.state is not ProcessState.STARTING
-        age_s = now - self._started_s
-        busy_s = _busy_s(process.child.pid)
-        if busy_s is None:
-            return age_s >= SETTLE_S
-        elapsed_s, used_s = now - self._looked_s, busy_s - self._busy_s
+        age_s, elapsed_s = now - self._started_s, now - self._looked_s
         if elapsed_s < LOOK_S * 0.9:
             return False
-        self._looked_s, self._busy_s = now, busy_s
+        self._looked_s = now
+        used_s = self._exertion.used_s(process.child.pid)
+        if used_s is None:
+            return age_s >= SETTLE_S
         is_calm = age_s >= LEAST_S and used_s < CALM_SHARE * elapsed_s
         return is_calm or age_s >= MOST_S
-
-
-def _busy_s(pid: int) -> float | None:
-    """Seconds that it ran or waited for a processor so far; None if nobody tells."""
-    try:
-        with open(f"/proc/{pid}/schedstat", encoding="ascii") as file:
-            ran_ns, waited_ns, _ = file.read().split()
-    except (OSError, ValueError):
-        return None
-    return (int(ran_ns) + int(waited_ns)) / 1e9

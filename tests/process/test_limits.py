@@ -111,14 +111,18 @@ def test_starts_are_a_stagger_apart(bench: Bench):
     assert all(later - earlier >= 0.4 for earlier, later in itertools.pairwise(starts))
 
 
+# The first thread sleeps, as that of a node does while its others find their peers.
 BUSY_START = """
-import os, time
+import os, threading, time
 def busy(): return len([n for n in os.listdir({folder!r}) if n.startswith("starting")])
 mark = os.path.join({folder!r}, f"starting-{{os.getpid()}}")
 open(mark, "w").close()
 print("together", busy(), flush=True)
-until = time.process_time() + 0.4
-while time.process_time() < until: pass
+def work():
+    while time.process_time() < 0.8: pass
+thread = threading.Thread(target=work)
+thread.start()
+thread.join()
 os.unlink(mark)
 time.sleep(1.5)
 """
