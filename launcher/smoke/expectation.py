@@ -8,21 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from launcher.smoke.facts import START, Facts
+from launcher.smoke.places import Origin
 from launcher.smoke.quantities import Span, seconds_text
 
 # What happened at the last moment of a window may take a while until we hear of it.
 HEARSAY_S = 0.5
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Origin:
-    """Where something was written: a file and a line, or an option of the command line."""
-
-    text: str
-    line: int = 0
-
-    def __str__(self) -> str:
-        return f"{self.text}:{self.line}" if self.line else self.text
 
 
 COMMAND_LINE = Origin(text="command line")

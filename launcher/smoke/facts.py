@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import fnmatch
+import functools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -31,7 +32,7 @@ class LogLine:
     @property
     def plain(self) -> str:
         """Without colours."""
-        return _COLOUR.sub("", self.text)
+        return _COLOUR.sub("", self.text) if "\x1b" in self.text else self.text
 
     @property
     def level(self) -> str | None:
@@ -160,9 +161,7 @@ class Facts:
 
     def is_named(self, process: str, pattern: str) -> bool:
         """Whether a pattern means this process: `robot_2-4`, `robot_2`, `robot_*`, `/robot_2`."""
-        full = self.node_names.get(process, ())
-        names = {process, _NUMBER.sub("", process), *full, *(n.rpartition("/")[2] for n in full)}
-        return any(fnmatch.fnmatchcase(name, pattern) for name in names)
+        return _means(pattern, process, self.node_names.get(process, ()))
 
     def process_of(self, node: str) -> str | None:
         """The process that a full node name belongs to, as far as the launch file tells."""
@@ -206,3 +205,10 @@ class Facts:
     def heard(self, topic: str, watch: str | None = None) -> tuple[Message, ...]:
         """The messages of a topic, through one of our subscriptions or through any."""
         return tuple(m for m in self.messages if m.topic == topic and watch in (None, m.watch))
+
+
+@functools.lru_cache(maxsize=4096)
+def _means(pattern: str, process: str, nodes: tuple[str, ...]) -> bool:
+    """Asked for every line by every expectation that names a process."""
+    names = {process, _NUMBER.sub("", process), *nodes, *(n.rpartition("/")[2] for n in nodes)}
+    return any(fnmatch.fnmatchcase(name, pattern) for name in names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,16 +11,18 @@ from typing import Any
 import yaml
 
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
-from launcher.smoke.expectation import Expectation, Origin
+from launcher.smoke.expectation import Expectation
 from launcher.smoke.facts import START
 from launcher.smoke.fields import FieldType, near
 from launcher.smoke.grammar import STEP_FIELDS, TOP_FIELDS
 from launcher.smoke.kinds import BY_NAME, Kind
-from launcher.smoke.script import Script
+from launcher.smoke.places import KeyPath, Origin, Places, at_mark, entries_of
+from launcher.smoke.script import ALWAYS, Script
 from launcher.smoke.steps import Command, Step
 
 SUFFIX = ".expect.yaml"
-KeyPath = tuple[object, ...]
+# The C library reads a long file twenty times as fast.
+_YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def beside(launch_file: str) -> Path | None:
@@ -65,11 +68,11 @@ class _Reader:
     """Reads one text, and collects what is wrong with it."""
 
     def __init__(self, text: str, path: str) -> None:
-        self._lines = text.splitlines()
         self._text = text
+        self._lines = text.splitlines()
         self._path = path
         self._errors: list[LauncherError] = []
-        self._root: yaml.Node | None = None
+        self._places = Places(self._lines, path, None)
 
     def script(self) -> Script:
         """Everything, or all mistakes."""
@@ -82,13 +85,14 @@ class _Reader:
         return Script(path=self._path, **values)
 
     def _document(self) -> Mapping[object, object] | None:
-        loader = yaml.SafeLoader(self._text)
+        loader = _YAML(self._text)
         try:
-            self._root = loader.get_single_node()
-            if self._root is None:
+            root = loader.get_single_node()
+            if root is None:
                 return None
-            self._refuse_twice(self._root)
-            document = loader.construct_document(self._root)
+            self._refuse_twice(root)
+            self._places = Places(self._lines, self._path, root)
+            document = loader.construct_document(root)
         except (yaml.YAMLError, ValueError, TypeError) as error:
             raise self._yaml_error(error) from None
         finally:
@@ -105,22 +109,32 @@ class _Reader:
             return LaunchFileError(f"this is no YAML: {message}", where=self._path)
         return self._error(mark, f"this is no YAML: {message}")
 
-    def _refuse_twice(self, node: yaml.Node, seen: tuple[yaml.Node, ...] = ()) -> None:
+    def _refuse_twice(self, root: yaml.Node) -> None:
         """Keys that are there twice: YAML's reader takes the last one without a word."""
-        if any(node is one for one in seen):
-            self._errors.append(self._error(node.start_mark, "this contains itself"))
-            raise SeveralErrors(self._errors)
-        if isinstance(node, yaml.MappingNode):
-            keys: set[str] = set()
-            for key, value in node.value:
-                name = str(getattr(key, "value", ""))
-                if name in keys and name != "<<":
-                    self._errors.append(self._error(key.start_mark, f"'{name}' is there twice"))
-                keys.add(name)
-                self._refuse_twice(value, (*seen, node))
-        elif isinstance(node, yaml.SequenceNode):
-            for value in node.value:
-                self._refuse_twice(value, (*seen, node))
+        open_nodes: set[int] = set()
+        seen: set[int] = set()  # what an alias repeats is looked at once
+
+        def look(node: yaml.Node) -> None:
+            if id(node) in open_nodes:
+                self._errors.append(self._error(node.start_mark, "this contains itself"))
+                raise SeveralErrors(self._errors)
+            if id(node) in seen:
+                return
+            seen.add(id(node))
+            open_nodes.add(id(node))
+            self._refuse_keys_twice(node)
+            for _, _, value in entries_of(node):
+                look(value)
+            open_nodes.discard(id(node))
+
+        look(root)
+
+    def _refuse_keys_twice(self, node: yaml.Node) -> None:
+        keys: set[object] = set()
+        for name, key, _ in entries_of(node):
+            if name in keys and key is not None and name != "<<":
+                self._errors.append(self._error(key.start_mark, f"'{name}' is there twice"))
+            keys.add(str(name))
 
     # ---- the parts
 
@@ -218,26 +232,23 @@ class _Reader:
 
     def _check_names(self, script: Script) -> None:
         """Steps that others refer to."""
-        known = list(script.known_steps())
-        for index, step in enumerate(script.steps):
-            path: KeyPath = ("scenario", index)
-            if known.count(step.name) > 1:
-                self._wrong(path, f"two steps are called '{step.name}'", "give one a 'name'")
-            earlier = [*known[:3], *(m for s in script.steps[:index] for m in s.moments)]
-            self._check_name(step.after, earlier, (*path, "after"))
+        known = script.known_steps()
+        counts = Counter(known)
+        earlier = dict.fromkeys(ALWAYS)
+        for step in script.steps:
+            if counts[step.name] > 1:
+                self._errors.append(
+                    step.origin.error(f"two steps are called '{step.name}'", "give one a 'name'")
+                )
+            self._check_name(step.after, earlier, step.origin)
+            earlier |= dict.fromkeys(step.moments)
         for expectation in script.expectations:
-            where = self._where(expectation.origin.line)
-            self._check_name(expectation.after, known, (*where, "after"))
+            self._check_name(expectation.after, counts, expectation.origin)
 
-    def _where(self, line: int) -> KeyPath:
-        for index in range(len(_children(self._node(("expect",))))):
-            if self._origin(("expect", index)).line == line:
-                return ("expect", index)
-        return ()
-
-    def _check_name(self, name: str, known: list[str], path: KeyPath) -> None:
+    def _check_name(self, name: str, known: Mapping[str, object], origin: Origin) -> None:
         if name not in known:
-            self._wrong(path, f"no step before is called '{name}'", near(name, known), value=True)
+            text = f"no step before is called '{name}'"
+            self._errors.append(origin.error(text, near(name, list(known)), "after"))
 
     # ---- fields
 
@@ -273,37 +284,13 @@ class _Reader:
         self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
     ) -> None:
         """Note a mistake at the key (or the value) that the path leads to."""
-        self._errors.append(self._error(self._mark(path, value=value), message, hint))
+        self._errors.append(self._places.error(path, message, hint, value=value))
 
-    def _error(self, mark: Any, message: str, hint: str | None = None) -> LauncherError:
-        line = self._lines[mark.line] if mark.line < len(self._lines) else ""
-        return LaunchFileError(
-            message,
-            hint=hint,
-            where=f"{self._path}:{mark.line + 1}",
-            source_line=line,
-            column=mark.column + 1,
-        )
+    def _error(self, mark: yaml.Mark, message: str) -> LauncherError:
+        return at_mark(self._lines, self._path, mark, message)
 
     def _origin(self, path: KeyPath) -> Origin:
-        return Origin(text=self._path, line=self._mark(path).line + 1)
-
-    def _mark(self, path: KeyPath, *, value: bool = False) -> Any:
-        assert self._root is not None
-        node, mark = self._root, self._root.start_mark
-        for key in path:
-            for name, key_node, child in _entries_of(node):
-                if name == key:
-                    node = child
-                    mark = (child if value or key_node is None else key_node).start_mark
-                    break
-        return mark
-
-    def _node(self, path: KeyPath) -> yaml.Node | None:
-        node = self._root
-        for key in path:
-            node = next((child for name, _, child in _entries_of(node) if name == key), None)
-        return node
+        return self._places.origin(path)
 
 
 _BAD = object()
@@ -311,17 +298,3 @@ _BAD = object()
 
 def _entries(kind: Kind) -> set[str]:
     return {field.name for field in kind.fields}
-
-
-def _children(node: yaml.Node | None) -> Sequence[Any]:
-    return node.value if isinstance(node, yaml.SequenceNode) else ()
-
-
-def _entries_of(node: yaml.Node | None) -> Iterator[tuple[object, yaml.Node | None, yaml.Node]]:
-    """(key, node of the key, node of the value) of what a node contains."""
-    if isinstance(node, yaml.MappingNode):
-        for key, value in node.value:
-            yield getattr(key, "value", None), key, value
-    elif isinstance(node, yaml.SequenceNode):
-        for index, value in enumerate(node.value):
-            yield index, None, value

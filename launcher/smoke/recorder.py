@@ -42,6 +42,7 @@ class Recorder:
         self._asked: set[str] = set()
         self._troubles: list[str] = []
         self._lost_messages = 0
+        self._in_order: tuple[LogLine, ...] | None = ()
         self._ending: Ending | None = None
 
     # ---- the clock
@@ -67,7 +68,10 @@ class Recorder:
 
     def add_line(self, line: LogLine) -> None:
         """A line of output."""
-        self._add(self._lines.append, line)
+        with self._changed:
+            self._lines.append(line)
+            self._in_order = None
+            self._changed.notify_all()
 
     def add_message(self, message: Message) -> None:
         """A message of a topic."""
@@ -124,6 +128,7 @@ class Recorder:
         """The log as it was written, in place of what was heard of it."""
         with self._changed:
             self._lines[:] = list(lines)
+            self._in_order = None
             self._changed.notify_all()
 
     def end(self, ending: Ending) -> None:
@@ -142,9 +147,11 @@ class Recorder:
     def facts(self) -> Facts:
         """Everything up to now; lines in order of time."""
         with self._changed:
+            if self._in_order is None:
+                self._in_order = tuple(sorted(self._lines, key=lambda line: line.at_s))
             return Facts(
                 now_s=self.now_s,
-                lines=tuple(sorted(self._lines, key=lambda line: line.at_s)),
+                lines=self._in_order,
                 messages=tuple(self._messages),
                 graphs=tuple(self._graphs),
                 events=tuple(self._events),

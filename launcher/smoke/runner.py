@@ -25,6 +25,7 @@ from launcher.smoke.timeline import Strokes, Timeline
 
 LOOK_S = 0.1
 JUDGE_S = 0.5  # judging all of a long run's messages has its price
+JUDGE_SHARE = 4  # of the time at least so many times what the last look took goes by without one
 STOP_ROOM_S = 15.0  # the launcher ends by itself this long after we should have ended it
 EMPTY_STOP_S = 5.0  # a launcher that has started nothing has nothing to wait for
 # Without a time of their own, these are decided by the end, whenever that is.
@@ -68,7 +69,7 @@ class Runner:
         self._gave_up = False
         self._blind: str | None = None
         self._interrupted = False
-        self._judged_s = -JUDGE_S
+        self._next_look_s = 0.0
 
     def run(self) -> Result:
         """Start, watch, stop, judge. Ctrl-C stops the system, too."""
@@ -113,7 +114,7 @@ class Runner:
                 break
             self._check_ready(facts)
             self._act(actor, facts)
-            self._look(facts)
+            self._look(facts, run_time_s)
             self._is_over.wait(LOOK_S)
         self._check_ready(system.facts())
 
@@ -121,8 +122,7 @@ class Runner:
         """Ready: what has to be there at the start is there, and a process runs."""
         if facts.ready_s is not None or self._gave_up:
             return
-        verdicts = [judge(replace(e, within=None), facts) for e in self._script.presence()]
-        if facts.processes() and all(v.outcome is Outcome.MET for v in verdicts):
+        if facts.processes() and self._is_present(facts):
             self._system.recorder.step(READY)
             self._narrator.say(self._now_s, "ready")
         elif facts.now_s > self._script.ready_limit_s():
@@ -130,18 +130,25 @@ class Runner:
             limit = seconds_text(self._script.ready_limit_s())
             self._narrator.say(self._now_s, f"not ready after {limit}: giving up")
 
-    def _look(self, facts: Facts) -> None:
-        """Tell what is decided by now."""
-        if facts.now_s < self._judged_s + JUDGE_S:
+    def _is_present(self, facts: Facts) -> bool:
+        wanted = (replace(e, within=None) for e in self._script.presence())
+        return all(judge(e, facts).outcome is Outcome.MET for e in wanted)
+
+    def _look(self, facts: Facts, run_time_s: float) -> None:
+        """Tell what is decided by now; thousands of expectations do not make the run longer."""
+        if facts.now_s < self._next_look_s:
             return
-        self._judged_s = facts.now_s
         for expectation in self._script.expectations:
             if expectation.name in self._decided:
                 continue
+            if self._now_s >= run_time_s:
+                break
             verdict = judge(expectation, facts)
             if verdict.outcome is not Outcome.OPEN:
                 self._decided[expectation.name] = verdict
                 self._narrator.decided(self._now_s, expectation, verdict)
+        took_s = self._now_s - facts.now_s
+        self._next_look_s = self._now_s + max(JUDGE_S, JUDGE_SHARE * took_s)
 
     def _has_seen_enough(self, facts: Facts) -> bool:
         """Whether nothing is left to wait for but the end itself, where no time is asked for."""

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from launcher.smoke.expectation import Expectation, Origin
+from launcher.smoke.expectation import Expectation
 from launcher.smoke.facts import READY, START, STOP
 from launcher.smoke.kinds import BY_NAME
+from launcher.smoke.places import Origin
 from launcher.smoke.steps import Chaos, Step
 
 SHORTEST_S = 5.0  # a run without any times still looks for a while
 DEFAULT_READY_S = 10.0
 STEP_ROOM_S = 1.0  # a step needs a moment
 PRESENCE = ("node", "topic", "qos")
+ALWAYS = (START, READY, STOP)  # moments that every run has
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +37,7 @@ class Script:
     def known_steps(self) -> tuple[str, ...]:
         """What `after` may name."""
         moments = (moment for step in self.steps for moment in step.moments)
-        return (START, READY, STOP, *moments)
+        return (*ALWAYS, *moments)
 
     def presence(self) -> tuple[Expectation, ...]:
         """What has to be there before the system is ready."""

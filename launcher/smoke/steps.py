@@ -7,9 +7,10 @@ import signal
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.smoke.expectation import COMMAND_LINE, Origin
+from launcher.smoke.expectation import COMMAND_LINE
 from launcher.smoke.facts import START
 from launcher.smoke.fields import FieldError, near
+from launcher.smoke.places import Origin
 from launcher.smoke.quantities import DURATION, for_editors
 
 SIGNAL = r"SIG[A-Z0-9]+"

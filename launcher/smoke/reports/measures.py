@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from launcher.errors import UsageError
-from launcher.smoke.expectation import Expectation, Origin, Outcome, Verdict
+from launcher.smoke.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.places import Origin
 from launcher.smoke.result import Judged, Result
 
 VERSION = 1

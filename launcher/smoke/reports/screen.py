@@ -17,6 +17,7 @@ from launcher.smoke.reports.failure import describe
 from launcher.smoke.result import Judged, Result
 
 PLAIN_WIDTH = 120  # what a log of CI shows without a terminal
+ROWS = 200  # of more expectations only those are shown that are not met, as many at most
 
 
 def console_for(stream: IO[str], *, colour: bool) -> Console:
@@ -33,13 +34,13 @@ def console_for(stream: IO[str], *, colour: bool) -> Console:
 
 def show(console: Console, result: Result) -> None:
     """The table of all expectations, then the failures, then one line."""
-    table = Table(box=SIMPLE, show_edge=False, pad_edge=False)
-    for head in ("", "expectation", "seen"):
-        table.add_column(head, overflow="fold")
-    for one in result.judged:
-        table.add_row(_mark(one), _shown(one.expectation.name), _shown(one.verdict.seen))
-    console.print(table)
-    for one in result.failures:
+    rows = result.judged if len(result.judged) <= ROWS else result.failures[:ROWS]
+    if rows:
+        console.print(_table(rows))
+    if len(rows) < len(result.judged):
+        met = len(result.judged) - len(result.failures)
+        console.print(Text(f"... and {_others(met, len(result.failures) - len(rows))}"))
+    for one in result.failures[:ROWS]:
         console.print()
         console.print(Text("\n".join(describe(one, result.facts))), soft_wrap=True)
     for trouble in result.facts.troubles:
@@ -47,6 +48,21 @@ def show(console: Console, result: Result) -> None:
     console.print()
     style = "green" if not result.exit_code else "red"
     console.print(Text(summary(result), style=style), soft_wrap=True)
+
+
+def _table(rows: Sequence[Judged]) -> Table:
+    table = Table(box=SIMPLE, show_edge=False, pad_edge=False)
+    for head in ("", "expectation", "seen"):
+        table.add_column(head, overflow="fold")
+    for one in rows:
+        table.add_row(_mark(one), _shown(one.expectation.name), _shown(one.verdict.seen))
+    return table
+
+
+def _others(met: int, unmet: int) -> str:
+    parts = [f"{met} that are met"] if met else []
+    parts += [f"{unmet} that are not"] if unmet > 0 else []
+    return f"{' and '.join(parts)}: smoke.log and report.json have all"
 
 
 def _shown(text: str) -> Text:
