@@ -24,6 +24,7 @@ from launcher.model.record import Record
 LOOK_S = 0.02
 HALTED_PATIENCE_S = 0.2  # for the first word of a launcher that stands still
 _HALTED = ("T", "t")
+_ENDED = ("", "Z", "X")
 LAUNCH_SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 Say = Callable[[str], None]
 
@@ -216,14 +217,13 @@ def _described(run: AnyRun) -> str:
 
 
 def wait_for_run(pid: int, timeout_s: float) -> Run:
-    """The run whose launcher is the process `pid`, as soon as it listens; ControlError.
+    """The run whose launcher is the process `pid`, as soon as it listens.
 
-    Who waits for the parent does not wait any longer than that lives.
+    ControlError if that process has ended, or does not listen within `timeout_s`.
     """
     deadline = time.monotonic() + timeout_s
-    is_ours = os.getppid() == pid
     while True:
-        if is_ours and os.getppid() != pid:
+        if _state(pid) in _ENDED:
             raise ControlError(f"process {pid} has ended")
         for path in folder.sockets(os.environ, os.getuid()):
             if path.stem.startswith(f"{pid}-"):

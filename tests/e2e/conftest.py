@@ -32,7 +32,7 @@ class World:
             "TERM": "xterm-256color",
             MARK: self.mark,
         }
-        for name in ("NO_COLOR", "FORCE_COLOR"):
+        for name in ("NO_COLOR", "FORCE_COLOR", "MAKEFLAGS", "MAKELEVEL", "MFLAGS"):
             self.env.pop(name, None)
         self._stack = stack
 

@@ -15,6 +15,9 @@ from typing import Any
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
+# Fast DDS prints this of a port that somebody else on the machine takes or gives up just then.
+_PORT_COMPLAINT = "Failed init_port fastrtps_port"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
@@ -67,8 +70,9 @@ class NodeProcess:
         return [line for line in list(self.lines) if text in line.text]
 
     def log_texts(self) -> list[str]:
-        """The lines so far without level, time stamp and name."""
-        return [re.sub(r"^\[\w+\] \[[\d.]+\] \[\w+\]: ", "", x.text) for x in list(self.lines)]
+        """What the node logged so far, without level, time stamp and name."""
+        logged = (re.match(r"\[\w+\] \[[\d.]+\] \[\w+\]: (.*)", x.text) for x in list(self.lines))
+        return [match[1] for match in logged if match]
 
     def signal(self, signum: int) -> None:
         self._process.send_signal(signum)
@@ -99,7 +103,8 @@ class NodeProcess:
     def _read(self) -> None:
         assert self._process.stdout is not None
         for text in self._process.stdout:
-            self.lines.append(Line(text=text.rstrip("\n")))
+            if _PORT_COMPLAINT not in text:
+                self.lines.append(Line(text=text.rstrip("\n")))
 
 
 def shared_memory_of(pid: int) -> set[Path]:

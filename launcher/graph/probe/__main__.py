@@ -156,6 +156,8 @@ class Probe:
         except ExternalShutdownException:
             raise  # the probe ends
         except Exception as error:  # whoever asked must not wait for ever
+            if not self._observer.context.ok():
+                raise ExternalShutdownException from error  # it was in the middle of a call
             text = f"{type(error).__name__}: {error}"
             self._outbox.say(_refusal(request.id, VerbError(text, hint="this is a bug")))
             traceback.print_exc()
