@@ -124,11 +124,17 @@ def _amount(text: str, word: str) -> int:
     return amount
 
 
-def with_settings(options: RunOptions, path: str) -> RunOptions:
-    """The options with what the YAML file says besides budgets; UsageError with file and line."""
-    from launcher.engine.budget_reader import load_settings
+def with_file(options: RunOptions, path: str) -> RunOptions:
+    """The options with the text of a YAML file, the names and the settings in it; UsageError."""
+    from launcher.engine.budget_reader import names_in, settings_in, text_of
 
-    for setting in load_settings(path):
+    text = text_of(path)
+    options = replace(
+        options,
+        budget_files=(*options.budget_files, (path, text)),
+        file_names=(*options.file_names, *names_in(text, path)),
+    )
+    for setting in settings_in(text, path):
         mark = ":" if setting.key == "limit" else "="
         word = f"{setting.pattern}{mark}{setting.value}"
         try:

@@ -152,9 +152,9 @@ def _max_starting(options: RunOptions, text: str) -> RunOptions:
 
 
 def _budget_file(options: RunOptions, path: str) -> RunOptions:
-    from launcher.commands.process_options import with_settings
+    from launcher.commands.process_options import with_file
 
-    return with_settings(replace(options, budget_file=path), path)
+    return with_file(options, path)
 
 
 def _stop(options: RunOptions, word: str) -> RunOptions:

@@ -64,12 +64,8 @@ def _parse_word(word: str) -> Budget:
     return _budget(pattern, entries, _Place(f"budget '{word}'"))
 
 
-def load_file(path: str) -> list[Budget]:
-    """The budgets of a YAML file; UsageError that names the file and the line."""
-    return parse_yaml(_text_of(path), path)
-
-
-def _text_of(path: str) -> str:
+def text_of(path: str) -> str:
+    """What is in a file; UsageError."""
     try:
         with open(path, encoding="utf-8") as file:
             return file.read()
@@ -78,7 +74,7 @@ def _text_of(path: str) -> str:
 
 
 def parse_yaml(text: str, path: str) -> list[Budget]:
-    """The budgets in the text of a YAML file that is called `path`; UsageError."""
+    """The budgets in the text of a YAML file; UsageError that names `path` and the line."""
     budgets = []
     for pattern, entries, place in _patterns(text, path):
         limits = [entry for entry in entries if entry.key not in SETTINGS]
@@ -96,14 +92,19 @@ class Setting(NamedTuple):
     place: _Place
 
 
-def load_settings(path: str) -> list[Setting]:
-    """The settings of a YAML file, in order; UsageError."""
+def settings_in(text: str, path: str) -> list[Setting]:
+    """The settings in the text of a YAML file, in order; UsageError."""
     return [
         Setting(pattern, entry.key, entry.value, entry.place or place)
-        for pattern, entries, place in _patterns(_text_of(path), path)
+        for pattern, entries, place in _patterns(text, path)
         for entry in entries
         if entry.key in SETTINGS
     ]
+
+
+def names_in(text: str, path: str) -> list[tuple[str, str]]:
+    """The patterns in the text of a YAML file, each with its place (`budgets.yaml:3`)."""
+    return [(pattern, place.where) for pattern, _, place in _patterns(text, path)]
 
 
 def _patterns(text: str, path: str) -> Iterator[tuple[str, list[_Entry], _Place]]:
@@ -119,13 +120,15 @@ def _patterns(text: str, path: str) -> Iterator[tuple[str, list[_Entry], _Place]
         raise UsageError(f"{path}: this is no YAML: {error}") from error
     if root is None:
         return
-    for pattern, node in _pairs(root, path, text, "patterns, each with its limits"):
+    for name, node in _pairs(root, path, text, "patterns, each with its limits"):
         pairs = _pairs(node, path, text, f"limits, as in {_EXAMPLES.replace('=', ': ')}")
-        entries = [_entry(key, value, path, text) for key, value in pairs]
-        yield pattern, entries, _place(node, path, text)
+        entries = [_entry(key.value, value, path, text) for key, value in pairs]
+        yield name.value, entries, _place(name, path, text)
 
 
-def _pairs(node: yaml.Node, path: str, text: str, expected: str) -> list[tuple[str, yaml.Node]]:
+def _pairs(
+    node: yaml.Node, path: str, text: str, expected: str
+) -> list[tuple[yaml.ScalarNode, yaml.Node]]:
     """The keys, which must be plain, and the values of a mapping."""
     import yaml
 
@@ -135,7 +138,7 @@ def _pairs(node: yaml.Node, path: str, text: str, expected: str) -> list[tuple[s
     for key, value in node.value:
         if not isinstance(key, yaml.ScalarNode):
             raise _place(key, path, text).error("expected a plain word as the key")
-        pairs.append((key.value, value))
+        pairs.append((key, value))
     return pairs
 
 
@@ -159,14 +162,18 @@ class _Place(NamedTuple):
     line: int | None = None
     text: str = ""
 
+    @property
+    def where(self) -> str:
+        """`budgets.yaml:3`."""
+        return self.name if self.line is None else f"{self.name}:{self.line}"
+
     def error(self, message: str, hint: str | None = None) -> UsageError:
         """The error that points here."""
         if self.line is None:
             return UsageError(f"{self.name}: {message}", hint=hint)
         lines = self.text.splitlines()
         source = lines[self.line - 1] if self.line <= len(lines) else None
-        where = f"{self.name}:{self.line}"
-        return UsageError(message, hint=hint, where=where, source_line=source)
+        return UsageError(message, hint=hint, where=self.where, source_line=source)
 
 
 class _Entry(NamedTuple):

@@ -10,6 +10,7 @@ import enum
 import fnmatch
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
 
 from launcher.engine.resources import Sample
 from launcher.model.record import Record
@@ -41,9 +42,12 @@ class Budget(Record):
     for_s: float = FOR_S
     action: BudgetAction = BudgetAction.WARN
 
-    def covers(self, process: str) -> bool:
-        """Whether it is for this process; `robot_2` is also for the process `robot_2-4`."""
-        names = (process, _SUFFIX.sub("", process))
+    def covers(self, process: str, others: Iterable[str] = ()) -> bool:
+        """Whether it is for this process; `robot_2` is also for the process `robot_2-4`.
+
+        `others` are names that it has besides, as that of its node.
+        """
+        names = (process, _SUFFIX.sub("", process), *others)
         return any(fnmatch.fnmatchcase(name, self.pattern) for name in names)
 
 
@@ -78,21 +82,29 @@ class Judge:
 
     How the supervisor uses it, once a second after `Sampler.sample`::
 
-        for verdict in judge.judge({name: sample, ...}, reactor.now()):
+        for verdict in judge.judge({name: sample, ...}, reactor.now(), {name: node names, ...}):
             ...  # say str(verdict), then do verdict.action
     """
 
     def __init__(self, budgets: Iterable[Budget]) -> None:
-        self._budgets = tuple(budgets)
+        self.budgets = tuple(budgets)
         self._stays: dict[tuple[int, str, str, int], _Stay] = {}
 
-    def judge(self, samples: Mapping[str, Sample], now: float) -> list[Verdict]:
-        """What has become due, by process name; `now` must not run backwards."""
+    def judge(
+        self,
+        samples: Mapping[str, Sample],
+        now: float,
+        names: Mapping[str, Iterable[str]] = MappingProxyType({}),
+    ) -> list[Verdict]:
+        """What has become due, by process name; `now` must not run backwards.
+
+        `names` are those that the processes have besides.
+        """
         stays: dict[tuple[int, str, str, int], _Stay] = {}
         verdicts = []
         for process, sample in samples.items():
-            for number, budget in enumerate(self._budgets):
-                if not budget.covers(process):
+            for number, budget in enumerate(self.budgets):
+                if not budget.covers(process, names.get(process, ())):
                     continue
                 for resource, value, limit in _excesses(budget, sample):
                     key = (number, resource, process, sample.pid)

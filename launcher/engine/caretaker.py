@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor, Timer
-from launcher.model.options import RunOptions
+from launcher.model.options import RunOptions, names_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -126,7 +126,8 @@ class Caretaker:
             self._chronicle.note("resources", processes=_plain(self.samples))
         if self._judge is not None:
             by_name = {process.name: process for process in living.values()}
-            for verdict in self._judge.judge(self.samples, now):
+            names = {name: names_of(process.spec) for name, process in by_name.items()}
+            for verdict in self._judge.judge(self.samples, now, names):
                 self._act(by_name[verdict.process], verdict)
 
     def _free(self) -> None:
@@ -151,6 +152,6 @@ def judge_for(options: RunOptions) -> Judge:
     from launcher.engine.budgets import Judge
 
     budgets = budget_reader.parse_words(options.budgets)
-    if options.budget_file is not None:
-        budgets += budget_reader.load_file(options.budget_file)
+    for path, text in options.budget_files:
+        budgets += budget_reader.parse_yaml(text, path)
     return Judge(budgets)

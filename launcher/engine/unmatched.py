@@ -1,4 +1,7 @@
-"""Unmatched: options about processes (`--required NAME`) that no process is meant by."""
+"""Unmatched: options about processes (`--required NAME`) that no process is meant by.
+
+What stands in a file (`--budgets`) is told by its line there.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,11 @@ from launcher.model.spec import ProcessSpec
 
 
 def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[str, str]]:
-    """(`--required 'dispacher'` fits no process`, the name that may be meant) for each."""
+    """(`--required 'dispacher' fits no process`, the name that may be meant) for each."""
     found = {}
-    for option, pattern in _patterns(options):
+    for place, pattern in _patterns(options):
         if not any(matches(pattern, spec) for spec in specs):
-            found[f"{option} '{pattern}'"] = nearest(pattern, specs)
+            found[f"{place} '{pattern}'"] = nearest(pattern, specs)
     return [(f"{what} fits no process", meant) for what, meant in found.items()]
 
 
@@ -36,17 +39,21 @@ def nearest(pattern: str, specs: Sequence[ProcessSpec]) -> str:
 
 
 def _patterns(options: RunOptions) -> Iterator[tuple[str, str]]:
-    """(option, pattern) of each; what stands in a file is for several systems, and may be idle."""
+    """(option, or place in a file; pattern) of each."""
     for pattern in options.required:
         yield "--required", pattern
     for word in options.budgets:
         yield "--budget", word.rpartition(":")[0]
-    if options.budget_file is not None:
-        return  # its settings are among the following
+    for pattern, where in options.file_names:
+        yield f"{where}:", pattern
+    told = {pattern for pattern, _ in options.file_names}  # its settings are among the following
     for pattern, _ in options.restart:
-        yield "--restart", pattern
+        if pattern not in told:
+            yield "--restart", pattern
     for pattern, _ in options.stop:
-        yield "--stop", pattern
+        if pattern not in told:
+            yield "--stop", pattern
     for pattern, limits in options.limits:
-        named = "--limit" if limits.rlimits else "--cpus" if limits.cpus else "--nice"
-        yield named, pattern
+        if pattern not in told:
+            named = "--limit" if limits.rlimits else "--cpus" if limits.cpus else "--nice"
+            yield named, pattern

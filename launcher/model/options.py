@@ -20,8 +20,10 @@ class RunOptions(Record):
     starting at the same time (None: any number).
     `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
     time; `exit_when_any_dies` after the first death that is not followed by a restart. `budgets`
-    and `budget_file` are limits on resources (`engine.budget_reader` reads them). `control`: other
-    shells may look at the run and steer it; `ros`: so may ROS.
+    are limits on resources (`engine.budget_reader` reads them), and so are `budget_files`: (path,
+    text) pairs, since a file that is a pipe can be read once; `file_names` are the patterns that
+    stand in them, each with its place. `control`: other shells may look at the run and steer it;
+    `ros`: so may ROS.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -37,17 +39,19 @@ class RunOptions(Record):
     console: bool = True
     ros: bool = False
     budgets: tuple[str, ...] = ()
-    budget_file: str | None = None
+    budget_files: tuple[tuple[str, str], ...] = ()
+    file_names: tuple[tuple[str, str], ...] = ()
 
     @property
     def has_budgets(self) -> bool:
         """Whether any process may use only so much."""
-        return bool(self.budgets) or self.budget_file is not None
+        return bool(self.budgets or self.budget_files)
 
     @property
     def name_processes(self) -> bool:
         """Whether anything in here is about single processes."""
-        return bool(self.restart or self.stop or self.limits or self.required or self.budgets)
+        by_words = self.restart or self.stop or self.limits or self.required or self.budgets
+        return bool(by_words or self.file_names)
 
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
         """The spec as these options want it."""
@@ -68,8 +72,13 @@ class RunOptions(Record):
 
 
 def matches(pattern: str, spec: ProcessSpec) -> bool:
-    """Whether a pattern (`robot_*`) means this process: by name, label or node name."""
+    """Whether a pattern (`robot_*`) means this process."""
+    return any(fnmatch.fnmatchcase(name, pattern) for name in names_of(spec))
+
+
+def names_of(spec: ProcessSpec) -> list[str]:
+    """What a person may call this process: its name, its label, and the name of its node."""
     names = [spec.name, spec.label]
     if spec.ros is not None and spec.ros.node_name is not None:
         names += [spec.ros.node_name, spec.ros.node_name.rpartition("/")[2]]
-    return any(fnmatch.fnmatchcase(name, pattern) for name in names)
+    return names

@@ -110,7 +110,10 @@ def test_a_budget_from_a_file_warns_once_and_lets_the_process_run(bench: Bench):
 
 
 def test_a_name_that_fits_nobody_is_said_at_the_start_and_at_the_end(bench: Bench):
-    words = ("--restart", "slept=always", "--budget", "nosuch:memory=1M", "--nice", "sl*=1")
+    file = bench.folder / "budgets.yaml"
+    file.write_text("# mine\nslep:\n  memory: 1M\n  nice: 1\nsl*: {fds: 99}\n")
+    words = ["--restart", "slept=always", "--budget", "nosuch:memory=1M", "--nice", "sl*=1"]
+    words += ["--budgets", str(file)]
     done = bench.run('sh("sleep 0.5", name="sleep")', *words)
     text = done.stderr.decode() + done.stdout.decode()
     assert done.returncode == 0
@@ -118,7 +121,8 @@ def test_a_name_that_fits_nobody_is_said_at_the_start_and_at_the_end(bench: Benc
         meant = "(did you mean 'sleep'?)"
         assert f"--restart 'slept' fits no process {when} {meant}" in text
         assert f"--budget 'nosuch' fits no process {when}" in text
-    assert "--nice" not in text
+        assert f"{file}:2: 'slep' fits no process {when} {meant}" in text
+    assert "--nice" not in text and "'sl*'" not in text
 
 
 def test_a_required_process_that_nothing_could_start_is_an_error_at_once(bench: Bench):

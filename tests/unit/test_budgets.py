@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from launcher.engine.budget_reader import load_file, parse_words, parse_yaml
+from launcher.engine.budget_reader import names_in, parse_words, parse_yaml, text_of
 from launcher.engine.budgets import Budget, BudgetAction, Judge
 from launcher.engine.resources import Sample
 from launcher.errors import UsageError
@@ -39,6 +39,13 @@ def test_a_moment_below_the_limit_begins_the_count_anew():
     loads = [90.0, 90.0, 80.0, 90.0, 90.0, 90.0]
     told = [judge.judge({"a": sample(cpu_percent=x)}, float(t)) for t, x in enumerate(loads)]
     assert [len(verdicts) for verdicts in told] == [0, 0, 0, 0, 0, 1]
+
+
+def test_a_node_has_its_budget_by_its_own_name_too():
+    judge = Judge([Budget(pattern="robot_2", fds=10, for_s=0)])
+    over = {"robot-4": sample(fds=11)}
+    assert judge.judge(over, 0.0, {"robot-4": ["robot", "/robot_1", "robot_1"]}) == []
+    assert len(judge.judge(over, 1.0, {"robot-4": ["robot", "/robot_2", "robot_2"]})) == 1
 
 
 @pytest.mark.parametrize("gap", [{}, {"a": sample(pid=8, threads=50)}], ids=["gone", "restarted"])
@@ -159,12 +166,14 @@ def test_a_wrong_word_is_told_with_what_to_write(word: str, message: str, hint: 
 YAML = "# limits\nrobot_*:\n  memory: 200M\n  cpu: 80%\nmonitor:\n  fds: 64\n  action: restart\n"
 
 
-def test_a_file_says_the_same(tmp_path: Path):
-    file = tmp_path / "budgets.yaml"
-    file.write_text(YAML, encoding="utf-8")
-    assert load_file(str(file)) == parse_words(
+def test_a_file_says_the_same():
+    assert parse_yaml(YAML, "b.yaml") == parse_words(
         ["robot_*:memory=200M,cpu=80%", "monitor:fds=64,action=restart"]
     )
+
+
+def test_the_names_in_a_file_are_known_by_their_lines():
+    assert names_in(YAML, "b.yaml") == [("robot_*", "b.yaml:2"), ("monitor", "b.yaml:5")]
 
 
 def test_an_empty_file_has_no_budgets():
@@ -176,7 +185,7 @@ def test_an_empty_file_has_no_budgets():
     [
         ("a:\n  cpu: 1\n  memroy: 2M\n", "b.yaml:3: unknown key 'memroy'"),
         ("a:\n  cpu: hot\n", "b.yaml:2: 'hot' is no value for 'cpu'"),
-        ("a:\n  for: 3\n", "b.yaml:2: no limit for 'a'"),
+        ("a:\n  for: 3\n", "b.yaml:1: no limit for 'a'"),
         ("a:\n  cpu: [1]\n", "b.yaml:2: 'cpu' takes one value"),
         ("a: 3\n", "b.yaml:1: expected a mapping of limits"),
         ("- a\n", "b.yaml:1: expected a mapping of patterns"),
@@ -193,7 +202,7 @@ def test_a_wrong_file_is_told_with_its_line(text: str, rendered: str):
 
 def test_a_missing_file_is_told(tmp_path: Path):
     with pytest.raises(UsageError, match="cannot read the budgets"):
-        load_file(str(tmp_path / "nope.yaml"))
+        text_of(str(tmp_path / "nope.yaml"))
 
 
 @given(st.text())

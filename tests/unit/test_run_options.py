@@ -7,7 +7,7 @@ import pytest
 
 from launcher.commands.process_options import parse_cpus, parse_limit, parse_stop
 from launcher.commands.run_options import HELP, parse_restart, take_run_options
-from launcher.engine.budget_reader import load_file
+from launcher.engine.caretaker import judge_for
 from launcher.errors import UsageError
 from launcher.model.limits import Limits
 from launcher.model.options import RunOptions, matches
@@ -195,8 +195,21 @@ def test_a_file_says_what_the_options_say(tmp_path):
     words = ["--restart", "robot_*=on-failure,max=5", "--stop", "robot_*=int:2"]
     limits = ["--nice", "robot_*=5", "--cpus", "robot_1=0", "--limit", "robot_1:nofile=256,core=0"]
     from_words, _ = take_run_options([*words, *limits])
-    assert from_file == replace(from_words, budget_file=str(file))
-    assert [budget.pattern for budget in load_file(str(file))] == ["robot_*"]
+    names = (("robot_*", f"{file}:1"), ("robot_1", f"{file}:2"))
+    files = ((str(file), file.read_text()),)
+    assert from_file == replace(from_words, budget_files=files, file_names=names)
+    assert [budget.pattern for budget in judge_for(from_file).budgets] == ["robot_*"]
+
+
+def test_a_file_that_is_a_pipe_is_read_once_and_of_several_each_counts(tmp_path):
+    read_end, write_end = os.pipe()
+    os.write(write_end, b"a: {memory: 1M}")
+    os.close(write_end)
+    (tmp_path / "other.yaml").write_text("b: {fds: 9}")
+    words = ["--budgets", f"/dev/fd/{read_end}", "--budgets", str(tmp_path / "other.yaml")]
+    options, _ = take_run_options(words)
+    os.close(read_end)
+    assert [budget.pattern for budget in judge_for(options).budgets] == ["a", "b"]
 
 
 @pytest.mark.parametrize(
@@ -206,6 +219,5 @@ def test_a_mistake_in_the_file_is_told_with_its_line(tmp_path, line, says):
     file = tmp_path / "budgets.yaml"
     file.write_text(f"robot_*:\n  memory: 1G\n  {line}\n")
     with pytest.raises(UsageError, match=says) as caught:
-        take_run_options(["--budgets", str(file)])
-        load_file(str(file))
+        judge_for(take_run_options(["--budgets", str(file)])[0])
     assert caught.value.where == f"{file}:3"
