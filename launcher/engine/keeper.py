@@ -132,6 +132,8 @@ class Keeper:
     def _withdraw(self, process: Process, pacer: Pacer) -> None:
         """A stop has come before its turn to start."""
         if pacer.withdraw(process):
+            self._chronicle.tell(process, report.withdrawn())
+            self._chronicle.note("withdrawn", process)
             self.advance(process, Withdrawn())
             if not process.held:
                 self._on_event(_spawn_failed(process, errno.ECANCELED, will_restart=False))

@@ -19,6 +19,8 @@ LOOK_AGAIN_S = 0.1  # nor that it runs, or is stuck; only while somebody waits
 PAUSE_PATIENCE_S = 1.0
 SIGNAL_PATIENCE_S = 1.0  # how long an end is waited for after a single signal
 STAT_BYTES = 512  # of /proc/PID/stat, more than the state is away from its beginning
+NEVER_STARTED = "was stopped before it had started"
+WAITS = "waits for its turn to start"
 STUCK = "is stuck: not even SIGKILL has ended it"
 FATAL_BY_DEFAULT = POLITE | {
     signal.SIGKILL,
@@ -95,7 +97,7 @@ class Operator:
                 return False
             text = self._how_it_stopped(process, began_s)
             if process.last_end is life:
-                text = "was stopped before it had started"
+                text = NEVER_STARTED
             if process.machine.state.is_alive:
                 done(_done(process, f"{text}, and somebody has started it again"))
                 return True
@@ -107,7 +109,9 @@ class Operator:
     def _how_it_stopped(self, process: Process, began_s: float) -> str:
         elapsed_s = self._reactor.now() - began_s
         last = process.last_end
-        end = "" if last is None or last.outcome.returncode is None else str(last.outcome)
+        if last is not None and last.outcome.returncode is None:
+            return str(last.outcome)  # no signal was sent: there was nobody to get it
+        end = "" if last is None else str(last.outcome)
         signum = process.machine.stop_signal.name
         how = signum if end == signum else f"{signum}, {end}"
         return f"stopped in {elapsed_s:.2f} s ({how})"
@@ -119,6 +123,8 @@ class Operator:
             done(_failed(process, "is not started: the run is being stopped", stopping=True))
         elif state is ProcessState.STOPPING:
             self._when_it_has_ended(process, lambda: self.start(process, done), done)
+        elif _waits_for_its_turn(process):
+            done(_failed(process, WAITS))
         elif state.is_alive:
             pid = "" if process.child is None else f" (pid {process.child.pid})"
             done(_failed(process, f"runs already{pid}"))
@@ -129,6 +135,7 @@ class Operator:
     def _begin(self, process: Process, done: Done, *, before: str = "", after: str = "") -> None:
         """Start it, and say so, between these two, when it runs, or does not."""
         process.held = True  # or the run might end with an attempt that fails
+        life = process.last_end
         self._keeper.advance(process, Start())
 
         def look() -> bool:
@@ -137,9 +144,10 @@ class Operator:
             if process.child is not None:
                 process.held = False
                 done(_done(process, f"{before}started with pid {process.child.pid}{after}"))
+            elif process.last_end is life or process.last_end is None:
+                done(_failed(process, f"{before}{NEVER_STARTED}"))
             else:
-                why = process.machine.last
-                done(_failed(process, f"{before}{'did not start' if why is None else why}"))
+                done(_failed(process, f"{before}{process.last_end.outcome}"))
             return True
 
         if not look():
@@ -152,6 +160,9 @@ class Operator:
             return
         if self._is_stopping():
             done(_failed(process, "is not restarted: the run is being stopped", stopping=True))
+            return
+        if _waits_for_its_turn(process):
+            done(_done(process, WAITS))
             return
         self._note("restart", process)
         after = "" if process.child is None else f" instead of {process.child.pid}"
@@ -313,6 +324,11 @@ def is_halted(pid: int) -> bool:
     except OSError:
         return False
     return text[text.rindex(b")") + 2 :][:1] in (b"T", b"t")
+
+
+def _waits_for_its_turn(process: Process) -> bool:
+    """Whether starts are paced, and its own has not come yet."""
+    return process.machine.state is ProcessState.STARTING and process.child is None
 
 
 def _restart_is_off(process: Process) -> str:

@@ -68,6 +68,11 @@ def not_started(spec: ProcessSpec, errno: int, what: str) -> Line:
     return Line("ERROR", f"process could not be started: {reason}, cmd '{spec.command_line}'")
 
 
+def withdrawn() -> Line:
+    """It was stopped while it waited for its turn to start."""
+    return Line("INFO", "process was not started: stopped before its turn came")
+
+
 def first_death(name: str, what: str, last_lines: list[str]) -> str:
     """The summary at the end: who died first, and the last that was heard of it."""
     head = f"first to die unasked: {name} ({what})"

@@ -149,16 +149,32 @@ def test_the_launch_file_sees_an_end_that_a_person_wanted(steering: SteeringBenc
 
 
 def test_a_process_whose_turn_has_not_come_is_stopped_before_it(steering: SteeringBench):
+    never = "sleeper-2 was stopped before it had started"
     with steering.steer(f"{CAT}, {SLEEPER}", "--stagger", "1000") as run:
         assert run.row("sleeper")["state"] == "STARTING"
-        assert run.tell("stop", "sleeper") == "sleeper-2 was stopped before it had started"
+        assert run.tell("restart", "sleeper") == "sleeper-2 waits for its turn to start"
+        with pytest.raises(RefusedError, match="sleeper-2 waits for its turn to start"):
+            run.tell("start", "sleeper")
+        assert run.tell("stop", "sleeper") == never
         with run.connect() as connection:
             connection.send("start", ["sleeper"])
             assert run.row("sleeper")["state"] == "STARTING"
-            assert run.tell("stop", "sleeper") == "sleeper-2 was stopped before it had started"
-            answer = connection.read(20)
-            assert answer["error"]["message"] == "sleeper-2 did not start"
+            assert run.tell("stop", "sleeper") == never
+            assert connection.read(20)["error"]["message"] == never
         assert run.row("sleeper")["state"] == "STOPPED"
+        assert run.screen.count("[sleeper-2]: process was not started: stopped") == 2
+
+
+def test_one_that_is_stopped_before_its_next_turn_is_not_told_of_its_last_end(
+    steering: SteeringBench,
+):
+    with steering.steer(SLEEPER, "--stagger", "1000") as run, run.connect() as connection:
+        assert "(SIGINT)" in run.tell("stop", "sleeper")
+        connection.send("start", ["sleeper"])
+        assert run.row("sleeper")["state"] == "STARTING"
+        run.tell("stop", "sleeper")
+        message = connection.read(20)["error"]["message"]
+        assert message == "sleeper-1 was stopped before it had started"
 
 
 def test_nothing_is_started_while_the_run_is_being_stopped(steering: SteeringBench):

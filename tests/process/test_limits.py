@@ -146,6 +146,8 @@ def test_those_who_wait_for_their_turn_do_not_start_after_a_stop(bench: Bench):
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
     assert terminal.text.count("process started with pid") == 1
+    assert terminal.text.count("process was not started") == 4
+    assert terminal.text.count("SIGINT' to process") == 1
     assert bench.survivors() == []
 
 
