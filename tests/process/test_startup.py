@@ -35,6 +35,19 @@ sys.argv = ["launcher", sys.argv[1], "--no-log-files"]
 runpy.run_module("launcher", run_name="__main__", alter_sys=True)
 """
 
+# Somebody presses Ctrl-C when this module is about to be imported.
+INTERRUPT = """
+import runpy, signal, sys
+
+def press(event, args):
+    if event == "import" and args[0] == {module!r}:
+        signal.raise_signal(signal.SIGINT)
+
+sys.addaudithook(press)
+sys.argv = ["launcher", sys.argv[1], "--no-log-files"]
+runpy.run_module("launcher", run_name="__main__", alter_sys=True)
+"""
+
 LAUNCH_FILE = """
 from launch import LaunchDescription
 from launch.actions import ExecuteProcess
@@ -70,6 +83,16 @@ def test_little_of_the_standard_library_is_imported_before_the_first_process(imp
 def test_few_modules_of_the_launcher_are_imported_before_the_first_process(imported: set[str]):
     ours = sorted(name for name in imported if is_ours(name))
     assert len(ours) <= MOST_OF_OURS, ours
+
+
+@pytest.mark.parametrize("module", ["launcher.cli", "launcher.errors", "launcher.engine.spawn"])
+def test_ctrl_c_before_the_first_process_ends_the_command_without_a_word(tmp_path, module: str):
+    file = tmp_path / "one.launch.py"
+    file.write_text(LAUNCH_FILE, encoding="utf-8")
+    command = [sys.executable, "-S", "-c", INTERRUPT.format(module=module), str(file)]
+    env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
 def is_ours(name: str) -> bool:
