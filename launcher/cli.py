@@ -14,6 +14,7 @@ from launcher.errors import (
     PackageNotFoundError,
     UsageError,
     exit_code_table,
+    nearest,
 )
 from launcher.model.record import Record
 from launcher.packages import ament_environment
@@ -138,13 +139,9 @@ def _dispatch(words: list[str]) -> int:
 
 def _suggest_verb(word: str, error: LauncherError) -> None:
     """Add to what is wrong with a target that it looks like a misspelt verb."""
-    import difflib
-
-    near = difflib.get_close_matches(
-        word, [*(v.name for v in VERBS), *CONTROL_VERBS], n=1, cutoff=0.7
-    )
-    if near and f"'{word}'" in error.message:
-        meant = f"did you mean python -m launcher {near[0]}?"
+    near = nearest(word, [*(v.name for v in VERBS), *CONTROL_VERBS])
+    if near is not None and f"'{word}'" in error.message:
+        meant = f"did you mean python -m launcher {near}?"
         error.hint = f"{meant} ({error.hint})" if error.hint else meant
 
 

@@ -15,7 +15,7 @@ They are raised anywhere and shown in exactly one place, `launcher.cli.main`.
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 
 class ExitCode(enum.IntEnum):
@@ -87,6 +87,20 @@ class LauncherError(Exception):
         if self.hint:
             lines.append(f"hint: {self.hint}")
         return _printable("\n".join(lines))
+
+
+# Of `difflib`'s measure: `kil` is near `kill` (0.86), `bogus` is not near `logs` (0.67).
+NEAR = 0.7
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """What was probably meant by a word that is not known; None if nothing is like it."""
+    import difflib  # only mistakes pay for it
+
+    words = list(known)
+    mixed_up = (one for one in words if sorted(one) == sorted(word))  # `cta` for `cat`
+    near = difflib.get_close_matches(word, words, n=1, cutoff=NEAR)
+    return near[0] if near else next(mixed_up, None)
 
 
 def _printable(text: str) -> str:

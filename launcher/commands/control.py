@@ -16,7 +16,7 @@ from launcher.control.verbs import Call, Verb
 from launcher.errors import ExitCode, UsageError
 from launcher.model.record import Record
 
-WIDE = 200  # columns of a table that goes into a pipe
+WIDE = 1000  # columns of a table that goes into a pipe
 RUNS_USAGE = "runs [--json]"
 COMMON = """\
   --run ID             which run, where there are several: its id, pid or target, or the
@@ -167,7 +167,7 @@ def _print_table(table: Any) -> None:
 
 def _width() -> int:
     """Through a pipe, nothing is left out: whoever reads it wants the whole."""
-    return os.get_terminal_size(1).columns if sys.stdout.isatty() else WIDE
+    return (os.get_terminal_size(1).columns or 80) if sys.stdout.isatty() else WIDE
 
 
 # ---- one way to show each kind of answer
@@ -197,9 +197,9 @@ def _ps(connection: Connection, call: Call, settings: Settings) -> int:
     if settings.as_json:
         _print_json(result)
     else:
-        from launcher.console.tables import processes
+        from launcher.console.process_table import process_table
 
-        _print_table(processes(result["processes"], _width()))
+        _print_table(process_table(result["processes"], _width()))
     return ExitCode.OK
 
 
@@ -215,26 +215,27 @@ def _info(connection: Connection, call: Call, settings: Settings) -> int:
 
 
 def _top(connection: Connection, call: Call, settings: Settings) -> int:
-    looks = connection.follow("top", call.names, **call.options)
     if settings.as_json:
-        for result in looks:
+        for result in connection.follow("top", call.names, **call.options):
             _print_json(result)
-        return ExitCode.OK
-    from rich.console import Console
-    from rich.live import Live
+    elif sys.stdout.isatty() and os.environ.get("TERM") != "dumb":
+        from launcher.console.live_top import LiveTop
+        from launcher.engine.screen import wants_colour
 
-    from launcher.console.tables import processes
-
-    found = (look["processes"] for look in looks if "processes" in look)
-    if not sys.stdout.isatty():
-        for rows in found:
-            _print_table(processes(rows, _width()))
-        return ExitCode.OK
-    console = Console()
-    with Live(console=console, auto_refresh=False) as live:
-        for rows in found:
-            live.update(processes(rows, console.width, console.height - 2), refresh=True)
+        LiveTop(connection, call, colour=wants_colour(1, os.environ)).run()
+    elif call.options:  # `-f` or `-p`: who asks for more than one look gets it
+        for look in connection.follow("top", call.names, **call.options):
+            _print_in_order(look.get("processes", ()))
+    else:
+        _print_in_order(connection.ask("ps", call.names).result["processes"])
     return ExitCode.OK
+
+
+def _print_in_order(found: Sequence[Mapping[str, Any]]) -> None:
+    from launcher.console.process_table import process_table
+    from launcher.console.top import Top
+
+    _print_table(process_table(Top().sorted(found), _width()))
 
 
 def _logs(connection: Connection, call: Call, settings: Settings) -> int:

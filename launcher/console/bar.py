@@ -16,6 +16,7 @@ Line = list[Fragment]
 
 SEPARATOR = ("class:bar.quiet", " | ")
 CUT = "..."
+LEAST_FOLDER = 10  # of its characters; with less of it, nobody finds it
 _STYLES = {
     "RUNNING": "class:bar.running",
     "STARTING": "class:bar.waiting",
@@ -68,6 +69,16 @@ def fitted(line: Line, columns: int) -> Line:
         if room <= 0:
             break
     return [*cut, ("class:bar.quiet", CUT[:columns])]
+
+
+def folder_line(folder: str, columns: int) -> Line:
+    """What a newcomer may type, and the folder of the run, of which the end tells most."""
+    hint = "help | Ctrl-C stops the run"
+    text = f"{hint} | {folder}"
+    while get_cwidth(text) > columns and len(folder) > LEAST_FOLDER:
+        folder = folder[1:]
+        text = f"{hint} | {CUT}{folder}"
+    return fitted([("class:bar.quiet", text if get_cwidth(text) <= columns else hint)], columns)
 
 
 def _joined(cells: Sequence[Line]) -> Line:

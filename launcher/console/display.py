@@ -21,6 +21,12 @@ from launcher.console.terminal import Terminal
 # Answers hold what processes wrote (`logs`), and a person may paste anything.
 _STEERING = re.compile("\x1b(?!\\[[0-9;:]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f]")
 
+LITTLE_HEIGHT = 8  # rows; below it there is one line of status instead of two
+
+# What tells the console's own lines from those of processes, in the prompt's colour.
+SIGN, GUTTER = "> ", "| "
+_OURS, _PLAIN = "\x1b[1;36m", "\x1b[0m"
+
 
 class FooterOutput(Vt100_Output):
     """What prompt_toolkit draws on; each drawing goes to `sink` as one string."""
@@ -76,6 +82,18 @@ class Display:
         """The same for a text, with or without a newline at its end; of control only colour."""
         if text:
             self.show(_STEERING.sub("", text.rstrip("\n")).encode(errors="replace") + b"\n")
+
+    def echo(self, line: str) -> None:
+        """A line that a person entered."""
+        self.say(self._ours(SIGN) + line)
+
+    def answer(self, text: str) -> None:
+        """What a verb said, each line behind a mark, so that no process seems to have said it."""
+        gutter = self._ours(GUTTER)
+        self.say("\n".join(gutter + line for line in text.rstrip("\n").split("\n")))
+
+    def _ours(self, mark: str) -> str:
+        return f"{_OURS}{mark}{_PLAIN}" if self.colour else mark
 
     def footer_changed(self) -> None:
         """What was kept of the footer is not what it would look like now."""

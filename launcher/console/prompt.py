@@ -12,22 +12,20 @@ from prompt_toolkit.completion import Completer
 from prompt_toolkit.filters import Condition, has_completions
 from prompt_toolkit.formatted_text import ANSI, AnyFormattedText, StyleAndTextTuples
 from prompt_toolkit.history import History
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent, merge_key_bindings
 from prompt_toolkit.keys import Keys
 from prompt_toolkit.layout import ConditionalContainer, HSplit, Layout, Window
 from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
 from prompt_toolkit.layout.processors import BeforeInput
 from prompt_toolkit.styles import Style
 from prompt_toolkit.utils import get_cwidth
-from prompt_toolkit.widgets import SearchToolbar
 
 from launcher.console.bar import Line
-from launcher.console.display import FooterOutput
+from launcher.console.display import LITTLE_HEIGHT, SIGN, FooterOutput
 from launcher.console.keyboard import Keyboard
+from launcher.console.searching import search_keys, search_row
 
-SIGN = "> "
 MOST_CANDIDATE_ROWS = 4
-LITTLE_HEIGHT = 8  # rows; below it there is one line of status instead of two
 
 COLOURS = Style.from_dict(
     {
@@ -58,8 +56,8 @@ class Person(Protocol):
     def suspended(self) -> None:
         """Ctrl-Z."""
 
-    def any_key(self) -> None:
-        """Any key while something is watched."""
+    def any_key(self, key: str) -> None:
+        """Any key while something is watched, by its name."""
 
     def is_watching(self) -> bool:
         """Whether the next key ends it."""
@@ -71,8 +69,8 @@ class Footer(Protocol):
     def above(self) -> str:
         """Lines with SGR, or nothing."""
 
-    def status(self, columns: int) -> Sequence[Line]:
-        """The lines of the bar."""
+    def status(self, columns: int, *, few: bool) -> Sequence[Line]:
+        """The lines of the bar; one if there is room for `few`."""
 
 
 def make_application(
@@ -93,7 +91,7 @@ def make_application(
     buffer = Buffer(completer=completer, history=history, multiline=False, accept_handler=accept)
     return Application(
         layout=Layout(_rows(buffer, footer, output)),
-        key_bindings=_keys(person, buffer),
+        key_bindings=merge_key_bindings([_keys(person, buffer), search_keys(buffer)]),
         style=COLOURS if colour else PLAIN,
         input=Keyboard(),
         output=output,
@@ -103,13 +101,13 @@ def make_application(
 
 
 def _rows(buffer: Buffer, footer: Footer, output: FooterOutput) -> HSplit:
-    search = SearchToolbar()
+    search = search_row(buffer)
     sign = BeforeInput(SIGN, style="class:prompt")
     above = Condition(lambda: bool(footer.above()))
     few = Condition(lambda: output.get_size().rows < LITTLE_HEIGHT)
 
     def status() -> StyleAndTextTuples:
-        lines = footer.status(output.get_size().columns)[: 1 if few() else None]
+        lines = footer.status(output.get_size().columns, few=few())
         pieces: StyleAndTextTuples = []
         for line in lines:
             pieces += [("", "\n"), *line] if pieces else line
@@ -126,6 +124,9 @@ def _rows(buffer: Buffer, footer: Footer, output: FooterOutput) -> HSplit:
                     preview_search=True,
                 ),
                 height=1,
+                # From the beginning wherever it fits: by itself, a window that has scrolled (in
+                # a narrow terminal, for a long line) comes back no farther than to the cursor.
+                get_horizontal_scroll=lambda window: 0,
             ),
             search,
             ConditionalContainer(
@@ -188,7 +189,8 @@ def _keys(person: Person, buffer: Buffer) -> KeyBindings:
 
     @keys.add(Keys.Any, filter=watching, eager=True)
     def _(event: KeyPressEvent) -> None:
-        person.any_key()
+        key = event.key_sequence[0].key
+        person.any_key(key.value if isinstance(key, Keys) else key)
 
     @keys.add(Keys.BracketedPaste)
     def _(event: KeyPressEvent) -> None:

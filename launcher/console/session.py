@@ -15,12 +15,12 @@ from typing import Any, TypeVar
 from prompt_toolkit.application.run_in_terminal import in_terminal
 
 from launcher.console import talk
-from launcher.console.bar import Line, fitted, status_line, width
+from launcher.console.bar import Line, fitted, folder_line, status_line
 from launcher.console.completion import WordCompleter
-from launcher.console.display import Display
+from launcher.console.display import GUTTER, Display
 from launcher.console.feed import Feed
 from launcher.console.history import history_path, open_history
-from launcher.console.prompt import SIGN, make_application
+from launcher.console.prompt import make_application
 from launcher.console.terminal import Terminal
 from launcher.console.watch import Watch
 from launcher.control.folder import ControlError
@@ -200,20 +200,19 @@ class Session:
 
     def above(self) -> str:
         """A live table, or the line of a process that has no end yet."""
-        if self._watch is not None and self._watch.text:
-            return self._watch.text
+        if self._watch is not None and (table := self._watch.text()):
+            return table
         return self._display.partial.decode(errors="replace")
 
-    def status(self, columns: int) -> Sequence[Line]:
-        """Processes, and where the files of the run are."""
-        return [status_line(self._processes, columns), self._about_the_run(columns)]
+    def status(self, columns: int, *, few: bool) -> Sequence[Line]:
+        """Processes, and where the files of the run are; while one watches, what keys do."""
+        lines = [status_line(self._processes, columns), self._about_the_run(columns)]
+        return lines[-1:] if few and self._watch is not None else lines[: 1 if few else 2]
 
     def _about_the_run(self, columns: int) -> Line:
-        if self._watch is not None:
-            return fitted([("class:bar.waiting", "any key ends this")], columns)
-        folder = _below_home(self._run.log_dir or "no log files")
-        line = [("class:bar.quiet", f"help | Ctrl-C stops the run | {folder}")]
-        return line if width(line) <= columns else fitted([("class:bar.quiet", folder)], columns)
+        if self._watch is not None and self.is_watching():
+            return fitted([("class:bar.waiting", self._watch.hint)], columns)
+        return folder_line(_below_home(self._run.log_dir or "no log files"), columns)
 
     # ---- what a person does
 
@@ -230,7 +229,7 @@ class Session:
         try:
             while self._lines:
                 line = self._lines.popleft()
-                self._display.say(SIGN + line)
+                self._display.echo(line)
                 work = asyncio.ensure_future(self._answer(line))
                 self._do(work)
                 await asyncio.wait({work}, timeout=HOLD_S)
@@ -244,16 +243,16 @@ class Session:
             call = talk.read_call(line)
             await (self._follow(call) if talk.follows(call) else self._ask(call))
         except UsageError as error:
-            self._display.say(talk.problem(error, colour=self._display.colour))
+            self._display.answer(talk.problem(error, colour=self._display.colour))
         except Exception as error:  # whatever became of one line, the console goes on
             told = UsageError(f"'{line}' failed: {type(error).__name__}: {error}")
-            self._display.say(talk.problem(told, colour=self._display.colour))
+            self._display.answer(talk.problem(told, colour=self._display.colour))
 
     async def _ask(self, call: Call) -> None:
-        columns = self._terminal.size().columns
+        columns = self._terminal.size().columns - len(GUTTER)
         colour = self._display.colour
         text = await in_thread(lambda: talk.answer(self._run, call, columns, colour=colour))
-        self._display.say(text)
+        self._display.answer(text)
         await self._look_again()
 
     async def _follow(self, call: Call) -> None:
@@ -264,18 +263,25 @@ class Session:
             self._watch = None
             self._application.invalidate()
 
-    def any_key(self) -> None:
-        """End what is being watched."""
+    def any_key(self, key: str) -> None:
+        """Scroll or end what is being watched."""
         if self._watch is not None:
-            self._watch.close()
+            self._watch.press(key)
 
     def is_watching(self) -> bool:
-        """Whether something is."""
-        return self._watch is not None
+        """Whether something is, and no key has ended it yet."""
+        return self._watch is not None and not self._watch.is_closed
 
     def signalled(self, signum: int) -> None:
-        """Hand it on: the launcher knows what a second and a third one mean."""
+        """Hand it on: the launcher knows what a second and a third one mean.
+
+        While something is watched, the first one ends that: who types it in `logs -f` has the
+        habit of other programs, and does not mean the robots.
+        """
         self._lines.clear()
+        if signum == signal.SIGINT and self._watch is not None and self.is_watching():
+            self._watch.close()
+            return
         self._display.say("^C" if signum == signal.SIGINT else "^\\")
         with contextlib.suppress(ProcessLookupError):
             os.kill(self._run.pid, signum)
@@ -284,7 +290,7 @@ class Session:
         """Ctrl-D stops the run."""
         verb = find("quit")
         assert verb is not None
-        self._display.say(SIGN + "quit")
+        self._display.echo("quit")
         self._do(self._ask(parse(verb, ())))
 
     # ---- suspended and continued

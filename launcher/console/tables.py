@@ -1,4 +1,4 @@
-"""Tables: what verbs answer, laid out by rich for the width of the terminal."""
+"""Tables: what verbs answer, laid out by rich for the width of the terminal (`process_table`)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from launcher.console.figures import cpu, duration, memory
-from launcher.console.trouble import is_in_trouble
-
-NARROW = 60  # columns; below it only the most important ones are shown
+from launcher.console.process_table import shown, state
 
 
 def render(what: RenderableType, columns: int, *, colour: bool) -> str:
@@ -35,72 +33,6 @@ def render(what: RenderableType, columns: int, *, colour: bool) -> str:
     return "\n".join(line.rstrip() for line in file.getvalue().splitlines())
 
 
-def processes(found: Sequence[Mapping[str, Any]], columns: int, rows: int | None = None) -> Table:
-    """The answer to `ps`; with `rows`, those in trouble and those that use most come first."""
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    wide = columns >= NARROW
-    for title in ("name", "state", *(("pid", "restarts", "up") if wide else ())):
-        table.add_column(title, no_wrap=True, justify="left" if title in _LEFT else "right")
-    for title in ("cpu", "memory", *(("threads", "shown") if wide else ())):
-        table.add_column(title, no_wrap=True, justify="left" if title in _LEFT else "right")
-    left_out = 0
-    if rows is not None and len(found) > rows:
-        left_out = len(found) - max(0, rows - 1)
-        found = sorted(found, key=_importance)[: max(0, rows - 1)]
-    for process in found:
-        table.add_row(*_row(process, wide=wide))
-    if left_out:
-        table.add_row(f"and {left_out} more")
-    return table
-
-
-_STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}
-_LEFT = ("name", "state", "shown")
-
-
-def _importance(process: Mapping[str, Any]) -> tuple[bool, float]:
-    return not is_in_trouble(process), -(process.get("cpu_percent") or 0.0)
-
-
-def _row(process: Mapping[str, Any], *, wide: bool) -> Iterable[RenderableType]:
-    yield process["name"]
-    yield _state(process)
-    if wide:
-        yield _text(process.get("pid"))
-        yield _text(process.get("restarts") or None)
-        yield _text(process.get("uptime_s"), duration)
-    yield _text(process.get("cpu_percent"), cpu)
-    yield _text(process.get("memory_bytes"), memory)
-    if wide:
-        yield _text(process.get("threads"))
-        yield _shown(process)
-
-
-def _text(value: Any, form: Any = str) -> str:
-    return "-" if value is None else form(value)
-
-
-def _state(process: Mapping[str, Any]) -> Text:
-    if process.get("paused"):
-        return Text("paused", "yellow")
-    state = process["state"].lower()
-    last = process.get("last_exit")
-    text = f"{state}: {last['text']}" if process.get("pid") is None and last else state
-    style = "red" if is_in_trouble(process) else ""
-    return Text(text, _STATE_STYLES.get(state, style))
-
-
-def _shown(process: Mapping[str, Any]) -> str:
-    words = ["muted"] if process.get("muted") else []
-    if process.get("level"):
-        words.append(f"{process['level']} and above")
-    if process.get("grep"):
-        words.append(f"lines with {process['grep']!r}")
-    if words:
-        words.append(f"{process.get('muted_lines', 0)} lines not shown")
-    return ", ".join(words) or "all"
-
-
 def about(process: Mapping[str, Any]) -> Table:
     """The answer to `info` for one process."""
     table = Table.grid(padding=(0, 2, 0, 0))
@@ -114,7 +46,7 @@ def about(process: Mapping[str, Any]) -> Table:
 
 def _facts(one: Mapping[str, Any]) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "name", Text(one["name"], "bold")
-    yield "state", _state(one)
+    yield "state", state(one)
     yield "pid", _text(one["pid"])
     yield "up", _text(one["uptime_s"], duration)
     yield "nodes", list(one["node_names"]) or "-"
@@ -130,10 +62,14 @@ def _facts(one: Mapping[str, Any]) -> Iterable[tuple[str, RenderableType | list[
     yield "memory", f"{_text(one['memory_bytes'], memory)} (resident {resident})"
     yield "threads", _text(one["threads"])
     yield "open files", _text(one["fds"])
-    yield "shown", _shown(one)
+    yield "shown", shown(one)
     yield "log", _text(one["log_file"])
     unset = [f"{name} is not set" for name in one["environment_unset"]]
     yield "environment", [f"{k}={v}" for k, v in one["environment_set"].items()] + unset or "-"
+
+
+def _text(value: Any, form: Any = str) -> str:
+    return "-" if value is None else form(value)
 
 
 def several(parts: Sequence[RenderableType]) -> Group:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import shlex
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -10,11 +9,12 @@ from typing import Any
 from rich.console import RenderableType
 
 from launcher.console import tables
+from launcher.console.process_table import process_table
 from launcher.control.client import Reply
 from launcher.control.folder import ControlError
 from launcher.control.runs import Run
 from launcher.control.verbs import VERBS, Call, find, parse
-from launcher.errors import LauncherError, UsageError
+from launcher.errors import LauncherError, UsageError, nearest
 
 KEYS = (
     ("Tab", "complete a verb, a name, a pattern, a signal"),
@@ -33,8 +33,8 @@ def read_call(line: str) -> Call:
         raise UsageError(f"the line is not finished: {error}") from None
     verb = find(name)
     if verb is None:
-        near = difflib.get_close_matches(name, [verb.name for verb in VERBS], n=1)
-        hint = f"did you mean {near[0]}?" if near else "`help` lists what there is"
+        near = nearest(name, [verb.name for verb in VERBS])
+        hint = f"did you mean {near}?" if near else "`help` lists what there is"
         raise UsageError(f"there is no verb '{name}'", hint=hint)
     return parse(verb, words)
 
@@ -60,7 +60,8 @@ def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
 def problem(error: LauncherError, *, colour: bool) -> str:
     """The error as it is printed."""
     text = error.render()
-    return f"\x1b[31m{text}\x1b[0m".replace("\n", "\x1b[0m\n", 1) if colour else text
+    first, newline, rest = text.partition("\n")
+    return f"\x1b[31m{first}\x1b[0m{newline}{rest}" if colour else text
 
 
 def _help() -> RenderableType:
@@ -70,7 +71,7 @@ def _help() -> RenderableType:
 def _table(call: Call, reply: Reply, columns: int) -> RenderableType | None:
     found = reply.result.get("processes")
     if call.verb.name == "ps" and found is not None:
-        return tables.processes(found, columns)
+        return process_table(found, columns)
     if call.verb.name == "info" and found:
         return tables.several([tables.about(one) for one in found])
     return None
@@ -85,7 +86,7 @@ def item_text(call: Call, item: Mapping[str, Any]) -> str:
         return f"({item['dropped']} lines left out: they came too fast)"
     if call.verb.name == "logs":
         name = item.get("process") or "launch"
-        return f"| [{name}] {item['text']}"  # the same line may have been shown as it came
+        return f"[{name}] {item['text']}"
     return " ".join(f"{key}={value}" for key, value in item.items())
 
 

@@ -6,25 +6,31 @@ import asyncio
 import contextlib
 import os
 import socket
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from prompt_toolkit.data_structures import Size
 
-from launcher.console import tables, talk
-from launcher.console.display import Display
+from launcher.console import talk
+from launcher.console.display import LITTLE_HEIGHT, Display
+from launcher.console.top import KEYS_HINT, Top
 from launcher.control.client import Connection
 from launcher.control.folder import ControlError
 from launcher.control.runs import Run
 from launcher.control.verbs import Call
 
-FOOTER_ROWS = 6  # that the prompt, the bar and a few lines of output keep beside a table
+
+def table_rows(rows: int) -> int:
+    """How many of the terminal's rows are for a table: the prompt, the bar, output have others."""
+    if rows < LITTLE_HEIGHT:
+        return max(1, rows - 2)
+    return rows - 3 - min(3, (rows - LITTLE_HEIGHT) // 4)
 
 
 class Watch:
     """`run` follows in a thread of its own until `close`, or until the run ends.
 
-    `text` is the table to show above the prompt.
+    `hint` says what keys do.
     """
 
     def __init__(self, run: Run, call: Call, display: Display, size: Callable[[], Size]) -> None:
@@ -34,18 +40,26 @@ class Watch:
         self._size = size
         self._connection: Connection | None = None
         self._closed = False
-        self.text = ""
+        self._top = Top()
+        self._found: Sequence[Mapping[str, Any]] | None = None
+        self._drawn: tuple[Size, str] | None = None
+        self._is_table = call.verb.name == "top"
+        self.hint = (
+            f"{KEYS_HINT} | any other key ends this" if self._is_table else "any key ends this"
+        )
 
     def run(self, loop: asyncio.AbstractEventLoop) -> None:
         """Follow; what comes is shown on the loop's thread."""
         try:
             with self._run.connect() as self._connection:
+                if self._closed:  # by a key that came before the connection
+                    return
                 for item in talk.items(self._connection, self._call):
                     loop.call_soon_threadsafe(self._show, item)
         except ControlError as error:
             if not self._closed:
                 text = talk.problem(error, colour=self._display.colour)
-                loop.call_soon_threadsafe(self._display.say, text)
+                loop.call_soon_threadsafe(self._display.answer, text)
 
     def close(self) -> None:
         """End it: the thread wakes up and finds its connection shut."""
@@ -62,10 +76,35 @@ class Watch:
         if self._closed:
             return
         if "processes" not in item:
-            self._display.say(talk.item_text(self._call, item))
+            self._display.answer(talk.item_text(self._call, item))
             return
-        columns, rows = self._size().columns, self._size().rows
-        table = tables.processes(item["processes"], columns, max(1, rows - FOOTER_ROWS))
-        self.text = tables.render(table, columns, colour=self._display.colour)
+        self._found = item["processes"]
+        self._draw_anew()
+
+    def press(self, key: str) -> None:
+        """Scroll or sort the table; every other key ends it."""
+        if self._is_table and self._top.press(key):
+            self._draw_anew()
+        else:
+            self.close()
+
+    def text(self) -> str:
+        """The table to show above the prompt, for the size that the terminal has now."""
+        if self._found is None:
+            return ""
+        size = self._size()
+        if self._drawn is None or self._drawn[0] != size:
+            colour = self._display.colour
+            text = self._top.lines(self._found, size.columns, table_rows(size.rows), colour=colour)
+            self._drawn = size, text
+        return self._drawn[1]
+
+    def _draw_anew(self) -> None:
+        self._drawn = None
         self._display.footer_changed()
         self._display.application.invalidate()
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it is ending."""
+        return self._closed

@@ -114,14 +114,25 @@ class Connection:
     ) -> Iterator[dict[str, Any]]:
         """The items of a stream, until the run ends."""
         request_id = self.send(verb, names, **{"follow": True, **options})
+        while (item := self.next_item(request_id)) is not None:
+            yield item
+
+    def next_item(self, request_id: int) -> dict[str, Any] | None:
+        """The next item of the stream that `send` has asked for; None at its end."""
         while True:
             answer = self._answer(None)
             if answer.get("id") != request_id:
                 continue
             if "item" not in answer:
                 _reply(answer)
-                return
-            yield answer["item"]
+                return None
+            item: dict[str, Any] = answer["item"]
+            return item
+
+    @property
+    def has_line(self) -> bool:
+        """Whether a line has been read already that nobody has asked for: `select` misses it."""
+        return b"\n" in self._buffer
 
     def send(self, verb: str, names: Sequence[str] = (), **options: Any) -> int:
         """Send a request without waiting; its id. `read` brings the answers."""

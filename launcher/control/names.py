@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 
 from launcher.control.verbs import BadCallError
+from launcher.errors import nearest
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec
 
@@ -90,11 +91,9 @@ def _ambiguous(word: str, names: Sequence[str]) -> None:
 
 
 def _unknown(word: str, everybody: Sequence[Named]) -> list[int]:
-    import difflib
-
     spellings = {spelling: one.name for one in everybody for spelling in one.all}
-    near = difflib.get_close_matches(word, spellings, n=1)
-    meant = f"did you mean {spellings[near[0]]}? " if near else ""
+    near = nearest(word, spellings)
+    meant = "" if near is None else f"did you mean {spellings[near]}? "
     there = _listed([one.name for one in everybody], "and") or "no processes yet"
     raise BadCallError("unknown-name", f"there is no process '{word}'", f"{meant}there are {there}")
 

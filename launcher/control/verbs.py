@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from launcher.errors import UsageError
+from launcher.errors import UsageError, nearest
 from launcher.model.record import Record
 
 
@@ -162,8 +162,10 @@ def known(name: str) -> Verb:
     """The verb with this name; BadCallError."""
     verb = find(name)
     if verb is None:
-        names = ", ".join(one.name for one in VERBS)
-        raise BadCallError("unknown-verb", f"there is no verb '{name}'", f"there are {names}")
+        names = [one.name for one in VERBS]
+        near = nearest(name, names)
+        hint = f"there are {', '.join(names)}" if near is None else f"did you mean {near}?"
+        raise BadCallError("unknown-verb", f"there is no verb '{name}'", hint)
     return verb
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from launcher.control.runs import wait_for_run
 from tests.support.glass import Glass
 from tests.support.steered import Steered
 from tests.support.terminal import Terminal, marked_processes
@@ -98,6 +99,7 @@ class Bench:
     def ask_run(self, run: int, *words: str) -> None:
         """Ask something of the run of this launcher, as from another shell."""
         verb, *rest = words
+        wait_for_run(run, TIMEOUT_S)  # it listens a moment after its first process
         command = [sys.executable, "-m", "launcher", verb, "--run", str(run), *rest]
         subprocess.run(command, env=self.env, check=True, timeout=TIMEOUT_S, capture_output=True)
 

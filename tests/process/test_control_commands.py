@@ -8,14 +8,17 @@ import signal
 import subprocess
 import sys
 
+import psutil
 import pytest
 
 from launcher.cli import CONTROL_VERBS
 from tests.process.conftest import SteeringBench
+from tests.support.glass import Glass
 from tests.support.steered import PATIENCE_S
-from tests.support.terminal import Terminal
+from tests.support.waiting import wait_until
 
 CAT = 'sh("exec cat", name="cat")'
+TOP = [sys.executable, "-m", "launcher", "top"]
 
 
 def words_of(table: str) -> list[list[str]]:
@@ -108,17 +111,58 @@ def test_events_are_lines_for_people(steering: SteeringBench):
         assert re.fullmatch(rf"\d\d:\d\d:\d\d started cat-1 pid={pid} restarts=0", first)
 
 
-def test_top_is_drawn_again_and_again_in_a_terminal(steering: SteeringBench):
+def test_top_is_drawn_again_scrolls_and_leaves_the_terminal_as_it_was(steering: SteeringBench):
+    many = "".join(f'sh("exec cat", name="cat_{n}"),' for n in range(12))
+    with steering.steer(many) as run:
+        assert run.socket
+        env = {**run.env, "TERM": "xterm-256color"}
+        with Glass([*TOP, "-p", "0.1"], env=env, columns=60, rows=8) as glass:
+            before = glass.settings()
+            glass.type("n")
+            glass.wait_until(lambda: "1-5 of 12 by name: 7 more below" in glass.rows, "a part")
+            assert glass.rows[1].startswith("cat_0-1")
+            glass.type("\x1b[F")
+            glass.wait_until(lambda: glass.rows[5].startswith("cat_11-12"), "the last")
+            run.tell("pause", "cat_11")
+            glass.wait_until(lambda: "paused" in glass.rows[5], "another look")
+            glass.resize(40, 12)
+            glass.wait_until(lambda: "4-12 of 12 by name: 3 more above" in glass.rows, "more")
+            glass.type("q")
+            assert glass.exit_code() == 0
+            assert glass.settings() == before
+            assert not glass.cursor_is_hidden
+        with Glass(TOP, env=env) as glass:
+            glass.wait_until(lambda: "12 by cpu" in glass.rows, "the table")
+            glass.ctrl_c()
+            assert glass.exit_code() == 0
+
+
+def test_top_gives_the_terminal_back_when_it_is_suspended_or_terminated(steering: SteeringBench):
     with steering.steer(CAT) as run:
         assert run.socket
-        command = [sys.executable, "-m", "launcher", "top", "-p", "0.1"]
-        with Terminal(command, env={**run.env, "TERM": "xterm-256color"}) as terminal:
-            terminal.wait_for("cat-1")
-            terminal.wait_for("running")
-            run.tell("pause", "cat")
-            terminal.wait_for("paused")
-            terminal.ctrl_c()
-            assert terminal.exit_code() == 0
+        env = {**run.env, "TERM": "xterm-256color"}
+        with Glass(["bash", "--norc", "-i"], env=env) as shell:
+            shell.type(f"PS1='$ '; {' '.join(TOP)}\n")
+            shell.wait_until(lambda: "1 by cpu" in shell.rows, "the table")
+            shell.type("\x1a")
+            shell.wait_for("Stopped")
+            shell.type("stty -a | grep -o ' icanon'\n")
+            shell.wait_until(lambda: " icanon" in shell.rows, "cooked mode")
+            shell.type("clear; fg\n")
+            shell.wait_until(lambda: "1 by cpu" in shell.rows, "the table again")
+            (top,) = psutil.Process(shell.pid).children()
+            top.terminate()
+            shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the shell's prompt")
+            shell.type("stty -a | grep -c ' icanon'\n")
+            shell.wait_until(lambda: "1" in shell.rows, "cooked mode")
+
+
+def test_top_through_a_pipe_is_one_table_with_the_busiest_first(steering: SteeringBench):
+    busy = 'sh("while :; do :; done", name="busy")'
+    with steering.steer(f"{CAT}, {busy}") as run:
+        wait_until(lambda: run.row("busy")["cpu_percent"], "its share is known")
+        _, first, second = words_of(run.shell("top").stdout)
+        assert [first[0], second[0]] == ["busy-2", "cat-1"]
 
 
 def test_top_through_a_pipe_ends_with_the_run(steering: SteeringBench):

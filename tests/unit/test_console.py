@@ -9,31 +9,14 @@ import pytest
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from launcher.console import figures, tables
-from launcher.console.bar import status_line, width
+from launcher.console import figures
+from launcher.console.bar import folder_line, status_line, width
 from launcher.console.completion import WordCompleter
 from launcher.console.feed import split
 from launcher.console.history import MOST_LINES, history_path, open_history
 from launcher.console.talk import follows, read_call
 from launcher.errors import UsageError
-
-
-def process(name: str, state: str = "RUNNING", **more: object) -> dict[str, object]:
-    base = {
-        "name": name,
-        "label": name.rpartition("-")[0],
-        "state": state,
-        "pid": 1 if state == "RUNNING" else None,
-        "restarts": 0,
-        "cpu_percent": 2.4 if state == "RUNNING" else None,
-        "memory_bytes": 31_000_000 if state == "RUNNING" else None,
-        "namespace": "/",
-        "node_names": [],
-        "last_exit": None,
-        "paused": False,
-        "muted": False,
-    }
-    return {**base, **more}
+from tests.unit.console_rows import process
 
 
 def text_of(line: list[tuple[str, str]]) -> str:
@@ -95,17 +78,21 @@ def test_the_bar_is_never_wider_than_the_terminal(columns: int):
     assert 0 < width(status_line(crowd, columns)) <= columns
 
 
+@pytest.mark.parametrize(
+    ("columns", "text"),
+    [
+        (60, "help | Ctrl-C stops the run | ~/.ros/log/2026-11-21-vm-4711"),
+        (52, "help | Ctrl-C stops the run | .../2026-11-21-vm-4711"),
+        (40, "help | Ctrl-C stops the run"),
+        (16, "help | Ctrl-C..."),
+    ],
+)
+def test_the_folder_gives_way_to_what_may_be_typed(columns: int, text: str):
+    assert text_of(folder_line("~/.ros/log/2026-11-21-vm-4711", columns)) == text
+
+
 def test_without_processes_the_bar_says_so():
     assert text_of(status_line([], 80)) == "no processes"
-
-
-def test_a_long_table_shows_trouble_first_and_counts_the_rest():
-    crowd = [process(f"worker_{n}-{n}") for n in range(50)]
-    crowd.append(process("broken-51", "FATAL"))
-    shown = tables.render(tables.processes(crowd, 80, 5), 80, colour=False).splitlines()
-    assert len(shown) == 6  # with its head
-    assert shown[1].startswith("broken-51")
-    assert shown[-1] == "and 47 more"
 
 
 # ---- completion
@@ -174,6 +161,21 @@ def test_a_line_is_read_as_by_a_shell():
 def test_a_mistake_is_told(line: str, message: str):
     with pytest.raises(UsageError, match=message):
         read_call(line)
+
+
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("bogus", "`help` lists what there is"),
+        ("hepl", "did you mean help?"),
+        ("sp", "did you mean ps?"),
+        ("retsart robot_1", "did you mean restart?"),
+    ],
+)
+def test_only_what_is_near_is_suggested(line: str, hint: str):
+    with pytest.raises(UsageError) as raised:
+        read_call(line)
+    assert raised.value.hint == hint
 
 
 def test_top_is_live_and_logs_are_if_asked():

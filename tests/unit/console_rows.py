@@ -1,0 +1,21 @@
+"""Processes as `ps` tells them."""
+
+from __future__ import annotations
+
+
+def process(name: str, state: str = "RUNNING", **more: object) -> dict[str, object]:
+    base = {
+        "name": name,
+        "label": name.rpartition("-")[0],
+        "state": state,
+        "pid": 1 if state == "RUNNING" else None,
+        "restarts": 0,
+        "cpu_percent": 2.4 if state == "RUNNING" else None,
+        "memory_bytes": 31_000_000 if state == "RUNNING" else None,
+        "namespace": "/",
+        "node_names": [],
+        "last_exit": None,
+        "paused": False,
+        "muted": False,
+    }
+    return {**base, **more}
