@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from launcher.commands import words as command_line
+from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
 from launcher.commands.run_options import HELP as RUN_HELP
 from launcher.commands.run_options import take_run_options
 from launcher.engine.screen import wants_colour
 from launcher.errors import ExitCode, UsageError
-from launcher.smoke import flags, loader
+from launcher.smoke import checks, flags, forecast, loader
 from launcher.smoke.expectation import Expectation
 from launcher.smoke.fields import near
 from launcher.smoke.quantities import DURATION
@@ -61,8 +62,8 @@ _VALUED = (
     "--seed",
 )
 _PLAIN = ("--no-file", "--github", "--update-baseline", "--schema")
-_LAUNCHER_PLAIN = (("--lenient",), ("--noninteractive", "-n"))
-_LAUNCHER_VALUED = (("--launch-prefix",), ("--launch-prefix-filter",), ("--evaluation-timeout",))
+_LAUNCHER_PLAIN = (LENIENT, NONINTERACTIVE)
+_LAUNCHER_VALUED = (PREFIX, PREFIX_FILTER, PATIENCE)
 
 
 class _Words:
@@ -149,11 +150,14 @@ def main(words: Sequence[str]) -> int:
         valued=_LAUNCHER_VALUED,
     )
     script = _script(given, request.path)
+    more = {n: v for n, v in script.arguments.items() if n not in dict(request.arguments)}
+    arguments = [f"{name}:={value}" for name, value in more.items()]
+    words = (*given.rest, *arguments, *script.options)
+    _refuse_what_cannot_be(script, take_run_options(words)[1])
     from launcher.smoke.session import Options, Session
 
-    more = {n: v for n, v in script.arguments.items() if n not in dict(request.arguments)}
     options = Options(
-        words=(*given.rest, *(f"{n}:={v}" for n, v in more.items()), *script.options),
+        words=words,
         target=Path(request.path).name,
         junit=given.path("--junit"),
         artifacts=_folder(given.path("--artifacts")),
@@ -163,6 +167,19 @@ def main(words: Sequence[str]) -> int:
         update_baseline=given.has("--update-baseline"),
     )
     return Session(script, options, colour=wants_colour(1, os.environ)).run()
+
+
+def _refuse_what_cannot_be(script: Script, words: Sequence[str]) -> None:
+    """What can be known to be wrong before anything is started; LauncherError."""
+    found = [checks.of_script(script)]
+    if any(forecast.mentions(script)):
+        foreseen = forecast.ask(words)
+        found += [] if foreseen is None else [forecast.compare(script, foreseen)]
+    for warning in (text for findings in found for text in findings.warnings):
+        print(f"smoke: warning: {warning}", file=sys.stderr)
+    errors = [error for findings in found for error in findings.errors]
+    if errors:
+        raise checks.together(errors)
 
 
 def _folder(path: Path | None) -> Path | None:

@@ -15,7 +15,7 @@ _BUILTINS = {
     f.__name__: f
     for f in (abs, all, any, bool, dict, float, int, isinstance, len, list, max, min, round)
 } | {f.__name__: f for f in (set, sorted, str, sum, tuple, zip, range, enumerate)}
-_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
 class Fields:
@@ -184,7 +184,7 @@ def compile_regex(value: object) -> re.Pattern[str]:
 
 
 def _look_up(content: Any, path: str) -> Any:
-    for name, index in _STEP.findall(path):
+    for name, index in STEP.findall(path):
         if name:
             if not isinstance(content, Mapping | Fields) or name not in content:
                 return _MISSING

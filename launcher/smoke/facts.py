@@ -161,7 +161,7 @@ class Facts:
 
     def is_named(self, process: str, pattern: str) -> bool:
         """Whether a pattern means this process: `robot_2-4`, `robot_2`, `robot_*`, `/robot_2`."""
-        return _means(pattern, process, self.node_names.get(process, ()))
+        return means(pattern, process, self.node_names.get(process, ()))
 
     def process_of(self, node: str) -> str | None:
         """The process that a full node name belongs to, as far as the launch file tells."""
@@ -208,7 +208,7 @@ class Facts:
 
 
 @functools.lru_cache(maxsize=4096)
-def _means(pattern: str, process: str, nodes: tuple[str, ...]) -> bool:
-    """Asked for every line by every expectation that names a process."""
+def means(pattern: str, process: str, nodes: tuple[str, ...]) -> bool:
+    """Whether a pattern means a process with these nodes; asked for every line, by everybody."""
     names = {process, _NUMBER.sub("", process), *nodes, *(n.rpartition("/")[2] for n in nodes)}
     return any(fnmatch.fnmatchcase(name, pattern) for name in names)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -99,6 +100,28 @@ class Name:
             hint = f"full names begin with '/': /{value}" if isinstance(value, str) else None
             raise FieldError(f"{value!r} is no name of a {self._noun}", hint=hint)
         return value
+
+    @property
+    def schema(self) -> dict[str, object]:
+        """As JSON Schema."""
+        return {"type": "string", "pattern": f"^{self.pattern}$"}
+
+
+class TypeName:
+    """The full name of a type; `std_msgs/String` is short for `std_msgs/msg/String`."""
+
+    pattern = r"[A-Za-z][A-Za-z0-9_]*(?:/[a-z]+)?/[A-Za-z][A-Za-z0-9_]*"
+
+    def __init__(self, kind: str, example: str) -> None:
+        self._kind = kind
+        self._example = example
+
+    def parse(self, value: object) -> str:
+        """ValueError for what has no package."""
+        if not isinstance(value, str) or re.fullmatch(self.pattern, value) is None:
+            raise FieldError(f"{value!r} is no type, which is written as {self._example}")
+        package, *_, name = value.split("/")
+        return f"{package}/{self._kind}/{name}" if value.count("/") == 1 else value
 
     @property
     def schema(self) -> dict[str, object]:

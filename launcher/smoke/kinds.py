@@ -23,6 +23,7 @@ from launcher.smoke.fields import (
     Regex,
     Regexes,
     Text,
+    TypeName,
     Where,
 )
 from launcher.smoke.judges import answers, graph, logs, processes, run, traffic
@@ -82,7 +83,16 @@ _PROCESS = Field(
     type=Text("process"),
     doc="`robot_2-4`, `robot_2`, `robot_*`, `/node`; `launch` is the launcher itself",
 )
-_TYPE = Field(name="type", type=Text("type"), doc="type, as in `std_msgs/msg/String`")
+_TYPE = Field(
+    name="type",
+    type=TypeName("msg", "std_msgs/msg/String"),
+    doc="type, as in `std_msgs/msg/String`",
+)
+_SERVICE_TYPE = Field(
+    name="type",
+    type=TypeName("srv", "std_srvs/srv/SetBool"),
+    doc="type, as in `std_srvs/srv/SetBool`",
+)
 _WHERE = Field(name="where", type=Where(), doc="Python expression over `m` and `json`")
 _FIELDS = Field(name="fields", type=FieldConditions(), doc="field path to value or limits")
 _OUR_QOS = Field(name="qos", type=OUR_QOS, doc="QoS of our subscription; else what fits")
@@ -237,7 +247,7 @@ KINDS = (
         doc="A service answers, with what is expected.",
         judge=answers.service,
         fields=(
-            _TYPE,
+            _SERVICE_TYPE,
             Field(name="request", type=Mapped(), doc="the request's fields"),
             _WHERE,
             _FIELDS,

@@ -11,6 +11,8 @@ from typing import Any
 import yaml
 
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
+from launcher.smoke import checks
+from launcher.smoke.checks import together
 from launcher.smoke.expectation import Expectation
 from launcher.smoke.facts import START
 from launcher.smoke.fields import FieldType, near
@@ -21,6 +23,7 @@ from launcher.smoke.script import ALWAYS, Script
 from launcher.smoke.steps import Command, Step
 
 SUFFIX = ".expect.yaml"
+QUOTES = "a text with a brace or ': ' in it needs quotes"
 # The C library reads a long file twenty times as fast.
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -80,9 +83,11 @@ class _Reader:
         values: dict[str, Any] = {}
         if document is not None:
             values = self._script_values(document)
+        script = Script(path=self._path, **values)
         if self._errors:
-            raise self._errors[0] if len(self._errors) == 1 else SeveralErrors(self._errors)
-        return Script(path=self._path, **values)
+            # What could be read is looked at, too: all mistakes at once.
+            raise together([*self._errors, *checks.of_script(script).errors])
+        return script
 
     def _document(self) -> Mapping[object, object] | None:
         loader = _YAML(self._text)
@@ -107,7 +112,9 @@ class _Reader:
         message = getattr(error, "problem", None) or str(error)
         if mark is None:
             return LaunchFileError(f"this is no YAML: {message}", where=self._path)
-        return self._error(mark, f"this is no YAML: {message}")
+        line = self._lines[mark.line] if mark.line < len(self._lines) else ""
+        hint = QUOTES if any(sign in line for sign in ("{", ": ")) else None
+        return at_mark(self._lines, self._path, mark, f"this is no YAML: {message}", hint)
 
     def _refuse_twice(self, root: yaml.Node) -> None:
         """Keys that are there twice: YAML's reader takes the last one without a word."""

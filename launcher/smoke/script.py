@@ -76,6 +76,16 @@ class Script:
             times |= dict.fromkeys(step.moments, at_s + room_s)
         return times
 
+    def earliest_s(self) -> dict[str, float]:
+        """Before when each moment that `after` may name cannot come."""
+        times = dict.fromkeys(ALWAYS, 0.0)
+        for step in self.steps:
+            at_s = times.get(step.after, 0.0) + step.delay_s
+            times |= dict.fromkeys(step.moments, at_s)
+            if step.over in times:
+                times[step.over] = at_s + step.command.words["time_s"]
+        return times
+
     def needs_ros(self) -> bool:
         """Whether a probe is needed to judge or do any of it."""
         return any(BY_NAME[e.kind].needs_ros for e in self.expectations) or any(

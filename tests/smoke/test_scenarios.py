@@ -66,19 +66,29 @@ def test_a_step_waits_for_a_line_and_can_talk_to_a_process(bench: Bench):
     assert done.returncode == 0, done.stdout
 
 
-def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
+def test_a_step_for_a_process_that_nobody_starts_is_refused_at_once(bench: Bench):
     bench.write(PATIENT)
+    bench.expect("{for: 60 s, scenario: [{at: 1 s, do: kill patent}]}")
+    done = bench.smoke()
+    assert done.returncode == 2
+    assert "tested.expect.yaml:1: the launch file starts no process 'patent'" in done.stderr
+    assert "did you mean 'patient'?" in done.stderr
+    assert not bench.evidence.exists()
+
+
+def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
+    bench.write(PATIENT, DONE)
     bench.expect(
         """
         for: 2 s
         scenario:
-          - {at: 0.5 s, do: stop nobody, name: wrong}
+          - {at: 1 s, do: kill done, name: wrong}
           - {after_log: never, do: stop patient, name: waiting}
         """
     )
     done = bench.smoke()
     assert done.returncode == 3
-    assert "nobody" in bench.judged("step wrong")["seen"]
+    assert "no process 'done' runs" in bench.judged("step wrong")["seen"]
     assert bench.judged("step waiting")["seen"] == "no line with 'never' came"
 
 

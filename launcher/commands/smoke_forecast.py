@@ -1,0 +1,92 @@
+"""What smoke asks beforehand, in a process of its own: the processes in a launch file's plan.
+
+`python -m launcher.commands.smoke_forecast TARGET [name:=value ...]` prints one JSON object, and
+nothing if there is no plan.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from launcher.commands import plan as planning
+from launcher.commands import words as command_line
+from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
+from launcher.commands.patience import Patience
+from launcher.control.names import Named
+from launcher.errors import ExitCode, LauncherError
+from launcher.interpreter.trace import Visit
+from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
+from launcher.planner import Plan
+
+USAGE = "python -m launcher.commands.smoke_forecast TARGET [name:=value ...]"
+_OURS = ("launch.", "launch_ros.", "launcher.")  # the others' entities do what they like
+
+
+def main(words: Sequence[str]) -> int:
+    """Print the forecast; the exit code."""
+    try:
+        request = command_line.read(
+            words,
+            verb="smoke",
+            usage=USAGE,
+            flags=(LENIENT, NONINTERACTIVE),
+            valued=(PREFIX, PREFIX_FILTER, PATIENCE),
+        )
+        plan = planning.evaluate(request, Patience.given(request.options.get(PATIENCE[0])))
+    except LauncherError as error:
+        return error.exit_code
+    if plan.error is not None:
+        return ExitCode.USAGE
+    print(json.dumps(_document(plan)))
+    return ExitCode.OK
+
+
+def _document(plan: Plan) -> dict[str, Any]:
+    named = [Named.of(process.spec) for process in plan.processes]
+    return {
+        "is_certain": is_certain(plan),
+        "processes": [
+            {
+                "name": f"{one.label}-{number}",
+                "label": one.label,
+                "nodes": one.nodes,
+                "namespace": one.namespace,
+            }
+            for number, one in enumerate(named, 1)
+        ],
+    }
+
+
+def is_certain(plan: Plan) -> bool:
+    """Whether the plan has followed everything that a launch file can do while it runs.
+
+    Handlers with entities that came into play are known; functions that are told how a process
+    ended or what it printed may start anything.
+    """
+    visits = [visit for root in plan.visits for visit in root.walk()]
+    seen = {id(visit.entity) for visit in visits}
+    return not any(_is_open(visit, seen) for visit in visits)
+
+
+def _is_open(visit: Visit, seen: set[int]) -> bool:
+    entity = visit.entity
+    if isinstance(entity, RegisterEventHandler):
+        known = entity.event_handler.describe()[1]
+        return not known or any(id(one) not in seen for one in known)
+    if isinstance(entity, OpaqueFunction):
+        return bool(visit.stamp.phase == "exit")
+    if not type(entity).__module__.startswith(_OURS):
+        return True
+    return any(callable(one) for one in _on_exits(entity))
+
+
+def _on_exits(entity: Any) -> Iterator[Any]:
+    """What a process action was given as `on_exit`."""
+    yield getattr(entity, "_ExecuteLocal__on_exit", None)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
