@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from launcher.commands import words as command_line
@@ -22,6 +22,8 @@ from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.commands.attendants import Attendants
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
@@ -281,12 +283,19 @@ class _SoundCore:
         """Whether the launch file wants the output of this process."""
         return self._interpreter.watches_output(process_id)
 
-    def plan(self) -> object:
+    def plan(self) -> Mapping[str, Any]:
         """The plan document of what was asked for so far."""
         from launcher.commands.run_plan import Chapter, run_document
 
         story = [Chapter(*chapter) for chapter in self._story]
         return run_document(self._interpreter, self._request.path, story)
+
+    def plan_lines(self) -> Sequence[str]:
+        """The same for people."""
+        from launcher.commands.run_plan import Chapter, run_text
+
+        story = [Chapter(*chapter) for chapter in self._story]
+        return run_text(self._interpreter, self._request.path, story)
 
 
 def _ended_process(event: Event) -> int | None:

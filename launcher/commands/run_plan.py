@@ -27,6 +27,8 @@ from launcher.planner import (
     with_temporary_files,
 )
 from launcher.render.plan_json import document
+from launcher.render.run_tree import run_tree
+from launcher.render.tree import draw
 
 if TYPE_CHECKING:
     from launcher.interpreter import Interpreter
@@ -45,6 +47,17 @@ class Chapter(NamedTuple):
 
 def run_document(interpreter: Interpreter, path: str, story: Sequence[Chapter]) -> dict[str, Any]:
     """The document of the story so far, ready for `json.dumps`."""
+    return document(run_plan(interpreter, path, story))
+
+
+def run_text(interpreter: Interpreter, path: str, story: Sequence[Chapter]) -> list[str]:
+    """The same for people, line by line."""
+    tree = draw(run_tree(run_plan(interpreter, path, story)), colour=False)
+    return tree.split("\n")
+
+
+def run_plan(interpreter: Interpreter, path: str, story: Sequence[Chapter]) -> Plan:
+    """The plan that the story so far has become."""
     plan = Plan(path)
     plan.environment = interpreter.environment
     plan.arguments = list(interpreter.host.declared_arguments.values())
@@ -52,7 +65,7 @@ def run_document(interpreter: Interpreter, path: str, story: Sequence[Chapter]) 
     _Telling(plan, interpreter).tell(story)
     if interpreter.failure is not None:
         plan.error = plan_error(interpreter.failure, "run", "run")
-    return document(plan)
+    return plan
 
 
 class _Telling:

@@ -19,7 +19,6 @@ from launcher.engine.machine import ProcessState
 from launcher.engine.operator import Done, Outcome
 from launcher.engine.pattern import Pattern
 from launcher.engine.process import Process
-from launcher.engine.runfolder import planned
 from launcher.engine.view import level_named
 from launcher.engine.views import NOT_MUTED, Shown
 from launcher.model.record import Record
@@ -129,10 +128,8 @@ class Service:
         exchange.reply({"processes": found}, text)
 
     def _do_plan(self, call: Call, exchange: Exchange) -> None:
-        specs = [process.spec for process in self._desk.processes]
-        text = [f"{spec.name}: {spec.command_line}" for spec in specs]
-        environment = self._identity.environment
-        exchange.reply({"processes": [planned(spec, environment) for spec in specs]}, text)
+        core = self._desk.core
+        exchange.reply(core.plan(), core.plan_lines())
 
     def _do_help(self, call: Call, exchange: Exchange) -> None:
         topic = call.options.get("topic")

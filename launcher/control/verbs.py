@@ -115,7 +115,7 @@ VERBS = (
         options=(FOLLOW, NEW),
         streams=True,
     ),
-    Verb("plan", "plan", "the processes that the launch file asked for", shell=False),
+    Verb("plan", "plan", "what the launch file has asked for so far", shell=False),
     Verb("quit", "quit", "stop everything and end the run"),
     Verb(
         "help",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from launcher.model.events import Effect, Event
@@ -21,5 +21,8 @@ class Core(Protocol):
     def watches_output(self, process_id: int) -> bool:
         """Whether ProcessOutput is wanted for this process."""
 
-    def plan(self) -> object:
+    def plan(self) -> Mapping[str, Any]:
         """What was asked for so far, ready for `json.dumps`."""
+
+    def plan_lines(self) -> Sequence[str]:
+        """The same for people, line by line."""

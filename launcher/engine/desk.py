@@ -17,13 +17,15 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from launcher.engine.core import Core
     from launcher.engine.resources import Sample
 
 
 class Desk:
     """One for a run. It is made when somebody opens it, and costs nothing until then.
 
-    `on_process` is called with each process that is started for the first time.
+    `core` knows what was asked for; `on_process` is called with each process that is started for
+    the first time.
     """
 
     def __init__(
@@ -32,6 +34,7 @@ class Desk:
         chronicle: Chronicle,
         keeper: Keeper,
         ending: Ending,
+        core: Core,
         *,
         processes: Mapping[int, Process],
         samples: Callable[[], Mapping[str, Sample]],
@@ -39,6 +42,7 @@ class Desk:
     ) -> None:
         self.reactor = reactor
         self.chronicle = chronicle
+        self.core = core
         self.log_path = log_path
         self.operator = Operator(
             reactor, keeper, chronicle, is_stopping=lambda: self._ending.has_begun

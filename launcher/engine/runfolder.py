@@ -24,7 +24,7 @@ from pathlib import Path
 from launcher.engine.journal import Journal
 from launcher.engine.lines import with_prefix
 from launcher.engine.logfile import LogFile, without_colour
-from launcher.model.spec import OutputPolicy, ProcessSpec, Sink
+from launcher.model.spec import OutputPolicy, Sink
 
 KEPT_RUNS = 20
 NAME_BYTES = 240  # most file systems take 255, and rotation adds two
@@ -142,26 +142,6 @@ class RunFolder:
         self._on_trouble(
             f"no log files from here on: {error.strerror}: {error.filename or self.path}"
         )
-
-
-def planned(spec: ProcessSpec, environment: Mapping[str, str]) -> dict[str, object]:
-    """A spec in the words of the plan document; the environment as the difference to ours."""
-    ros = spec.ros
-    return {
-        "name": spec.name,
-        "label": spec.label,
-        "package": ros.package if ros else None,
-        "executable": ros.executable if ros else None,
-        "node_name": ros.node_name if ros else None,
-        "namespace": ros.namespace if ros else None,
-        "cmd": list(spec.argv),
-        "cwd": spec.cwd,
-        "shell": spec.shell,
-        "emulate_tty": spec.emulate_tty,
-        "env_set": {k: v for k, v in spec.env.items() if environment.get(k) != v},
-        "env_unset": sorted(environment.keys() - spec.env.keys()),
-        "respawn": spec.restart.mode.value,
-    }
 
 
 def _file_name(name: str) -> str:

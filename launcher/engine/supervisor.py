@@ -166,6 +166,7 @@ class Supervisor:
                 self._chronicle,
                 self._keeper,
                 self._ending,
+                self._core,
                 processes=self._processes,
                 samples=lambda: self._caretaker.samples,
                 log_path=self._folder.path,
@@ -233,8 +234,7 @@ class Supervisor:
         if self._options.name_processes:
             from launcher.engine.unmatched import warn_of_unmatched
 
-            specs = [process.spec for process in self._processes.values()]
-            is_over = self._ending.has_begun
+            specs, is_over = [p.spec for p in self._processes.values()], self._ending.has_begun
             warn_of_unmatched(self._options, specs, self._chronicle, is_over=is_over)
 
     # ---- the interpreter

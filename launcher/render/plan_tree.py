@@ -76,8 +76,8 @@ class _Painter:
             self._find_place(root)
         children = [branch for root in self._plan.visits[:1] for branch in self._of_root(root)]
         children += [self._event(root, [visit]) for root, visit in self._loose]
-        children += [self._load(load, stamp) for load, stamp in self._loads]
-        children += self._transitions()
+        children += [load_branch(load, stamp) for load, stamp in self._loads]
+        children += transitions(self._plan)
         return Branch(short_path(self._plan.path), style="scope", children=children)
 
     # ---- who owns what happens later
@@ -158,7 +158,7 @@ class _Painter:
         action = getattr(root.event, "action", None)
         who = "it" if short else self._name(action)
         head = f"when {who} {happening(root.event)}" if action is not None else "later"
-        return Branch(head, style="event", aside=_time(root.stamp.time_s), children=children)
+        return Branch(head, style="event", aside=moment(root.stamp.time_s), children=children)
 
     def _handler(self, visit: Visit) -> Branch:
         handler = visit.entity.event_handler
@@ -185,9 +185,9 @@ class _Painter:
 
     def _process(self, visit: Visit, number: int) -> Branch:
         process = self._plan.processes[number]
-        asides = [_identity(process), _time(process.stamp.time_s), _why(visit)]
+        asides = [identity(process), moment(process.stamp.time_s), _why(visit)]
         asides.append(place(visit.entity._origin))
-        children = [self._load(load, stamp) for load, stamp in self._loads_of(process)]
+        children = [load_branch(load, stamp) for load, stamp in self._loads_of(process)]
         return Branch(
             process.spec.name,
             style="process",
@@ -208,7 +208,7 @@ class _Painter:
             lines += [("aside", f"{paths[source.file]}:")]
             lines += [("aside", f"  {line}") for line in text.splitlines()]
         command = command_line(spec, self._plan.environment, paths)
-        return [("command", f"$ {command}"), *_restart_line(process), *lines]
+        return [("command", f"$ {command}"), *restart_line(process), *lines]
 
     def _loads_of(self, process: PlannedProcess) -> list[Any]:
         ros = process.spec.ros
@@ -219,23 +219,25 @@ class _Painter:
         self._loads = [pair for pair in self._loads if pair not in mine]
         return mine
 
-    def _load(self, load: Any, stamp: Any) -> Branch:
-        name = f"{(load.namespace or '').rstrip('/')}/{load.name or ''}"
-        lines = [("plain", f"{key}: {value}") for key, value in load.parameters]
-        lines += [("plain", f"remap {old} to {new}") for old, new in load.remappings]
-        lines += [
-            ("plain", f"extra argument {key}: {value}") for key, value in load.extra_arguments
-        ]
-        aside = f"plugin {load.plugin} of {load.package}, into {load.container}"
-        when = _time(stamp.time_s)
-        aside += f", {when}" if when else ""
-        return Branch(f"component {name}", style="process", aside=aside, lines=lines)
 
-    def _transitions(self) -> list[Branch]:
-        return [
-            Branch(f"{change.node}: {change.transition}", style="event", aside=_time(stamp.time_s))
-            for change, stamp in self._plan.lifecycle
-        ]
+def transitions(plan: Plan) -> list[Branch]:
+    """What lifecycle nodes are asked for."""
+    return [
+        Branch(f"{change.node}: {change.transition}", style="event", aside=moment(stamp.time_s))
+        for change, stamp in plan.lifecycle
+    ]
+
+
+def load_branch(load: Any, stamp: Any) -> Branch:
+    """A component that is loaded into a container."""
+    name = f"{(load.namespace or '').rstrip('/')}/{load.name or ''}"
+    lines = [("plain", f"{key}: {value}") for key, value in load.parameters]
+    lines += [("plain", f"remap {old} to {new}") for old, new in load.remappings]
+    lines += [("plain", f"extra argument {key}: {value}") for key, value in load.extra_arguments]
+    aside = f"plugin {load.plugin} of {load.package}, into {load.container}"
+    when = moment(stamp.time_s)
+    aside += f", {when}" if when else ""
+    return Branch(f"component {name}", style="process", aside=aside, lines=lines)
 
 
 def _head(visit: Visit) -> tuple[str, str]:
@@ -281,11 +283,13 @@ def _why(visit: Visit) -> str:
     return f"{condition_text(condition)}: {answer}{f' ({values})' if values else ''}"
 
 
-def _time(time_s: float) -> str:
+def moment(time_s: float) -> str:
+    """When it happens; nothing for the start."""
     return f"at {time_s:g} s" if time_s else ""
 
 
-def _identity(process: PlannedProcess) -> str:
+def identity(process: PlannedProcess) -> str:
+    """Which program it is, and as which node."""
     ros = process.spec.ros
     if ros is None:
         return ""
@@ -295,7 +299,8 @@ def _identity(process: PlannedProcess) -> str:
     return f"{program} as {(ros.namespace or '').rstrip('/')}/{ros.node_name}"
 
 
-def _restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
+def restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
+    """How it is started again, if it is."""
     if not process.respawn:
         return []
     limit = process.respawn_max_retries
