@@ -69,7 +69,8 @@ class Attendants:
         from launcher.engine.bridge_link import BridgeLink
 
         environment = dict(self._environment)
-        self._bridge = BridgeLink(self._reactor, server.path, environment, self._warn)
+        caretaker = self._supervisor.desk.caretaker
+        self._bridge = BridgeLink(self._reactor, server.path, environment, self._warn, caretaker)
         self._bridge.start()
 
     def _open_console(self) -> None:

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from launcher.engine.caretaker import Caretaker
 from launcher.engine.reactor import Reactor, Timer
 from launcher.engine.sweep import RUN_ID_VARIABLE
 
@@ -20,7 +21,10 @@ GOODBYE_S = 2.0  # a bridge that does not end with the run is killed after this
 
 
 class BridgeLink:
-    """Keeps the bridge of the run with this socket at work; `warn` says what goes wrong."""
+    """Keeps the bridge of the run with this socket at work; `warn` says what goes wrong.
+
+    The caretaker frees the shared memory of one that is killed.
+    """
 
     def __init__(
         self,
@@ -28,12 +32,14 @@ class BridgeLink:
         socket_path: Path,
         env: Mapping[str, str],
         warn: Callable[[str], None],
+        caretaker: Caretaker,
     ) -> None:
         self._reactor = reactor
         self._socket_path = socket_path
         # Not what the run has to clean up: it ends by itself when we do.
         self._env = {name: value for name, value in env.items() if name != RUN_ID_VARIABLE}
         self._warn = warn
+        self._caretaker = caretaker
         self._started = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._pidfd = self._errors = -1
@@ -62,12 +68,15 @@ class BridgeLink:
             os.close(self._errors)
             self._warn(f"ROS does not see this run, its bridge cannot start: {error.strerror}")
             return
+        self._caretaker.attend(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
         self._reactor.add_reader(self._pidfd, self._died)
 
     def _died(self) -> None:
         assert self._process is not None
         code = self._process.wait()
+        if code < 0:
+            self._caretaker.died_by_signal()
         reason = f": {self._last_words()}" if self._last_words() else ""
         self._let_go()
         starts_anew = self._started < MOST

@@ -80,6 +80,11 @@ class Caretaker:
         if self._ledger is not None:
             self._ledger.note()
 
+    def attend(self, pid: int) -> None:
+        """Look after a process that accompanies the run, too: what it holds when it is killed."""
+        if self._ledger is not None:
+            self._ledger.attendants.add(pid)
+
     def died_by_signal(self) -> None:
         """A process ended without cleaning up after itself."""
         self._has_dead = True

@@ -17,6 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from launcher.engine.caretaker import Caretaker
     from launcher.engine.core import Core
     from launcher.engine.resources import Sample
 
@@ -37,7 +38,7 @@ class Desk:
         core: Core,
         *,
         processes: Mapping[int, Process],
-        samples: Callable[[], Mapping[str, Sample]],
+        caretaker: Caretaker,
         log_path: Path | None,
     ) -> None:
         self.reactor = reactor
@@ -52,7 +53,7 @@ class Desk:
         self.on_process: Callable[[Process], None] = lambda process: None
         self._ending = ending
         self._processes = processes
-        self._samples = samples
+        self.caretaker = caretaker
 
     @property
     def processes(self) -> list[Process]:
@@ -66,7 +67,7 @@ class Desk:
 
     def sample_of(self, process: Process) -> Sample | None:
         """What it used last; None while that is not known, or if it does not run."""
-        sample = self._samples().get(process.name)
+        sample = self.caretaker.samples.get(process.name)
         if process.child is None or sample is None or sample.pid != process.child.pid:
             return None
         return sample

@@ -113,13 +113,14 @@ class Ledger:
     when the ledger was made. `free` looks at the mappings of every participant on the machine
     (0.3 ms each), so a crash loop should not call it for every death. Grandchildren and daemons
     count, since they carry the run id, too. What dies before it was first looked at is missed;
-    `doctor --fix` finds that.
+    `doctor --fix` finds that. `attendants` are pids that count as ours without the run id.
     """
 
     def __init__(self, run_id: str, *, folder: Path = FOLDER, proc: Path = PROC) -> None:
         self._run_id = run_id
         self._folder = folder
         self._proc = proc
+        self.attendants: set[int] = set()
         self._ours: set[str] = set()
         self._seen: dict[str, int] = {}
         self._files = _lock_files(folder)
@@ -148,10 +149,12 @@ class Ledger:
         with contextlib.suppress(OSError):  # no /dev/shm: nothing to note
             now = held(folder=self._folder, proc=self._proc)
             for name, pid in now.items():
-                is_new = self._seen.get(name) != pid
-                if is_new and run_id_of(pid, proc=self._proc) == self._run_id:
+                if self._seen.get(name) != pid and self._is_ours(pid):
                     self._ours.add(name)
             self._seen = now
+
+    def _is_ours(self, pid: int) -> bool:
+        return pid in self.attendants or run_id_of(pid, proc=self._proc) == self._run_id
 
     def free(self) -> int:
         """Free what our dead processes left; the bytes. What still lives stays noted."""

@@ -168,7 +168,7 @@ class Supervisor:
                 self._ending,
                 self._core,
                 processes=self._processes,
-                samples=lambda: self._caretaker.samples,
+                caretaker=self._caretaker,
                 log_path=self._folder.path,
             )
         return self._desk

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from launcher.control.folder import ControlError
 from launcher.control.server import credentials, listening
 
 PATIENCE_S = 1.0  # for a question that does not come
@@ -22,14 +23,15 @@ Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 class Answering:
     """Answers each question, a JSON object on a line, by one; `close()` removes the socket.
 
-    `answer` is called in a thread of its own. Raises ControlError where it cannot listen.
+    `answer` is called in a thread of its own. `look_after` makes a socket anew that somebody has
+    removed. Raises ControlError where it cannot listen.
     """
 
     def __init__(self, path: Path, answer: Answer) -> None:
         self._path = path
         self._answer = answer
-        self._socket = listening(path)
-        self._socket.setblocking(True)
+        self._socket = _listening(path)
+        self._is_closed = False
         self._thread = threading.Thread(target=self._serve, name="graph answers", daemon=True)
         self._thread.start()
 
@@ -38,7 +40,9 @@ class Answering:
             try:
                 connection, _ = self._socket.accept()
             except OSError:
-                return  # closed
+                if self._is_closed:
+                    return
+                continue  # made anew
             with connection, contextlib.suppress(OSError, ValueError):
                 self._talk(connection)
 
@@ -56,11 +60,30 @@ class Answering:
         if isinstance(question, dict):
             connection.sendall(json.dumps(self._answer(question)).encode() + b"\n")
 
+    def look_after(self) -> None:
+        """Listen anew if the socket has been removed; not before its folder is there again."""
+        if os.path.lexists(self._path) or not self._path.parent.is_dir():
+            return
+        with contextlib.suppress(ControlError):
+            old, self._socket = self._socket, _listening(self._path)
+            _shut(old)
+
     def close(self) -> None:
         """Stop."""
+        self._is_closed = True
         with contextlib.suppress(OSError):
             self._path.unlink()
-        with contextlib.suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RDWR)  # wakes the thread
-        self._socket.close()
+        _shut(self._socket)
         self._thread.join(PATIENCE_S)
+
+
+def _listening(path: Path) -> socket.socket:
+    made = listening(path)
+    made.setblocking(True)
+    return made
+
+
+def _shut(old: socket.socket) -> None:
+    with contextlib.suppress(OSError):
+        old.shutdown(socket.SHUT_RDWR)  # wakes who waits for a client
+    old.close()

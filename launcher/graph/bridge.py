@@ -1,8 +1,8 @@
 """Bridge: a run as ROS sees it: `python -m launcher.graph.bridge SOCKET`, started by `--ros`.
 
-A node `/launcher` publishes /diagnostics once a second and when something changes, and offers
-`~/PROCESS/start`, `stop` and `restart`. It is a client of the run's control socket like any other,
-and ends with the run. Other commands may ask it for the graph (`ask`).
+A node `/launcher` (`node_name`) publishes /diagnostics once a second and when something changes,
+and offers `~/PROCESS/start`, `stop` and `restart`. It is a client of the run's control socket like
+any other, and ends with the run. Other commands may ask it for the graph (`ask`).
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ from launcher.control.client import RefusedError, connect
 from launcher.control.folder import ControlError
 from launcher.graph.answering import Answering
 from launcher.graph.ask import graph_socket, question
+from launcher.graph.domains import environment_domain
 from launcher.graph.health import Status, all_stale, service_names, statuses
+from launcher.graph.node_name import NodeName
 from launcher.graph.observer import Observer
 from launcher.graph.settle import knows_all
 
-NODE = "launcher"
 PERIOD_S = 1.0
 WATCH_S = 0.25  # how often the graph is looked at for participants that come and go
 STEADY_S = 1.0  # a participant that has just come is still telling what it has
@@ -46,6 +47,7 @@ class Bridge:
     def __init__(self, observer: Observer, path: Path) -> None:
         self._observer = observer
         self._path = path
+        self._answering = Answering(graph_socket(path), self.answer)
         self._connection = connect(path)
         self._known: list[Status] = []
         self._services: dict[str, str] = {}
@@ -57,7 +59,7 @@ class Bridge:
         self._steering = ReentrantCallbackGroup()
         node.create_timer(PERIOD_S, self.publish, callback_group=one_at_a_time)
         node.create_timer(
-            WATCH_S, self._watch_graph, callback_group=MutuallyExclusiveCallbackGroup()
+            WATCH_S, self._look_round, callback_group=MutuallyExclusiveCallbackGroup()
         )
         self._news = node.create_guard_condition(self.publish, callback_group=one_at_a_time)
 
@@ -83,7 +85,7 @@ class Bridge:
             self._connect_anew()
             return
         self._offer_services(rows)
-        self._known = statuses(rows, self._connection.hello["run"])
+        self._known = statuses(rows, self._connection.hello["run"], self._observer.name)
         self._send(self._known)
 
     def _connect_anew(self) -> None:
@@ -96,6 +98,7 @@ class Bridge:
 
     def say_goodbye(self) -> None:
         """The last message: nobody looks after the processes any more."""
+        self._answering.close()
         self._send(all_stale(self._known, "the run has ended"))
 
     def _send(self, found: list[Status]) -> None:
@@ -137,6 +140,10 @@ class Bridge:
 
     # the graph
 
+    def _look_round(self) -> None:
+        self._answering.look_after()
+        self._watch_graph()
+
     def _watch_graph(self) -> None:
         participants = self._observer.participants()
         if participants != self._participants:
@@ -168,11 +175,11 @@ def main(words: list[str]) -> int:
     over = threading.Event()
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, lambda *_: over.set())
-    with Observer(name=NODE) as observer:
+    name = NodeName(environment_domain(), path)
+    with Observer(name=name.text) as observer:
         bridge = Bridge(observer, path)
         executor = MultiThreadedExecutor(THREADS, context=observer.context)
         executor.add_node(observer.node)
-        answering = Answering(graph_socket(path), bridge.answer)
         for target in (
             executor.spin,
             lambda: bridge.follow_events(over.set),
@@ -182,9 +189,9 @@ def main(words: list[str]) -> int:
         over.wait()
         # A call that waits for its process would keep us.
         threading.Timer(GOODBYE_S, os._exit, (0,)).start()
-        answering.close()
         bridge.say_goodbye()
         executor.shutdown(GOODBYE_S / 3)
+    name.close()
     os._exit(0)
 
 

@@ -32,12 +32,15 @@ class Status:
     values: tuple[tuple[str, str], ...] = ()
 
 
-def statuses(rows: Iterable[Row], run: Mapping[str, Any]) -> list[Status]:
-    """The run itself, then each process, as rqt_robot_monitor and Foxglove show them."""
+def statuses(rows: Iterable[Row], run: Mapping[str, Any], node: str) -> list[Status]:
+    """The run itself, then each process, as rqt_robot_monitor and Foxglove show them.
+
+    `node` stands before their names: it tells the runs of a domain apart.
+    """
     rows = list(rows)
-    found = [_of_process(row) for row in rows]
+    found = [_of_process(row, node) for row in rows]
     running = sum(row["state"] == "RUNNING" for row in rows)
-    return [_of_run(found, running, run), *found]
+    return [_of_run(found, running, run, node), *found]
 
 
 def all_stale(before: Iterable[Status], why: str) -> list[Status]:
@@ -47,13 +50,13 @@ def all_stale(before: Iterable[Status], why: str) -> list[Status]:
     ]
 
 
-def _of_run(processes: list[Status], running: int, run: Mapping[str, Any]) -> Status:
+def _of_run(processes: list[Status], running: int, run: Mapping[str, Any], node: str) -> Status:
     bad = [one for one in processes if one.level in (Level.WARN, Level.ERROR)]
     names = ", ".join(one.name.partition(": ")[2] for one in bad)
     noun = "process runs" if len(processes) == 1 else "processes run"
     count = f"{running} of {len(processes)} {noun}"
     return Status(
-        name="launcher: run",
+        name=f"{node}: run",
         level=max((one.level for one in bad), default=Level.OK),
         message=f"{count}; look at {names}" if bad else count,
         values=tuple(
@@ -64,9 +67,9 @@ def _of_run(processes: list[Status], running: int, run: Mapping[str, Any]) -> St
     )
 
 
-def _of_process(row: Row) -> Status:
+def _of_process(row: Row, node: str) -> Status:
     level, message = _judged(row)
-    name = f"launcher: {row['name']}"
+    name = f"{node}: {row['name']}"
     return Status(name=name, level=level, message=message, values=_values(row))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import socket
 import sys
@@ -16,6 +17,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
 
+from launcher.engine.shared_memory import FOLDER, held
 from launcher.graph import ask
 from launcher.graph.calls import Caller
 from launcher.graph.observer import Observer
@@ -43,19 +45,21 @@ class Monitor:
         self.stamps_s.append(stamp.sec + stamp.nanosec / 1e9)
         self.last.update({status.name: status for status in message.status})
 
-    def wait(self, name: str, level: bytes, text: str) -> DiagnosticStatus:
+    def wait(
+        self, name: str, level: bytes, text: str, *, node: str = "launcher"
+    ) -> DiagnosticStatus:
         """The status of a process when it is so."""
 
         def is_so() -> bool:
             self.caller.wait_until_done([_Never()], 0.05)
-            one = self.last.get(f"launcher: {name}")
+            one = self.last.get(f"{node}: {name}")
             return one is not None and one.level == level and text in one.message
 
         wait_until(is_so, f"{name}: {level!r} {text}; there is {self.last}")
-        return self.last[f"launcher: {name}"]
+        return self.last[f"{node}: {name}"]
 
-    def steer(self, process: str, verb: str) -> Trigger.Response:
-        return self.caller.call(Trigger, f"/launcher/{process}/{verb}", Trigger.Request(), 20.0)
+    def steer(self, process: str, verb: str, node: str = "launcher") -> Trigger.Response:
+        return self.caller.call(Trigger, f"/{node}/{process}/{verb}", Trigger.Request(), 20.0)
 
 
 class _Never:
@@ -192,6 +196,43 @@ def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: Steered, moni
     assert run.row("left")["state"] == "RUNNING"
     run.tell("quit")
     assert run.exit_code() == 0
+
+
+def test_two_runs_in_one_domain_are_seen_and_steered_apart(
+    run: Steered, domain, tmp_path, monitor: Monitor
+):
+    monitor.wait("left-1", OK, "running")
+    (tmp_path / "other").mkdir()
+    with run_of(domain, tmp_path / "other") as other:
+        node = f"launcher_{other.process.pid}"
+        monitor.wait("left-1", OK, "running", node=node)
+        assert monitor.steer("left", "stop", node).message.startswith("left-1 stopped in ")
+        monitor.wait("left-1", STALE, "stopped because somebody asked", node=node)
+        assert other.row("left")["state"] == "STOPPED"
+        assert run.row("left")["state"] == "RUNNING"
+        assert monitor.last["launcher: left-1"].level == OK
+
+
+def test_its_socket_is_made_again_when_somebody_tidies_up(
+    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+):
+    answers(domain, monkeypatch)
+    shutil.rmtree(Path(domain["XDG_RUNTIME_DIR"]) / "ros-launcher")
+    assert ask.look_of_a_run(int(domain["ROS_DOMAIN_ID"])) is None
+    assert answers(domain, monkeypatch).nodes == ("/launcher",)
+
+
+def test_what_a_killed_bridge_had_in_shared_memory_is_freed(run: Steered, monitor: Monitor):
+    monitor.wait("left-1", OK, "running")
+    pid = bridge_pid(run)
+    (segment, *_) = [name for name, owner in held().items() if owner == pid and "port" not in name]
+    with run.connect() as connection:  # it is noted once a second, before the samples
+        events = connection.follow("events", history=False)
+        for _ in range(2):
+            next(event for event in events if event["event"] == "resources")
+    os.kill(pid, signal.SIGKILL)
+    wait_until(lambda: not (FOLDER / segment).exists(), "its segment is gone")
+    run.wait_for("of shared memory that dead nodes left")
 
 
 def test_ros_without_a_socket_is_a_usage_error(domain, tmp_path):

@@ -63,12 +63,12 @@ def end(returncode: int, *, asked: bool = False):
     ],
 )
 def test_the_level_says_how_bad_it_is(facts, level, message):
-    _, one = statuses([row(**facts)], RUN)
+    _, one = statuses([row(**facts)], RUN, "launcher")
     assert (one.name, one.level, one.message) == ("launcher: robot_1-1", level, message)
 
 
 def test_values_are_those_that_are_known():
-    _, one = statuses([row(cpu_percent=None)], RUN)
+    _, one = statuses([row(cpu_percent=None)], RUN, "launcher")
     assert dict(one.values) == {
         "state": "RUNNING",
         "pid": "42",
@@ -83,19 +83,19 @@ def test_values_are_those_that_are_known():
 
 def test_the_run_is_as_bad_as_its_worst_process():
     rows = [row(), row(name="b-2", state="BACKOFF"), row(name="c-3", state="FATAL")]
-    run, *_ = statuses(rows, RUN)
+    run, *_ = statuses(rows, RUN, "launcher")
     assert run.level is Level.ERROR
     assert run.message == "1 of 3 processes run; look at b-2, c-3"
     assert dict(run.values) == {"id": "1-a", "pid": "1", "target": "x.launch.py", "domain_id": "7"}
 
 
 def test_a_stopped_process_is_no_alarm():
-    run, _ = statuses([row(state="STOPPED", last_exit=end(0, asked=True))], RUN)
+    run, _ = statuses([row(state="STOPPED", last_exit=end(0, asked=True))], RUN, "launcher")
     assert (run.level, run.message) == (Level.OK, "0 of 1 process runs")
 
 
 def test_what_is_stale_keeps_its_values():
-    before = statuses([row()], RUN)
+    before = statuses([row()], RUN, "launcher")
     after = all_stale(before, "gone")
     assert [one.level for one in after] == [Level.STALE, Level.STALE]
     assert after[1].values == before[1].values
