@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.commands import words as command_line
 from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
 from launcher.commands.run_options import HELP as RUN_HELP
 from launcher.commands.run_options import take_run_options
 from launcher.engine.screen import wants_colour
-from launcher.errors import ExitCode, UsageError
+from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.smoke import checks, flags, forecast, loader
 from launcher.smoke.expectation import Expectation
 from launcher.smoke.fields import near
 from launcher.smoke.quantities import DURATION
 from launcher.smoke.script import Script
 from launcher.smoke.steps import Chaos, ChaosType
+
+if TYPE_CHECKING:
+    from launcher.smoke.session import Session
 
 USAGE = f"""usage: python -m launcher smoke TARGET [name:=value ...] [options]
 
@@ -47,8 +51,8 @@ expectations:
 
 What else is an option of the launcher (--restart, --lenient ...) is handed on.
 
-exit codes: 0 all met, 1 a process died unasked, 2 bad command line or file, 3 not met,
-124 not ready in time"""
+exit codes: 0 all met, 1 a process died unasked or had to be killed, 2 bad command line or file,
+3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT"""
 
 _VALUED = (
     "--for",
@@ -140,6 +144,16 @@ def main(words: Sequence[str]) -> int:
     given.read(words)
     if given.has("--schema"):
         return _print_schema()
+    try:
+        session = _session(given)
+    except LauncherError as error:
+        _tell_refusal(given, error)
+        raise
+    return session.run()
+
+
+def _session(given: _Words) -> Session:
+    """What is to be run; LauncherError for everything that is wrong beforehand."""
     _refuse_mistyped(given.rest)
     _, launch_words = take_run_options(given.rest)
     request = command_line.read(
@@ -153,20 +167,33 @@ def main(words: Sequence[str]) -> int:
     more = {n: v for n, v in script.arguments.items() if n not in dict(request.arguments)}
     arguments = [f"{name}:={value}" for name, value in more.items()]
     words = (*given.rest, *arguments, *script.options)
-    _refuse_what_cannot_be(script, take_run_options(words)[1])
     from launcher.smoke.session import Options, Session
 
     options = Options(
         words=words,
         target=Path(request.path).name,
         junit=given.path("--junit"),
-        artifacts=_folder(given.path("--artifacts")),
+        artifacts=given.path("--artifacts"),
         github=given.has("--github"),
         repeat=max(1, given.count("--repeat", 1)),
         baseline=given.path("--baseline"),
         update_baseline=given.has("--update-baseline"),
     )
-    return Session(script, options, colour=wants_colour(1, os.environ)).run()
+    _refuse_what_cannot_be(script, take_run_options(words)[1])
+    options.refuse_unwritable()
+    return Session(script, options, colour=wants_colour(1, os.environ))
+
+
+def _tell_refusal(given: _Words, error: LauncherError) -> None:
+    """A server that reads reports learns from them why there was no run, not what was before."""
+    from launcher.smoke.reports import github, junit
+
+    path = given.path("--junit")
+    if path is not None:
+        with contextlib.suppress(OSError):  # that may be what is wrong
+            junit.write_refusal(path, error, Path(given.rest[0]).name if given.rest else "smoke")
+    if given.has("--github"):
+        print("\n".join(github.refusal(error)))
 
 
 def _refuse_what_cannot_be(script: Script, words: Sequence[str]) -> None:
@@ -180,16 +207,6 @@ def _refuse_what_cannot_be(script: Script, words: Sequence[str]) -> None:
     errors = [error for findings in found for error in findings.errors]
     if errors:
         raise checks.together(errors)
-
-
-def _folder(path: Path | None) -> Path | None:
-    """The folder for the evidence, made now: nothing is started for nothing; UsageError."""
-    if path is not None:
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise UsageError(f"--artifacts {path}: {error.strerror}") from None
-    return path
 
 
 def _refuse_mistyped(rest: Sequence[str]) -> None:

@@ -74,7 +74,7 @@ class Launched:
             self._process.kill()
             self._process.wait()
 
-    def last_words(self, count: int = 15) -> list[str]:
+    def last_words(self, count: int) -> list[str]:
         """The last lines that it printed."""
         with contextlib.suppress(OSError):
             return self.output.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]

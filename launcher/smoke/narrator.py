@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,22 +27,33 @@ class Narrator:
         self._screen = screen
         self._colour = colour
         self._lock = threading.Lock()
+        self.trouble: str | None = None
 
     def close(self) -> None:
         """Nothing more is told."""
-        with self._lock:
+        with self._lock, contextlib.suppress(OSError):  # what it has not written it has told
             self._file.close()
 
     def say(self, at_s: float, text: str, colour: str = "") -> None:
         """A line with the time of the run."""
         head, text = f"[{at_s:6.1f} s]", printable(text)
         with self._lock:
-            if not self._file.closed:
-                self._file.write(f"{head} {text}\n")
-                self._file.flush()
+            self._write(f"{head} {text}\n")
             if self._screen is not None:
                 self._screen.write(self._line(head, text, colour))
                 self._screen.flush()
+
+    def _write(self, line: str) -> None:
+        """Into the file; a disk that refuses is said once and then left alone."""
+        if self._file.closed or self.trouble is not None:
+            return
+        try:
+            self._file.write(line)
+            self._file.flush()
+        except OSError as error:
+            self.trouble = f"smoke.log is not whole: {error.strerror}"
+            if self._screen is not None:
+                self._screen.write(f"smoke: {self.trouble}\n")
 
     def _line(self, head: str, text: str, colour: str) -> str:
         if not self._colour:

@@ -28,7 +28,8 @@ class Judged:
 class Result:
     """`trouble` is why the run could not be judged as it should, a sentence; None is well.
 
-    `gave_up` is whether the system was not ready in time.
+    `gave_up` is whether the system was not ready in time, `interrupted` the exit code if somebody
+    stopped the run; `last_words` are the launcher's where it has started nothing.
     """
 
     judged: tuple[Judged, ...]
@@ -39,7 +40,8 @@ class Result:
     run_id: str | None = None
     gave_up: bool = False
     trouble: str | None = None
-    interrupted: bool = False
+    interrupted: ExitCode | None = None
+    last_words: tuple[str, ...] = ()
 
     @property
     def failures(self) -> tuple[Judged, ...]:
@@ -50,8 +52,8 @@ class Result:
     def exit_code(self) -> ExitCode:
         """By what weighs most."""
         ending = self.facts.ending
-        if self.interrupted:
-            return ExitCode.INTERRUPTED
+        if self.interrupted is not None:
+            return self.interrupted
         if ending is not None and ending.returncode == ExitCode.USAGE and not _began(self.facts):
             return ExitCode.USAGE
         if self.gave_up:
@@ -69,6 +71,7 @@ def worst(codes: Sequence[ExitCode]) -> ExitCode:
     """The exit code of several runs."""
     order = (
         ExitCode.INTERRUPTED,
+        ExitCode.TERMINATED,
         ExitCode.USAGE,
         ExitCode.NOT_READY,
         ExitCode.NOT_MET,

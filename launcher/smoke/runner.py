@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import signal
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from launcher.errors import ExitCode
 from launcher.smoke import last_look
 from launcher.smoke.actor import Actor
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import READY, Facts, ProcessEvent
-from launcher.smoke.judges.common import several
+from launcher.smoke.facts import READY, Facts
+from launcher.smoke.interruption import code_of
+from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.kinds import judge
 from launcher.smoke.narrator import Narrator
 from launcher.smoke.quantities import seconds_text
 from launcher.smoke.questions import Questions, watched
 from launcher.smoke.result import Judged, Result
-from launcher.smoke.script import SHORTEST_S, Script
+from launcher.smoke.script import OF_EVERY_RUN, SHORTEST_S, Script
 from launcher.smoke.steps import Step
 from launcher.smoke.system import STOP_S, System
 from launcher.smoke.timeline import Strokes, Timeline
@@ -28,6 +29,7 @@ JUDGE_S = 0.5  # judging all of a long run's messages has its price
 JUDGE_SHARE = 4  # of the time at least so many times what the last look took goes by without one
 STOP_ROOM_S = 15.0  # the launcher ends by itself this long after we should have ended it
 EMPTY_STOP_S = 5.0  # a launcher that has started nothing has nothing to wait for
+WORDS = 200  # lines of a launcher that has started nothing: they say why
 # Without a time of their own, these are decided by the end, whenever that is.
 UNTIL_THE_END = (
     "process",
@@ -68,7 +70,7 @@ class Runner:
         self._decided: dict[str, Verdict] = {}
         self._gave_up = False
         self._blind: str | None = None
-        self._interrupted = False
+        self._interrupted: ExitCode | None = None
         self._next_look_s = 0.0
 
     def run(self) -> Result:
@@ -86,8 +88,8 @@ class Runner:
             self._narrator.started(self._system)
             self._watch(run_time_s)
             self._draw()
-        except KeyboardInterrupt:
-            self._interrupted = True
+        except KeyboardInterrupt as interrupt:
+            self._interrupted = code_of(interrupt)
             self._narrator.say(self._now_s, "interrupted: stopping the system")
         finally:
             self._is_over.set()
@@ -217,8 +219,8 @@ class Runner:
         try:
             has_children = bool(self._system.facts().processes())
             ending = self._system.stop(STOP_S if has_children else EMPTY_STOP_S)
-        except KeyboardInterrupt:
-            self._interrupted = True
+        except KeyboardInterrupt as interrupt:
+            self._interrupted = code_of(interrupt)
             ending = self._system.stop(0.0)
         self._narrator.ended(self._now_s, ending, self._system.facts())
 
@@ -229,6 +231,7 @@ class Runner:
             before = self._decided.get(one.expectation.name)
             if before is None or before.outcome is not one.verdict.outcome:
                 self._narrator.decided(self._now_s, one.expectation, one.verdict)
+        judged += _forced(judged, facts)
         judged += [_failed(step, error) for step, error in self._failed_steps]
         if not self._gave_up and not self._interrupted:
             judged += [_missed(step) for step in self._timeline.waiting]
@@ -240,6 +243,7 @@ class Runner:
             domain_id=self._system.domain_id,
             gave_up=self._gave_up,
             interrupted=self._interrupted,
+            last_words=() if facts.processes() else tuple(self._system.last_words(WORDS)),
             trouble=self._trouble(facts),
         )
 
@@ -249,13 +253,16 @@ class Runner:
         assert ending is not None
         if ending.returncode is None:
             return "the launcher did not end and had to be killed"
-        killed = [e.process for e in facts.of("signal") if _is_kill(e, facts)]
-        if killed:
-            return f"at the stop, by force: {several(sorted({name for name in killed if name}))}"
         if ending.left_processes:
             return f"left behind, and killed by us: {', '.join(ending.left_processes)}"
         if not facts.processes():
-            return "no process was started"
+            words = self._system.last_words(WORDS)
+            errors = [word for word in words if word.startswith("error: ")]
+            return (
+                f"no process was started: {errors[0].removeprefix('error: ')}"
+                if errors
+                else ("no process was started")
+            )
         if facts.lost_messages:
             return f"{facts.lost_messages} messages came too fast to be recorded"
         if self._blind is not None:
@@ -265,8 +272,19 @@ class Runner:
         return None
 
 
-def _is_kill(event: ProcessEvent, facts: Facts) -> bool:
-    return event.at_s >= facts.stop_s and event.details.get("signal") == int(signal.SIGKILL)
+def _forced(judged: Sequence[Judged], facts: Facts) -> list[Judged]:
+    """A row of its own for what had to be killed at the stop, if no expectation tells of it."""
+    verdict = forced_stop(facts)
+    if verdict is None or any(one.expectation.kind == "clean_shutdown" for one in judged):
+        return []
+    expectation = Expectation(
+        kind="stop",
+        subject="*",
+        name="nothing is stopped by force",
+        implicit=True,
+        origin=OF_EVERY_RUN,
+    )
+    return [Judged(expectation=expectation, verdict=verdict)]
 
 
 def _failed(step: Step, error: str) -> Judged:

@@ -15,6 +15,7 @@ SHORTEST_S = 5.0  # a run without any times still looks for a while
 DEFAULT_READY_S = 10.0
 STEP_ROOM_S = 1.0  # a step needs a moment
 PRESENCE = ("node", "topic", "qos")
+OF_EVERY_RUN = Origin(text="expected of every run")
 ALWAYS = (START, READY, STOP)  # moments that every run has
 
 
@@ -108,7 +109,7 @@ class Script:
             name="no process dies unasked",
             values={"but": self.announced()},
             implicit=True,
-            origin=Origin(text="expected of every run"),
+            origin=OF_EVERY_RUN,
         )
         given = [e for e in self.expectations if e.kind != "no_deaths"]
         return replace(self, expectations=tuple(_with_names([*given, deaths])))

@@ -6,16 +6,16 @@ import contextlib
 import faulthandler
 import json
 import shutil
-import signal
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 
 from launcher.errors import ExitCode
+from launcher.smoke.evidence import evidence
+from launcher.smoke.interruption import code_of, terminable
 from launcher.smoke.narrator import Narrator
+from launcher.smoke.outputs import COPIED, MADE, refuse_unwritable, runs_in
 from launcher.smoke.reports import document, github, junit, measures, screen
 from launcher.smoke.result import Judged, Result, worst
 from launcher.smoke.runner import Runner
@@ -24,8 +24,6 @@ from launcher.smoke.system import STOP_S
 
 # Import of rclpy, stop, leftovers, drawing: what a run may take beside the time that it watches.
 HARD_ROOM_S = 4 * STOP_S
-_COPIED = ("events.jsonl", "plan.json", "launch.log")
-_MADE = ("graph.json", "graph.svg", "report.json", "expectations.yaml", *_COPIED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +39,19 @@ class Options:
     baseline: Path | None = None
     update_baseline: bool = False
 
+    def refuse_unwritable(self) -> None:
+        """LauncherError if something cannot be written, or read, when the runs are over."""
+        base = self.baseline
+        is_read = base is not None and base.exists() and not self.update_baseline
+        refuse_unwritable(
+            artifacts=self.artifacts,
+            junit=self.junit,
+            baseline=None if is_read else base,
+            repeat=self.repeat,
+        )
+        if base is not None and is_read:
+            measures.read(base)
+
 
 class Session:
     """Runs a script as often as wanted, tells about it, and keeps the evidence."""
@@ -49,35 +60,53 @@ class Session:
         self._script = script
         self._options = options
         self._colour = colour
+        self._unwritten = False
         self._console = screen.console_for(sys.stdout, colour=colour)
 
     def run(self) -> ExitCode:
         """All runs; the exit code of the worst."""
-        with _folder(self._options.artifacts) as keep, _terminable():
-            results = self._runs(keep.path)
-            regressions = self._compare(results)
-            self._report(results, regressions)
-            codes = [result.exit_code for result in results]
-            if any(not one.is_met for one in regressions):
-                codes.append(ExitCode.NOT_MET)
-            code = worst(codes)
-            keep.on_failure = code is not ExitCode.OK
+        with evidence(self._options.artifacts) as folder, terminable():
+            code = self._all(folder.path)
+            folder.is_kept = code is not ExitCode.OK
         return code
 
-    def _runs(self, folder: Path) -> list[Result]:
+    def _all(self, folder: Path) -> ExitCode:
         results: list[Result] = []
-        for number in range(1, self._options.repeat + 1):
-            several = self._options.repeat > 1
-            if several:
-                print(f"--- run {number} of {self._options.repeat}", flush=True)
-            results.append(self._run(folder / f"run-{number}" if several else folder))
+        try:
+            self._runs(folder, results)
+        except KeyboardInterrupt as interrupt:
+            print("smoke: interrupted")  # while a run was being prepared or told about
+            if not results:
+                return code_of(interrupt)
+        except OSError as error:
+            if not results:
+                raise
+            self._unwritten = True
+            print(f"smoke: no more runs: {error.strerror}: {error.filename}")
+        regressions = self._compare(results)
+        self._report(results, regressions)
+        codes = [result.exit_code for result in results]
+        if any(not one.is_met for one in regressions):
+            codes.append(ExitCode.NOT_MET)
+        if self._unwritten:
+            codes.append(ExitCode.PROCESS_FAILED)
+        code = worst(codes)
+        if [code] != codes:
+            print(f"smoke: exit code {int(code)}")  # each run has told its own
+        return code
+
+    def _runs(self, folder: Path, results: list[Result]) -> None:
+        folders = [*runs_in(folder, self._options.repeat)]
+        for number, path in enumerate(folders, 1):
+            if len(folders) > 1:
+                print(f"--- run {number} of {len(folders)}", flush=True)
+            results.append(self._run(path if len(folders) > 1 else folder))
             if results[-1].interrupted or results[-1].exit_code == ExitCode.USAGE:
                 break
-        return results
 
     def _run(self, folder: Path) -> Result:
         folder.mkdir(parents=True, exist_ok=True)
-        for name in _MADE:
+        for name in MADE:
             (folder / name).unlink(missing_ok=True)  # of a run before
         narrator = Narrator(folder, sys.stdout, colour=self._colour)
         limit_s = self._script.run_time_s() + self._script.ready_limit_s() + HARD_ROOM_S
@@ -95,10 +124,13 @@ class Session:
         finally:
             faulthandler.cancel_dump_traceback_later()
             narrator.close()
-        self._keep(result)
+        if narrator.trouble is not None:
+            self._unwritten = True
+        with self._writing(f"the evidence in {folder}"):
+            self._keep(result)
         if result.exit_code == ExitCode.USAGE:
             # Nothing was there to be judged; what is wrong is what the launcher says.
-            print((folder / "launcher.out").read_text("utf-8", "replace"), end="", file=sys.stderr)
+            print("\n".join(result.last_words), file=sys.stderr)
         else:
             screen.show(self._console, result)
         return result
@@ -110,7 +142,7 @@ class Session:
         (folder / "report.json").write_text(text + "\n", encoding="utf-8")
         if self._script.path is not None:
             shutil.copyfile(self._script.path, folder / "expectations.yaml")
-        for name in _COPIED:
+        for name in COPIED:
             found = sorted((folder / "log").glob(f"*-*/{name}"))
             if found:
                 shutil.copyfile(found[-1], folder / name)
@@ -128,9 +160,19 @@ class Session:
         if any(result.exit_code for result in results):
             print(f"smoke: no baseline is written to {path}: not everything was met")
             return []
-        measures.write(path, found)
-        print(f"smoke: wrote {len(found)} measures to {path}")
+        with self._writing(f"the baseline {path}"):
+            measures.write(path, found)
+            print(f"smoke: wrote {len(found)} measures to {path}")
         return []
+
+    @contextlib.contextmanager
+    def _writing(self, what: str) -> Iterator[None]:
+        """A disk that refuses fails the command, but not what else it has to tell."""
+        try:
+            yield
+        except OSError as error:
+            self._unwritten = True
+            print(f"smoke: {what} could not be written: {error.strerror}")
 
     def _report(self, results: Sequence[Result], regressions: Sequence[Judged]) -> None:
         results = [*results[:-1], _with(results[-1], regressions)]
@@ -141,7 +183,8 @@ class Session:
             name = one.expectation.name
             print(f"{word}  {name}: {one.verdict.seen}, expected {one.verdict.expected}")
         if self._options.junit is not None:
-            junit.write(self._options.junit, results, self._options.target)
+            with self._writing(f"--junit {self._options.junit}"):
+                junit.write(self._options.junit, results, self._options.target)
         if self._options.github:
             for result in results:
                 print("\n".join(github.commands(result)))
@@ -151,41 +194,3 @@ def _with(result: Result, more: Sequence[Judged]) -> Result:
     from dataclasses import replace
 
     return replace(result, judged=(*result.judged, *more))
-
-
-class _Keep:
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.on_failure = True
-
-
-@contextlib.contextmanager
-def _folder(wanted: Path | None) -> Iterator[_Keep]:
-    """The folder for the evidence; one that nobody asked for goes if everything was well."""
-    if wanted is not None:
-        yield _Keep(wanted)
-        return
-    keep = _Keep(Path(tempfile.mkdtemp(prefix="smoke-")))
-    try:
-        yield keep
-    finally:
-        if keep.on_failure:
-            print(f"smoke: the evidence is in {keep.path}")
-        else:
-            shutil.rmtree(keep.path, ignore_errors=True)
-
-
-@contextlib.contextmanager
-def _terminable() -> Iterator[None]:
-    """SIGTERM and SIGHUP stop the system, as Ctrl-C does."""
-
-    def interrupt(signum: int, frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    signums = (signal.SIGTERM, signal.SIGHUP)
-    before = {signum: signal.signal(signum, interrupt) for signum in signums}
-    try:
-        yield
-    finally:
-        for signum, handler in before.items():
-            signal.signal(signum, handler)

@@ -172,9 +172,9 @@ class System(Observed):
         """The folder of the run; None as long as there is none."""
         return written.folder_of(self.log_root, self._launched.pid)
 
-    def last_words(self) -> list[str]:
+    def last_words(self, count: int = 15) -> list[str]:
         """The last lines that the launcher printed."""
-        return self._launched.last_words()
+        return self._launched.last_words(count)
 
     # ---- watching
 

@@ -74,15 +74,16 @@ def test_the_evidence_is_complete(bench: Bench):
 
 
 def test_evidence_that_nobody_asked_for_is_kept_of_a_bad_run_alone(bench: Bench, tmp_path: Path):
-    bench.environment["TMPDIR"] = str(tmp_path)
+    bench.environment["ROS_LOG_DIR"] = str(tmp_path)
     bench.write(PATIENT)
     bench.keeps_evidence = False
     good = bench.smoke("--for=1")
-    assert (good.returncode, list(tmp_path.glob("smoke-*"))) == (0, [])
-    bad = bench.smoke("--for=1", "--expect-log=never")
-    (kept,) = tmp_path.glob("smoke-*")
+    assert (good.returncode, list(tmp_path.glob("smoke/*"))) == (0, [])
+    bad = bench.smoke("--for=1", "--expect-log=never", "--junit=/dev/full")
+    (kept,) = tmp_path.glob("smoke/*")
     assert bad.returncode == 3 and f"the evidence is in {kept}" in bad.stdout
     assert (kept / "report.json").exists()
+    assert "--junit /dev/full could not be written: No space left on device" in bad.stdout
 
 
 def test_repeats_tell_what_is_flaky(bench: Bench):

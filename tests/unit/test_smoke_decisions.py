@@ -231,7 +231,7 @@ NOTHING = Ending(asked_s=None, down_s=1, returncode=2)
         (result(judged(), trouble="left behind"), ExitCode.PROCESS_FAILED),
         (result(BAD, IMPLICIT), ExitCode.NOT_MET),
         (result(BAD, gave_up=True), ExitCode.NOT_READY),
-        (result(BAD, interrupted=True), ExitCode.INTERRUPTED),
+        (result(BAD, interrupted=ExitCode.TERMINATED), ExitCode.TERMINATED),
         (result(BAD, facts=seen(events=(), ending=NOTHING)), ExitCode.USAGE),
         (result(BAD, facts=seen(ending=OVER)), ExitCode.NOT_MET),
     ],

@@ -52,6 +52,22 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
     return met(expected, seen=f"after {seconds_text(took_s)}", **details)
 
 
+def forced_stop(facts: Facts) -> Verdict | None:
+    """What every run expects by itself; None if nothing had to be killed at the stop."""
+    signals = (e for e in facts.of("signal") if _is_harder(e, facts))
+    killed = {e.process: e for e in signals if e.details["signal"] == int(signal.SIGKILL)}
+    names = sorted(name for name in killed if name)
+    if not names:
+        return None
+    waited_s = max(event.at_s for event in killed.values()) - facts.stop_s
+    return violated(
+        "everything ends when it is asked to (SIGINT, then SIGTERM)",
+        seen=f"killed by force after {seconds_text(waited_s)}: {several(names)}",
+        at_s=facts.stop_s,
+        about=tuple(names),
+    )
+
+
 def _crashes(facts: Facts) -> Iterator[tuple[str | None, int]]:
     """Processes that ended after the stop neither in order nor by one of our signals."""
     in_order = {0, -int(signal.SIGINT), 128 + int(signal.SIGINT), *(-signum for signum in _HARD)}

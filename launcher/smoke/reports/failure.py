@@ -11,8 +11,11 @@ PROCESSES = 3  # whose last lines are shown: one cause has many victims
 _WIDTH = 200
 
 
-def describe(one: Judged, facts: Facts) -> list[str]:
-    """The lines about an expectation that is not met."""
+def describe(one: Judged, facts: Facts, told: dict[str, str] | None = None) -> list[str]:
+    """The lines about an expectation that is not met.
+
+    `told`: processes whose last lines stand above already, under the name of what expectation.
+    """
     verdict, expectation = one.verdict, one.expectation
     lines = [
         f"{expectation.name}    ({expectation.origin})",
@@ -24,7 +27,12 @@ def describe(one: Judged, facts: Facts) -> list[str]:
     if verdict.guess:
         lines.append(f"    maybe:    {verdict.guess}")
     for process in verdict.about[:PROCESSES]:
+        if told is not None and process in told:
+            lines.append(f"    last lines of {process}: above, under '{told[process]}'")
+            continue
         lines += _last_lines(process, facts)
+        if told is not None:
+            told[process] = expectation.name
     return [printable(line) for line in lines]
 
 

@@ -46,7 +46,7 @@ def _row(name: str, results: Sequence[Result]) -> Row:
     units = [one.verdict.unit for one in found if one.verdict.value is not None]
     return Row(
         name=name,
-        met=sum(one.is_met for one in found),
+        met=len(results) - sum(not one.is_met for one in found),  # some are told only if not met
         runs=len(results),
         unit=units[0] if units else "",
         least=min(values, default=None),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from launcher.errors import LauncherError
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.result import Judged, Result
 
@@ -16,6 +17,15 @@ def commands(result: Result) -> Iterator[str]:
         yield f"::error {_properties(one)}::{message}"
     if result.trouble:
         yield f"::error title=smoke::{_data(result.trouble)}"
+
+
+def refusal(error: LauncherError) -> Iterator[str]:
+    """The same for what is wrong before anything is run."""
+    for one in getattr(error, "errors", (error,)):
+        path, _, line = (one.where or "").rpartition(":")
+        place = f"file={_property(_relative(path))},line={line}," if line.isdigit() else ""
+        text = one.message + (f" ({one.hint})" if one.hint else "")
+        yield f"::error {place}title=smoke::{_data(text)}"
 
 
 def _properties(one: Judged) -> str:

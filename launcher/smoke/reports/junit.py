@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
+from launcher.errors import ExitCode, LauncherError
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.result import Judged, Result
 
@@ -21,6 +22,23 @@ def write(path: Path, results: Sequence[Result], target: str) -> None:
     for number, result in enumerate(results, 1):
         name = target if len(results) == 1 else f"{target} run {number}"
         root.append(_suite(result, name, target))
+    _save(path, root)
+
+
+def write_refusal(path: Path, error: LauncherError, target: str) -> None:
+    """Where nothing was run: one case, with everything that is wrong."""
+    root = ElementTree.Element("testsuites", name="smoke")
+    counts = {"tests": "1", "failures": "0", "errors": "1", "skipped": "0", "time": "0.000"}
+    suite = ElementTree.SubElement(root, "testsuite", {"name": _clean(target), **counts})
+    names = {"classname": _clean(target), "name": "run", "time": "0.000"}
+    case = ElementTree.SubElement(suite, "testcase", names)
+    _add_error(
+        case, f"{error.where}: {error.message}" if error.where else error.message, error.render()
+    )
+    _save(path, root)
+
+
+def _save(path: Path, root: ElementTree.Element) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)
@@ -28,7 +46,8 @@ def write(path: Path, results: Sequence[Result], target: str) -> None:
 
 
 def _suite(result: Result, name: str, target: str) -> ElementTree.Element:
-    cases = [_case(one, result, target) for one in result.judged]
+    judged = () if result.exit_code is ExitCode.USAGE else result.judged  # nothing was to be seen
+    cases = [_case(one, result, target) for one in judged]
     errors = 0
     if result.trouble or result.gave_up or result.interrupted:
         cases.append(_error_case(result, target))
@@ -37,7 +56,7 @@ def _suite(result: Result, name: str, target: str) -> ElementTree.Element:
         "testsuite",
         name=_clean(name),
         tests=str(len(cases)),
-        failures=str(len(result.failures)),
+        failures=str(sum(not one.is_met for one in judged)),
         errors=str(errors),
         skipped="0",
         time=f"{result.facts.now_s:.3f}",
@@ -69,9 +88,13 @@ def _case(one: Judged, result: Result, target: str) -> ElementTree.Element:
 def _error_case(result: Result, target: str) -> ElementTree.Element:
     case = ElementTree.Element("testcase", classname=_clean(target), name="run", time="0.000")
     text = result.trouble or ("interrupted" if result.interrupted else "not ready in time")
-    error = ElementTree.SubElement(case, "error", message=_clean(text), type="run")
-    error.text = _clean(text)
+    _add_error(case, text, "\n".join([text, *result.last_words]))
     return case
+
+
+def _add_error(case: ElementTree.Element, message: str, text: str) -> None:
+    error = ElementTree.SubElement(case, "error", message=_clean(message), type="run")
+    error.text = _clean(text)
 
 
 def _clean(text: str) -> str:

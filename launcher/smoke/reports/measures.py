@@ -116,7 +116,7 @@ def write(path: Path, measures: Iterable[Measure]) -> None:
 
 def compare(path: Path, measures: Iterable[Measure]) -> list[Judged]:
     """What is worse than the baseline allows, and what could not be compared; UsageError."""
-    tolerances, base = _read(path)
+    tolerances, base = read(path)
     now = {measure.name: measure for measure in measures}
     judged = []
     for before in base:
@@ -142,7 +142,8 @@ def _compared(before: Measure, now: Measure | None, tolerance: Tolerance) -> Ver
     return Verdict(outcome=outcome, expected=expected, seen=seen, value=now.value, unit=now.unit)
 
 
-def _read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
+def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
+    """The tolerances and measures of a baseline; UsageError."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         tolerances = dict(TOLERANCES)

@@ -40,9 +40,10 @@ def show(console: Console, result: Result) -> None:
     if len(rows) < len(result.judged):
         met = len(result.judged) - len(result.failures)
         console.print(Text(f"... and {_others(met, len(result.failures) - len(rows))}"))
+    told: dict[str, str] = {}
     for one in result.failures[:ROWS]:
         console.print()
-        console.print(Text("\n".join(describe(one, result.facts))), soft_wrap=True)
+        console.print(Text("\n".join(describe(one, result.facts, told))), soft_wrap=True)
     for trouble in result.facts.troubles:
         console.print(_shown(f"note: {trouble}"), soft_wrap=True)
     console.print()

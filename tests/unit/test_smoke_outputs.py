@@ -1,0 +1,166 @@
+"""What a smoke command writes: tried beforehand, told once, and not kept for ever."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from launcher.errors import ExitCode, LauncherError, LaunchFileError, SeveralErrors
+from launcher.smoke.evidence import KEPT, evidence, prune
+from launcher.smoke.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.facts import Ending
+from launcher.smoke.judges.run import forced_stop
+from launcher.smoke.narrator import Narrator
+from launcher.smoke.outputs import refuse_unwritable
+from launcher.smoke.reports import flakes, github, junit
+from launcher.smoke.reports.failure import describe
+from launcher.smoke.result import Judged, Result
+from launcher.smoke.session import Options
+from tests.unit.smoke_facts import lines, seen, signalled
+
+# ---- beforehand
+
+
+def refused(**wanted: Path) -> str:
+    given: dict[str, Path | None] = {"artifacts": None, "junit": None, "baseline": None, **wanted}
+    with pytest.raises(LauncherError) as told:
+        refuse_unwritable(repeat=2, **given)
+    assert told.value.exit_code is ExitCode.USAGE
+    return told.value.render()
+
+
+def test_everything_that_cannot_be_written_is_told_at_once(tmp_path: Path):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    (tmp_path / "evidence" / "run-2" / "report.json").mkdir(parents=True)
+    told = refused(
+        artifacts=tmp_path / "evidence", junit=tmp_path / "file" / "x.xml", baseline=tmp_path
+    )
+    assert "run-2/report.json" in told and "--artifacts" in told
+    assert "x.xml: File exists, and is no folder" in told
+    assert f"--baseline {tmp_path}: Is a directory" in told
+
+
+def test_trying_leaves_no_file_and_changes_none(tmp_path: Path):
+    old, new = tmp_path / "old.xml", tmp_path / "deep" / "new.json"
+    old.write_text("<old/>", encoding="utf-8")
+    refuse_unwritable(artifacts=tmp_path / "evidence", junit=old, baseline=new)
+    assert old.read_text(encoding="utf-8") == "<old/>"
+    assert (new.exists(), new.parent.is_dir()) == (False, True)
+
+
+def test_a_baseline_that_cannot_be_read_is_refused_beforehand(tmp_path: Path):
+    path = tmp_path / "base.json"
+    path.write_text("{", encoding="utf-8")
+    with pytest.raises(LauncherError, match="is no baseline"):
+        Options(words=(), target="x", baseline=path).refuse_unwritable()
+    Options(words=(), target="x", baseline=path, update_baseline=True).refuse_unwritable()
+
+
+# ---- a disk that fills
+
+
+def test_a_full_disk_is_told_once_and_the_rest_goes_on(tmp_path: Path):
+    os.symlink("/dev/full", tmp_path / "smoke.log")
+    screen = io.StringIO()
+    narrator = Narrator(tmp_path, screen)
+    for text in ("one", "two"):
+        narrator.say(1.0, text)
+    narrator.close()
+    told = screen.getvalue().splitlines()
+    assert told == [
+        "smoke: smoke.log is not whole: No space left on device",
+        "[   1.0 s] one",
+        "[   1.0 s] two",
+    ]
+
+
+# ---- evidence that nobody asked for
+
+
+def test_evidence_of_a_good_run_goes_and_that_of_a_bad_one_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    env = {"ROS_LOG_DIR": str(tmp_path)}
+    with evidence(None, env) as good:
+        good.is_kept = False
+    with evidence(None, env) as bad:
+        (bad.path / "report.json").write_text("{}", encoding="utf-8")
+    assert (good.path.exists(), [*bad.path.iterdir()]) == (False, [bad.path / "report.json"])
+    assert capsys.readouterr().out == f"smoke: the evidence is in {bad.path}\n"
+
+
+def test_the_last_folders_stay_and_those_in_use(tmp_path: Path):
+    env = {"ROS_LOG_DIR": str(tmp_path)}
+    with evidence(None, env) as in_use:
+        for number in range(KEPT + 3):
+            (in_use.path.parent / f"9999-{number:02}").mkdir()
+        prune(in_use.path.parent)
+        left = sorted(path.name for path in in_use.path.parent.iterdir())
+    assert left == [in_use.path.name, *(f"9999-{number:02}" for number in range(3, KEPT + 3))]
+
+
+# ---- reports
+
+
+def judged(name: str, outcome: Outcome, *about: str) -> Judged:
+    verdict = Verdict(outcome=outcome, expected="it is there", about=about)
+    return Judged(expectation=Expectation(kind="node", subject="/a", name=name), verdict=verdict)
+
+
+def test_last_lines_of_a_process_are_told_once():
+    told: dict[str, str] = {}
+    facts = seen(lines=lines("the end"))
+    first = describe(judged("a", Outcome.VIOLATED, "robot_1-1"), facts, told)
+    second = describe(judged("b", Outcome.VIOLATED, "robot_1-1"), facts, told)
+    assert "the end" in first[-1]
+    assert second[-1] == "    last lines of robot_1-1: above, under 'a'"
+    assert describe(judged("b", Outcome.VIOLATED, "robot_1-1"), facts)[-1] == first[-1]
+
+
+def test_what_had_to_be_killed_at_the_stop_is_told():
+    asked = (signalled("robot_1-1", 2, 20.0), signalled("robot_1-1", 15, 25.0))
+    assert forced_stop(seen(events=asked)) is None
+    assert forced_stop(seen(events=(signalled("robot_1-1", 9, 10.0),))) is None  # before the stop
+    verdict = forced_stop(seen(events=(*asked, signalled("robot_1-1", 9, 30.0))))
+    assert verdict is not None and verdict.outcome is Outcome.VIOLATED
+    assert verdict.seen == "killed by force after 10.0 s: robot_1-1"
+
+
+def result(*found: Judged, **more: object) -> Result:
+    given = {"facts": seen(), "folder": Path(), "words": (), "domain_id": 1, **more}
+    return Result(judged=found, **given)  # type: ignore[arg-type]
+
+
+def test_what_is_told_only_where_it_is_not_met_is_flaky():
+    rows = flakes.rows([result(), result(judged("stop", Outcome.VIOLATED)), result()])
+    assert [(row.verdict, row.met) for row in rows] == [("FLAKY", 2)]
+
+
+def test_junit_tells_why_a_launch_file_was_not_launched(tmp_path: Path):
+    path = tmp_path / "out.xml"
+    words = ("error: x.launch.py:1: NameError: name 'a' is not defined", "    a()")
+    facts = seen(events=(), ending=Ending(asked_s=None, down_s=1, returncode=2))
+    bad = result(judged("a", Outcome.MET), facts=facts, trouble="no", last_words=words)
+    junit.write(path, [bad], "x.launch.py")
+    (case,) = ElementTree.parse(path).getroot().iter("testcase")
+    assert case[0].tag == "error" and (case[0].text or "").splitlines() == ["no", *words]
+
+
+def test_junit_and_annotations_tell_what_was_refused_beforehand(tmp_path: Path):
+    path = tmp_path / "out.xml"
+    one = LaunchFileError("there is no type x", hint="did you mean y?", where="a.expect.yaml:3")
+    junit.write_refusal(path, SeveralErrors([one, one]), "x.launch.py")
+    suite = ElementTree.parse(path).getroot()[0]
+    assert (suite.get("tests"), suite.get("errors")) == ("1", "1")
+    (error,) = suite.iter("error")
+    assert error.get("message") == "a.expect.yaml:3: there is no type x"
+    assert (error.text or "").count("hint: did you mean y?") == 2
+    told = list(github.refusal(SeveralErrors([one, LauncherError("nothing")])))
+    assert told == [
+        "::error file=a.expect.yaml,line=3,title=smoke::there is no type x (did you mean y?)",
+        "::error title=smoke::nothing",
+    ]
