@@ -16,7 +16,8 @@ from launcher.smoke.interruption import code_of
 from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.kinds import judge
 from launcher.smoke.narrator import Narrator
-from launcher.smoke.quantities import seconds_text
+from launcher.smoke.picture import Picture
+from launcher.smoke.quantities import INFINITY, seconds_text
 from launcher.smoke.questions import Questions, watched
 from launcher.smoke.result import Judged, Result
 from launcher.smoke.script import OF_EVERY_RUN, SHORTEST_S, Script
@@ -27,6 +28,7 @@ from launcher.smoke.timeline import Strokes, Timeline
 LOOK_S = 0.1
 JUDGE_S = 0.5  # judging all of a long run's messages has its price
 JUDGE_SHARE = 4  # of the time at least so many times what the last look took goes by without one
+PICTURE_S = 1.0  # before the end, the graph is looked at if nobody does
 STOP_ROOM_S = 15.0  # the launcher ends by itself this long after we should have ended it
 EMPTY_STOP_S = 5.0  # a launcher that has started nothing has nothing to wait for
 WORDS = 200  # lines of a launcher that has started nothing: they say why
@@ -84,13 +86,15 @@ class Runner:
         )
         self._narrator.begin(self._script, self._words, run_time_s)
         self._system.start()  # leaves nothing if it fails
+        self._picture = Picture(self._system, self._folder, is_wanted=self._keeps_graph)
         try:
             self._narrator.started(self._system)
             self._watch(run_time_s)
-            self._draw()
+            self._look_once_more()
         except KeyboardInterrupt as interrupt:
             self._interrupted = code_of(interrupt)
             self._narrator.say(self._now_s, "interrupted: stopping the system")
+            self._picture.begin()
         finally:
             self._is_over.set()
             self._stop()
@@ -117,20 +121,26 @@ class Runner:
             self._check_ready(facts)
             self._act(actor, facts)
             self._look(facts, run_time_s)
+            if self._now_s >= run_time_s - PICTURE_S:
+                self._picture.begin()
             self._is_over.wait(LOOK_S)
-        self._check_ready(system.facts())
+        self._check_ready(system.facts(), run_time_s)
 
-    def _check_ready(self, facts: Facts) -> None:
+    def _check_ready(self, facts: Facts, run_time_s: float = INFINITY) -> None:
         """Ready: what has to be there at the start is there, and a process runs."""
         if facts.ready_s is not None or self._gave_up:
             return
+        limit_s = self._script.ready_limit_s()
         if facts.processes() and self._is_present(facts):
             self._system.recorder.step(READY)
             self._narrator.say(self._now_s, "ready")
-        elif facts.now_s > self._script.ready_limit_s():
+        elif facts.now_s > limit_s:
             self._gave_up = True
-            limit = seconds_text(self._script.ready_limit_s())
-            self._narrator.say(self._now_s, f"not ready after {limit}: giving up")
+            self._narrator.say(self._now_s, f"not ready after {seconds_text(limit_s)}: giving up")
+        elif facts.now_s >= run_time_s and self._system.is_alive:
+            self._gave_up = True
+            end = f"after {seconds_text(run_time_s)}, when it was to be stopped"
+            self._narrator.say(self._now_s, f"not ready {end}")
 
     def _is_present(self, facts: Facts) -> bool:
         wanted = (replace(e, within=None) for e in self._script.presence())
@@ -201,28 +211,35 @@ class Runner:
 
     # ---- the end
 
-    def _draw(self) -> None:
-        """The graph as it is before everything goes."""
-
-        def say(text: str) -> None:
-            self._narrator.say(self._now_s, text)
-
+    def _look_once_more(self) -> None:
+        """At the system as it is before everything goes."""
         self._blind = last_look.deaf(self._system)
         if self._blind is not None:
-            say(self._blind)
-        elif self._keeps_graph or self._system.probe is not None:
-            last_look.draw(self._system, say)
+            self._narrator.say(self._now_s, self._blind)
+        self._picture.begin()
 
     def _stop(self) -> None:
         """Whatever happens: the system does not stay. A second Ctrl-C makes haste."""
-        self._narrator.say(self._now_s, "stopping")
         try:
+            self._picture.finish_look()
+            self._narrator.say(self._now_s, "stopping")
             has_children = bool(self._system.facts().processes())
             ending = self._system.stop(STOP_S if has_children else EMPTY_STOP_S)
         except KeyboardInterrupt as interrupt:
             self._interrupted = code_of(interrupt)
             ending = self._system.stop(0.0)
         self._narrator.ended(self._now_s, ending, self._system.facts())
+        self._draw()
+
+    def _draw(self) -> None:
+        """What was seen of the graph, now that nothing waits for it."""
+        try:
+            why = self._picture.draw()
+        except KeyboardInterrupt as interrupt:
+            self._interrupted = code_of(interrupt)
+            return
+        if why is not None:
+            self._system.recorder.add_trouble(why)
 
     def _result(self) -> Result:
         facts = self._system.facts()

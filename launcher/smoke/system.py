@@ -99,11 +99,6 @@ class System(Observed):
             "ROS_LOG_DIR": str(self.log_root.absolute()),
         }
 
-    def add_probe(self) -> None:
-        """Start the probe now, if there is none."""
-        if self.probe is None:
-            self._start_probe(self._stack)
-
     def _start_probe(self, stack: contextlib.ExitStack) -> None:
         probe = Probe(self.environment, self.recorder, self.folder / "probe.log")
         stack.callback(probe.close)

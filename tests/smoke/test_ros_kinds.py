@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import psutil
@@ -151,7 +152,24 @@ def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
 def test_the_graph_is_drawn_even_if_nothing_of_it_is_expected(tmp_path: Path):
     bench = Bench(tmp_path)
     bench.launch_file = REPOSITORY / "launch" / "system.launch.py"
-    done = bench.smoke("--no-file", "--for=4", "--expect-log=monitor: Fleet report")
+    done = bench.smoke(
+        "--no-file", "--for=4", "--expect-log=monitor: Fleet report", "--clean-shared-memory"
+    )
     assert done.returncode == 0, done.stdout
     assert '"/monitor"' in (bench.evidence / "graph.json").read_text("utf-8")
     assert "/fleet/status" in (bench.evidence / "graph.svg").read_text("utf-8")
+
+
+def test_the_graph_is_drawn_of_a_run_that_is_interrupted(tmp_path: Path):
+    bench = Bench(tmp_path)
+    bench.write(talking())
+    run = bench.start("--for=60", "--expect-log=talking")
+    assert run.stdout is not None
+    told = ""
+    while "log talking" not in told:
+        told = run.stdout.readline()
+    run.send_signal(signal.SIGINT)
+    run.communicate(timeout=120)
+    assert run.returncode == 130
+    assert '"/talker"' in (bench.evidence / "graph.json").read_text("utf-8")
+    assert "/steady" in (bench.evidence / "graph.svg").read_text("utf-8")

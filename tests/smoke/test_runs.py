@@ -65,6 +65,13 @@ def test_a_system_that_never_comes_up(bench: Bench):
     assert "not ready after 1.0 s: giving up" in done.stdout
 
 
+def test_a_system_that_is_not_up_when_it_is_to_be_stopped(bench: Bench):
+    bench.write(PATIENT)
+    done = bench.smoke("--for=1", "--expect-node=/nowhere")
+    assert done.returncode == 124
+    assert "not ready after 1.0 s, when it was to be stopped" in done.stdout
+
+
 def test_a_launch_file_that_hangs_and_hears_no_signal(bench: Bench):
     bench.launch_file.write_text(
         "import signal, time\n"

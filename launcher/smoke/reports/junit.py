@@ -87,8 +87,9 @@ def _case(one: Judged, result: Result, target: str) -> ElementTree.Element:
 
 def _error_case(result: Result, target: str) -> ElementTree.Element:
     case = ElementTree.Element("testcase", classname=_clean(target), name="run", time="0.000")
-    text = result.trouble or ("interrupted" if result.interrupted else "not ready in time")
-    _add_error(case, text, "\n".join([text, *result.last_words]))
+    reasons = ["interrupted"] * bool(result.interrupted) + ["not ready in time"] * result.gave_up
+    reasons += [result.trouble] if result.trouble else []
+    _add_error(case, reasons[0], "\n".join([*reasons, *result.last_words]))
     return case
 
 
