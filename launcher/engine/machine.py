@@ -365,6 +365,7 @@ class ProcessMachine:
     def _delay_s(self, outcome: Outcome, now: float) -> float:
         if outcome.spawn_errno is None and now - self.running_since >= self.restart.quiet_s:
             self._quick_ends = 0
-        delay_s = self.restart.delay_after(self._quick_ends, self._chance())
+        chance = self._chance() if self.restart.jitter else 0.0
+        delay_s = self.restart.delay_after(self._quick_ends, chance)
         self._quick_ends += 1
         return max(delay_s, SPAWN_RETRY_S) if outcome.spawn_errno is not None else delay_s

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from launcher.engine.machine import ProcessMachine
 from launcher.engine.reactor import Timer
 from launcher.engine.ring import LogRing
@@ -84,18 +82,17 @@ def child_environment(
     each line although it writes to a pipe, and rcutils colours although it does, or does not
     although it writes to a pseudo-terminal, as our own output wants it.
     """
-    return {
+    env = {
         "PYTHONUNBUFFERED": "1",
         "RCUTILS_COLORIZED_OUTPUT": "1" if colour else "0",
-        **({"ROS_LOG_DIR": log_dir} if log_dir is not None else {}),
-        **_without_inherited_log_dir(spec.env, log_dir),
+        **spec.env,
         run_id_entry[0]: run_id_entry[1],
     }
+    if log_dir is not None and _is_root_of(env.get("ROS_LOG_DIR"), log_dir):
+        env["ROS_LOG_DIR"] = log_dir
+    return env
 
 
-def _without_inherited_log_dir(env: Mapping[str, str], log_dir: str | None) -> Mapping[str, str]:
-    """The launch file's environment; ROS_LOG_DIR only where the run's folder is not below it."""
-    root = env.get("ROS_LOG_DIR")
-    if root is None or log_dir is None or not log_dir.startswith(root.rstrip("/") + "/"):
-        return env
-    return {name: value for name, value in env.items() if name != "ROS_LOG_DIR"}
+def _is_root_of(root: str | None, log_dir: str) -> bool:
+    """Whether the run's folder is below `root`, which then is inherited and not what is meant."""
+    return root is None or log_dir.startswith(root.rstrip("/") + "/")

@@ -6,14 +6,13 @@ asyncio would do the same; importing it takes longer than starting the first pro
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import os
 import select
 import signal
 import time
 from collections.abc import Callable, Iterable
-from types import FrameType
+from types import FrameType, ModuleType
 
 Callback = Callable[[], object]
 
@@ -39,6 +38,7 @@ class Reactor:
         self._epoll = select.epoll()
         self._callbacks: dict[int, Callback] = {}
         self._timers: list[tuple[float, int, Timer]] = []
+        self._heap: ModuleType | None = None
         self._order = itertools.count()
         self._stopped = False
         self._handlers: dict[int, Callable[[int], None]] = {}
@@ -51,10 +51,8 @@ class Reactor:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
-    @staticmethod
-    def now() -> float:
-        """Seconds on the monotonic clock, the only one that deadlines are made of."""
-        return time.monotonic()
+    # Seconds on the monotonic clock, the only one that deadlines are made of.
+    now = staticmethod(time.monotonic)
 
     # ---- what to wait for
 
@@ -73,15 +71,19 @@ class Reactor:
     def remove(self, fd: int) -> None:
         """Forget `fd`; not an error if it is not known."""
         if self._callbacks.pop(fd, None) is not None:
-            with contextlib.suppress(OSError):  # closed before it was removed
+            try:
                 self._epoll.unregister(fd)
+            except OSError:
+                return  # closed before it was removed
 
     def call_later(self, delay_s: float, callback: Callback) -> Timer:
         """Call back once, `delay_s` seconds from now, or as soon as possible if that is past."""
         timer = Timer(self.now() + delay_s, callback)
-        from heapq import heappush  # a library of its own to load; the first process need not wait
+        if self._heap is None:
+            import heapq  # a library of its own to load; the first process need not wait
 
-        heappush(self._timers, (timer.when, next(self._order), timer))
+            self._heap = heapq
+        self._heap.heappush(self._timers, (timer.when, next(self._order), timer))
         return timer
 
     def on_signals(self, signums: Iterable[int], callback: Callable[[int], None]) -> None:
@@ -139,9 +141,9 @@ class Reactor:
                 callback()
 
     def _take_first(self) -> Timer:
-        from heapq import heappop
-
-        return heappop(self._timers)[2]
+        assert self._heap is not None
+        timer: Timer = self._heap.heappop(self._timers)[2]
+        return timer
 
     def close(self) -> None:
         """Put the signal handlers back and close what is ours."""

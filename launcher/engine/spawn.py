@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 from collections.abc import Mapping
@@ -42,8 +41,10 @@ class Child:
 
         Neither is one that belongs to somebody else by now (sudo): if it does not go, it is named.
         """
-        with contextlib.suppress(ProcessLookupError, PermissionError):
+        try:
             os.killpg(self.pid, signum)
+        except (ProcessLookupError, PermissionError):
+            return
 
     def reap(self) -> tuple[int, bool]:
         """(return code, whether it left a core dump); call it when the pidfd is readable."""
@@ -97,7 +98,11 @@ class Child:
 
 
 def spawn(
-    spec: ProcessSpec, *, env: Mapping[str, str], merge: bool, terminal_size: tuple[int, int]
+    spec: ProcessSpec,
+    *,
+    env: Mapping[str, str],
+    merge: bool,
+    terminal_size: tuple[int, int] | None = None,
 ) -> Child:
     """Start a process; OSError if the system refuses.
 
@@ -113,7 +118,7 @@ def spawn(
             ours[read_end] = name
             theirs.append(write_end)
             os.set_blocking(read_end, False)
-            if spec.emulate_tty:
+            if spec.emulate_tty and terminal_size is not None:
                 _set_terminal_size(write_end, terminal_size)
         stdout, stderr = theirs[0], theirs[-1]
         stdin_read, stdin_write = os.pipe()

@@ -338,7 +338,8 @@ class Supervisor:
             colour=self._screen.colour,
         )
         merge = process.streams_can_merge and not self._is_watched(process)
-        size = terminal_size_beside(len(process.name) + 3)
+        is_tty = process.spec.emulate_tty
+        size = terminal_size_beside(len(process.name) + 3) if is_tty else None
         self._guards.ensure()
         return spawn(process.spec, env=env, merge=merge, terminal_size=size)
 

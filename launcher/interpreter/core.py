@@ -11,10 +11,17 @@ from launcher.interpreter.host import Answer, RunHost, Surprise
 from launcher.language import events as language
 from launcher.language import process_events, session
 from launcher.language.actions.include import IncludeLaunchDescription
+from launcher.language.actions.process import TargetedHandler
 from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.handlers import OnIncludeLaunchDescription, OnShutdown
+from launcher.language.handlers import (
+    OnExecutionComplete,
+    OnIncludeLaunchDescription,
+    OnProcessExit,
+    OnProcessStart,
+    OnShutdown,
+)
 from launcher.language.session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
 from launcher.language.utilities import (
@@ -32,6 +39,17 @@ _STREAMS = {
     "stdout": process_events.ProcessStdout,
     "stderr": process_events.ProcessStderr,
 }
+# Whatever they were made with, output is not what they look for.
+_DEAF = frozenset(
+    {
+        OnExecutionComplete,
+        OnIncludeLaunchDescription,
+        OnProcessExit,
+        OnProcessStart,
+        OnShutdown,
+        TargetedHandler,
+    }
+)
 
 
 class Interpreter:
@@ -64,6 +82,7 @@ class Interpreter:
         self._path = path
         self._description = description
         self._is_virtual = answer is not None
+        self._deaf: tuple[Any, ...] = ()
         self.failure: LaunchFileError | None = None
         self.context = LaunchContext(
             argv=[f"{name}:={value}" for name, value in self.arguments.items()],
@@ -131,8 +150,11 @@ class Interpreter:
 
     def watches_output(self, process_id: int) -> bool:
         """Whether a handler of the launch file wants the output of this process."""
-        process = self.host.processes.get(process_id)
-        if process is None:
+        handlers = tuple(self.context._event_handlers)
+        if handlers == self._deaf or process_id not in self.host.processes:
+            return False
+        if all(type(handler) in _DEAF for handler in handlers):
+            self._deaf = handlers  # most launch files have no others: remember these
             return False
         probe = process_events.ProcessStdout(text=b"", **self._details(process_id))
         return self.context.would_handle_event(probe)

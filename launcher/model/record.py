@@ -31,16 +31,24 @@ class Record:
     """
 
     _fields: ClassVar[tuple[str, ...]] = ()
-    _required: ClassVar[set[str]] = set()
+    _required: ClassVar[frozenset[str]] = frozenset()
+    _known: ClassVar[frozenset[str]] = frozenset()
 
     def __init_subclass__(cls) -> None:
         fields = [name for name in cls.__annotations__ if name[0] != "_"]
         cls._fields = (*cls._fields, *fields)
-        cls._required = {name for name in cls._fields if not hasattr(cls, name)}
+        cls._known = frozenset(cls._fields)
+        cls._required = frozenset(name for name in cls._fields if not hasattr(cls, name))
         type.__setattr__(cls, "__match_args__", cls._fields)  # for `match` by position
 
     def __init__(self, *values: Any, **named: Any) -> None:
         fields = self._fields
+        if not named and len(values) == len(fields):  # most are made in one of these two ways
+            self.__dict__.update(zip(fields, values))  # noqa: B905
+            return
+        if not values and self._required <= named.keys() <= self._known:
+            self.__dict__.update(named)
+            return
         if values:
             given = dict(zip(fields, values))  # noqa: B905  (too many are told below)
             if len(values) > len(fields) or given.keys() & named.keys():

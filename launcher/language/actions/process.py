@@ -23,7 +23,6 @@ from launcher.language.process_events import (
 from launcher.language.substitution import Substitution
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.language.utilities import (
-    is_a_subclass,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -314,8 +313,13 @@ class TargetedHandler(EventHandler):
     """Calls a method of the action for one kind of event."""
 
     def __init__(self, action: ExecuteLocal, kind: type, react: Any) -> None:
-        super().__init__(matcher=lambda event: is_a_subclass(event, kind))
+        super().__init__(matcher=lambda event: isinstance(event, kind))
+        self._kind = kind
         self._react = react
+
+    def matches(self, event: Any) -> bool:
+        """Whether it is of this kind; every event of a run is shown to those of every process."""
+        return isinstance(event, self._kind)
 
     def handle(self, event: Any, context: LaunchContext) -> Any:
         super().handle(event, context)
