@@ -11,6 +11,7 @@ from typing import Any
 
 from launcher.control import verbs
 from launcher.control.client import Connection
+from launcher.control.lines import event_line, log_line
 from launcher.control.runs import AnyRun, SilentRun, all_runs, find_run
 from launcher.control.verbs import Call, Verb
 from launcher.errors import ExitCode, UsageError
@@ -239,12 +240,12 @@ def _print_in_order(found: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _logs(connection: Connection, call: Call, settings: Settings) -> int:
-    _print_all(connection, call, "lines", _log_line, settings)
+    _print_all(connection, call, "lines", log_line, settings)
     return ExitCode.OK
 
 
 def _events(connection: Connection, call: Call, settings: Settings) -> int:
-    _print_all(connection, call, "events", _event_line, settings)
+    _print_all(connection, call, "events", event_line, settings)
     return ExitCode.OK
 
 
@@ -262,31 +263,6 @@ def _print_all(
         items = connection.ask(call.verb.name, call.names, **call.options).result[key]
     for item in items:
         print(json.dumps(item) if settings.as_json else as_line(item), flush=True)
-
-
-def _log_line(item: Mapping[str, Any]) -> str:
-    if "dropped" in item:
-        return f"({item['dropped']} lines were not read in time)"
-    name = item["process"]
-    return str(item["text"]) if name is None else f"[{name}] {item['text']}"
-
-
-def _event_line(item: Mapping[str, Any]) -> str:
-    if "dropped" in item:
-        return f"({item['dropped']} events were not read in time)"
-    details = dict(item)
-    clock = time.strftime("%H:%M:%S", time.localtime(details.pop("wall_s")))
-    details.pop("monotonic_s")
-    event, process = details.pop("event"), details.pop("process", None)
-    if event == "resources":
-        details = {name: _used(sample) for name, sample in details["processes"].items()}
-    words = [clock, event, *([process] if process else [])]
-    return " ".join([*words, *(f"{key}={value}" for key, value in details.items())])
-
-
-def _used(sample: Mapping[str, Any]) -> str:
-    cpu = "-" if sample["cpu_percent"] is None else f"{sample['cpu_percent']:.0f}%"
-    return f"{cpu},{sample['rss_bytes'] / 1e6:.0f}MB"
 
 
 _SHOWS: dict[str, Callable[[Connection, Call, Settings], int]] = {

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from prompt_toolkit.utils import get_cwidth
 
+from launcher.console.cutting import middle_cut
 from launcher.console.figures import cpu, memory
 from launcher.console.trouble import is_in_trouble
 
@@ -16,6 +17,7 @@ Line = list[Fragment]
 
 SEPARATOR = ("class:bar.quiet", " | ")
 CUT = "..."
+LONG_NAME, SHORT_NAME = 20, 12  # columns that a name is cut to before it gives way to a count
 LEAST_FOLDER = 10  # of its characters; with less of it, nobody finds it
 _STYLES = {
     "RUNNING": "class:bar.running",
@@ -27,18 +29,19 @@ _STYLES = {
 
 
 def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
-    """The fullest of three forms that fits: with figures, names alone, counts."""
+    """The fullest form that fits: with figures, names alone, names cut short, counts."""
     if not processes:
         return [("class:bar.quiet", "no processes")]
     names = short_names(processes)
-    for cells in (
-        [_full(p, names[p["name"]]) for p in processes],
-        [_short(p, names[p["name"]]) for p in processes],
-    ):
-        line = _joined(cells)
+    lines = [_joined([_full(p, names[p["name"]]) for p in processes])]
+    lines += [
+        _joined([_short(p, middle_cut(names[p["name"]], most)) for p in processes])
+        for most in (columns, LONG_NAME, SHORT_NAME)
+    ]
+    for line in [*lines, *_counted(processes, names)]:
         if width(line) <= columns:
             return line
-    return fitted(_joined(_counted(processes, names)), columns)
+    return fitted(line, columns)
 
 
 def short_names(processes: Sequence[Mapping[str, Any]]) -> dict[str, str]:
@@ -125,12 +128,20 @@ def _cell(process: Mapping[str, Any], name: str, words: Sequence[str]) -> Line:
     return [(_style(process), name), ("class:bar", rest)]
 
 
-def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -> list[Line]:
+def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -> Iterator[Line]:
+    """Counts, with as many of those in trouble as there is room for, the fullest first."""
     states = Counter(p["state"] for p in processes)
     counts = ", ".join(f"{count} {state.lower()}" for state, count in states.most_common())
+    first: Line = [("class:bar", counts)]
+    troubled = [p for p in processes if is_in_trouble(p)]
+    cells = [_short(p, names[p["name"]]) for p in troubled]
     used_cpu = sum(p.get("cpu_percent") or 0 for p in processes)
     used_memory = sum(p.get("memory_bytes") or 0 for p in processes)
-    first: Line = [("class:bar", counts)]
-    figures: Line = [("class:bar", f"{cpu(used_cpu)} {memory(used_memory)}")]
-    troubled = [_short(p, names[p["name"]]) for p in processes if is_in_trouble(p)]
-    return [first, *troubled, figures]
+    yield _joined([first, *cells, [("class:bar", f"{cpu(used_cpu)} {memory(used_memory)}")]])
+    yield _joined([first, *cells])
+    for shown in range(len(troubled) - 1, 0, -1):
+        some: list[Line] = [
+            [(_style(p), middle_cut(names[p["name"]], LONG_NAME))] for p in troubled[:shown]
+        ]
+        yield _joined([first, *some, [("class:bar", f"+{len(troubled) - shown}")]])
+    yield first

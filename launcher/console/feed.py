@@ -57,6 +57,11 @@ class Feed:
             self._most_bytes = max(LEAST_BYTES, self._most_bytes // 2)
         self._listen()
 
+    def catch_up(self) -> None:
+        """Show what is there now, without the rest between two drawings."""
+        if not self._slow and not self._ended:
+            self._readable()
+
     def finish(self) -> None:
         """Nobody writes any more, although the end is still open: take what is there and end."""
         while not self._ended:

@@ -12,8 +12,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
+from launcher.console.cutting import end_cut
 from launcher.console.keys import keys
-from launcher.console.top import KEYS_HINT, Top, cut
+from launcher.console.top import KEYS_HINT, Top
 from launcher.control.client import Connection, NoRunError
 from launcher.control.verbs import Call
 
@@ -127,7 +128,7 @@ class LiveTop:
         columns, rows = columns or 80, rows or 24
         hint = hint and rows > 2
         text = self._top.lines(self._found, columns, rows - hint, colour=self._colour)
-        return [*text.split("\n"), *([cut(HINT, columns)] if hint else ())]
+        return [*text.split("\n"), *([end_cut(HINT, columns)] if hint else ())]
 
 
 def _typed() -> bytes:

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rich.cells import cell_len, set_cell_size
+from rich.cells import cell_len
 from rich.table import Table
 from rich.text import Text
 
+from launcher.console.cutting import end_cut, middle_cut
 from launcher.console.figures import cpu, duration, memory
 from launcher.console.trouble import is_in_trouble
 
 Process = Mapping[str, Any]
 
 GAP = 2  # columns between two columns
-CUT = "…"
+LEAST_REST = 10  # of a last end; with less of it, nobody knows what it was
 LEAST_NAME, LEAST_STATE, LEAST_SHOWN = 14, 8, 16
 NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, where not all has room
 _STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}
@@ -132,19 +133,13 @@ def _total(widths: Mapping[Column, int]) -> int:
 
 
 def _cut(column: Column, cell: Text, width: int) -> Text:
-    """The cell with a mark where it is too long: names keep their end, which tells them apart."""
+    """The cell in so many columns: names keep their end, states give up how it ended."""
     if cell.cell_len <= width:
         return cell
-    text, style = cell.plain, cell.style
-    if column is not COLUMNS[0]:
-        return Text(set_cell_size(text, width - 1) + CUT, style)
-    end = _end(text, (width - 1) // 2)
-    return Text(set_cell_size(text, width - 1 - cell_len(end)) + CUT + end, style)
-
-
-def _end(text: str, width: int) -> str:
-    """As much of the end of the text as has room."""
-    start = len(text)
-    while start > 0 and cell_len(text[start - 1 :]) <= width:
-        start -= 1
-    return text[start:]
+    text = cell.plain
+    if column is COLUMNS[0]:
+        return Text(middle_cut(text, width), cell.style)
+    word, _, rest = text.partition(":")
+    if rest and cell_len(word) <= width < cell_len(word) + LEAST_REST:
+        return Text(word, cell.style)
+    return Text(end_cut(text, width), cell.style)

@@ -243,15 +243,23 @@ class Session:
             call = talk.read_call(line)
             await (self._follow(call) if talk.follows(call) else self._ask(call))
         except UsageError as error:
-            self._display.answer(talk.problem(error, colour=self._display.colour))
+            self._tell_of(error)
         except Exception as error:  # whatever became of one line, the console goes on
             told = UsageError(f"'{line}' failed: {type(error).__name__}: {error}")
-            self._display.answer(talk.problem(told, colour=self._display.colour))
+            self._tell_of(told)
+
+    def _tell_of(self, error: UsageError) -> None:
+        self._display.answer(talk.problem(error, self._columns(), colour=self._display.colour))
+
+    def _columns(self) -> int:
+        """What an answer has, beside its mark."""
+        return max(1, self._terminal.size().columns - len(GUTTER))
 
     async def _ask(self, call: Call) -> None:
-        columns = self._terminal.size().columns - len(GUTTER)
-        colour = self._display.colour
+        columns, colour = self._columns(), self._display.colour
         text = await in_thread(lambda: talk.answer(self._run, call, columns, colour=colour))
+        if self._feed is not None:
+            self._feed.catch_up()  # what the launcher had said before stands above
         self._display.answer(text)
         await self._look_again()
 

@@ -7,11 +7,13 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from rich.console import RenderableType
+from rich.text import Text
 
 from launcher.console import tables
 from launcher.console.process_table import process_table
 from launcher.control.client import Reply
 from launcher.control.folder import ControlError
+from launcher.control.lines import event_line, log_line
 from launcher.control.runs import Run
 from launcher.control.verbs import VERBS, Call, find, parse
 from launcher.errors import LauncherError, UsageError, nearest
@@ -23,6 +25,8 @@ KEYS = (
     ("Ctrl-D", "the same as quit"),
     ("Ctrl-Z", "suspend; fg goes on"),
 )
+AS_IT_IS = ("logs", "plan")  # lines that may be copied, or have colours of their own
+NOTHING = "(nothing)"
 
 
 def read_call(line: str) -> Call:
@@ -52,16 +56,20 @@ def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
         with run.connect() as connection:
             reply = connection.ask(call.verb.name, call.names, **call.options)
     except ControlError as error:
-        return problem(error, colour=colour)
-    made = _table(call, reply, columns)
-    return "\n".join(reply.text) if made is None else tables.render(made, columns, colour=colour)
+        return problem(error, columns, colour=colour)
+    if call.verb.name == "events":
+        return "\n".join(map(event_line, reply.result["events"])) or NOTHING
+    if call.verb.name in AS_IT_IS:
+        return "\n".join(reply.text) or NOTHING
+    made = _table(call, reply, columns) or Text("\n".join(reply.text) or NOTHING)
+    return tables.render(made, columns, colour=colour)
 
 
-def problem(error: LauncherError, *, colour: bool) -> str:
+def problem(error: LauncherError, columns: int, *, colour: bool) -> str:
     """The error as it is printed."""
-    text = error.render()
-    first, newline, rest = text.partition("\n")
-    return f"\x1b[31m{first}\x1b[0m{newline}{rest}" if colour else text
+    first, newline, rest = error.render().partition("\n")
+    text = Text.assemble((first, "red"), newline, rest)
+    return tables.render(text, columns, colour=colour)
 
 
 def _help() -> RenderableType:
@@ -82,12 +90,7 @@ Hear = Callable[[Mapping[str, Any]], None]
 
 def item_text(call: Call, item: Mapping[str, Any]) -> str:
     """An item of `logs -f` or `events -f` as a line."""
-    if "dropped" in item:
-        return f"({item['dropped']} lines left out: they came too fast)"
-    if call.verb.name == "logs":
-        name = item.get("process") or "launch"
-        return f"[{name}] {item['text']}"
-    return " ".join(f"{key}={value}" for key, value in item.items())
+    return log_line(item) if call.verb.name == "logs" else event_line(item)
 
 
 def items(connection: Any, call: Call) -> Iterator[dict[str, Any]]:

@@ -6,9 +6,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from rich.cells import cell_len, set_cell_size
-
-from launcher.console.process_table import CUT, process_table
+from launcher.console.cutting import end_cut
+from launcher.console.process_table import process_table
 from launcher.console.tables import render
 from launcher.console.trouble import is_in_trouble
 
@@ -72,7 +71,7 @@ class Top:
         self._first = min(self._first, max(0, len(found) - self._page))
         seen = self.sorted(found)[self._first : self._first + self._page]
         table = render(process_table(seen, columns, has_head=has_head), columns, colour=colour)
-        return "\n".join([table, *([cut(self._place(found), columns)] if has_place else ())])
+        return "\n".join([table, *([end_cut(self._place(found), columns)] if has_place else ())])
 
     def _place(self, found: Sequence[Process]) -> str:
         count, first = len(found), self._first + 1
@@ -84,8 +83,3 @@ class Top:
         return f"{seen} of {count} by {self.order}: " + ", ".join(
             f"{number} more {where}" for number, where in more if number
         )
-
-
-def cut(text: str, columns: int) -> str:
-    """The text, with a mark where it is too long."""
-    return text if cell_len(text) <= columns else set_cell_size(text, max(0, columns - 1)) + CUT

@@ -12,7 +12,7 @@ from typing import Any
 from prompt_toolkit.data_structures import Size
 
 from launcher.console import talk
-from launcher.console.display import LITTLE_HEIGHT, Display
+from launcher.console.display import GUTTER, LITTLE_HEIGHT, Display
 from launcher.console.top import KEYS_HINT, Top
 from launcher.control.client import Connection
 from launcher.control.folder import ControlError
@@ -58,7 +58,8 @@ class Watch:
                     loop.call_soon_threadsafe(self._show, item)
         except ControlError as error:
             if not self._closed:
-                text = talk.problem(error, colour=self._display.colour)
+                columns = self._size().columns - len(GUTTER)
+                text = talk.problem(error, columns, colour=self._display.colour)
                 loop.call_soon_threadsafe(self._display.answer, text)
 
     def close(self) -> None:

@@ -13,7 +13,9 @@ def test_a_process_is_killed_and_started_again_while_lines_flow(bench: Bench):
     glass.wait_for_prompt()
     glass.wait_for("robot_1-1] tick")
     glass.enter("kill robot_2")
-    glass.wait_for("> kill robot_2", "robot_2-2 stopped in ")
+    glass.wait_for("> kill robot_2", "| robot_2-2 stopped in ")
+    told = [row for row in glass.scrolled if "stopped" in row and "robot_2-2" in row]
+    assert [row[:6] for row in told] == ["[INFO]", "| robo"]  # the answer below what happened
     glass.wait_until(lambda: "robot_2 stopped" in glass.text, "the bar tells")
     glass.enter("start robot_2")
     glass.wait_for("robot_2-2 started with pid ")

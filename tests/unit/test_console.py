@@ -67,6 +67,28 @@ def test_the_bar_tells_what_is_out_of_the_ordinary():
     assert line == "a backoff x2 | b paused 2% 31M | c muted 2% 31M | d fatal"
 
 
+def test_a_long_name_is_cut_in_its_middle_before_all_names_give_way_to_counts():
+    fleet = [process("warehouse_robot_with_a_long_name_17-1"), process("機器人倉庫管理員-2")]
+    assert text_of(status_line(fleet, 44)) == "warehouse_…g_name_17 | 機器人倉庫管理員"
+    assert text_of(status_line(fleet, 28)) == "wareho…me_17 | 機器人…理員"
+    assert text_of(status_line(fleet, 20)) == "2 running | 5% 62M"
+
+
+@pytest.mark.parametrize(
+    ("columns", "text"),
+    [
+        (80, "16 running, 4 fatal | worker_0 | worker_1 | worker_2 | +1"),
+        (50, "16 running, 4 fatal | worker_0 | worker_1 | +2"),
+        (40, "16 running, 4 fatal | worker_0 | +3"),
+        (30, "16 running, 4 fatal"),
+        (15, "16 running, ..."),
+    ],
+)
+def test_those_in_trouble_are_named_as_far_as_there_is_room(columns: int, text: str):
+    crowd = [process(f"worker_{n}-{n}", "FATAL" if n < 4 else "RUNNING") for n in range(20)]
+    assert text_of(status_line(crowd, columns)) == text
+
+
 def test_two_of_the_same_label_keep_their_full_names():
     twins = [process("node-1"), process("node-2")]
     assert text_of(status_line(twins, 100)) == "node-1 2% 31M | node-2 2% 31M"
