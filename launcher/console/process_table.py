@@ -12,6 +12,7 @@ from rich.text import Text
 from launcher.console.cutting import end_cut, middle_cut
 from launcher.console.figures import cpu, duration, memory
 from launcher.console.trouble import is_in_trouble
+from launcher.control.lines import not_shown
 
 Process = Mapping[str, Any]
 
@@ -57,7 +58,7 @@ def shown(process: Process) -> str:
     if process.get("grep"):
         words.append(f"lines with {process['grep']!r}")
     if words:
-        words.append(f"{process.get('muted_lines', 0)} lines not shown")
+        words.append(not_shown(process.get("muted_lines", 0)))
     return ", ".join(words) or "all"
 
 

@@ -34,7 +34,8 @@ def read_call(line: str) -> Call:
     try:
         name, *words = shlex.split(line)
     except ValueError as error:
-        raise UsageError(f"the line is not finished: {error}") from None
+        hint = "quotes come in pairs, as in a shell; \\' is a quote that is meant"
+        raise UsageError(f"the line is not finished: {error}", hint=hint) from None
     verb = find(name)
     if verb is None:
         near = nearest(name, [verb.name for verb in VERBS])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from launcher.control.lines import not_shown
 from launcher.control.names import Named
 from launcher.engine.desk import Desk
 from launcher.engine.operator import is_halted
@@ -173,7 +174,7 @@ def remark(one: Mapping[str, Any]) -> str:
     if one["grep"]:
         parts.append(f"lines with {one['grep']!r}")
     if parts:
-        parts.append(f"{one['muted_lines']} lines not shown")
+        parts.append(not_shown(one["muted_lines"]))
     if one["pid"] is None and one["last_exit"] is not None:
         parts.append(one["last_exit"]["text"])
     return ", ".join(parts)

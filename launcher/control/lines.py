@@ -32,3 +32,8 @@ def event_line(item: Mapping[str, Any]) -> str:
 def _used(sample: Mapping[str, Any]) -> str:
     cpu = "-" if sample["cpu_percent"] is None else f"{sample['cpu_percent']:.0f}%"
     return f"{cpu},{sample['rss_bytes'] / 1e6:.0f}MB"
+
+
+def not_shown(lines: int) -> str:
+    """How much of a process is held back from the screen."""
+    return "1 line not shown" if lines == 1 else f"{lines} lines not shown"

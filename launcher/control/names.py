@@ -64,10 +64,10 @@ def _meant(word: str, everybody: Sequence[Named]) -> list[int]:
     exact = [i for i, one in enumerate(everybody) if one.name == word]
     if exact:
         return exact
-    if any(character in word for character in _PATTERN):
+    found = [i for i, one in enumerate(everybody) if word in one.all]
+    if not found and any(character in word for character in _PATTERN):
         found = [i for i, one in enumerate(everybody) if any(fnmatchcase(n, word) for n in one.all)]
         return found or _unknown(word, everybody)
-    found = [i for i, one in enumerate(everybody) if word in one.all]
     if len(found) > 1:
         _ambiguous(word, [everybody[i].name for i in found])
     if not found and word.startswith("/"):
@@ -94,6 +94,9 @@ def _unknown(word: str, everybody: Sequence[Named]) -> list[int]:
     spellings = {spelling: one.name for one in everybody for spelling in one.all}
     near = nearest(word, spellings)
     meant = "" if near is None else f"did you mean {spellings[near]}? "
+    beginning = [one for one in everybody if one.name.startswith(word)]
+    if word and len(beginning) > 1:
+        meant = f"did you mean '{word}*'? "
     there = _listed([one.name for one in everybody], "and") or "no processes yet"
     raise BadCallError("unknown-name", f"there is no process '{word}'", f"{meant}there are {there}")
 

@@ -129,7 +129,7 @@ VERBS = (
 )
 
 
-ALIASES = {"exit": "quit"}  # what people type into any prompt
+ALIASES = {"exit": "quit", "?": "help"}  # what people type into any prompt
 HELP_FLAGS = ("-h", "--help")
 LOOKING = frozenset({"ps", "top", "logs", "info", "events"})  # they change nothing
 
@@ -255,8 +255,10 @@ def signal_number(word: str) -> int:
     for spelling in (name, f"SIG{name}"):
         if spelling in signal.Signals.__members__:
             return int(signal.Signals[spelling])
-    known = ", ".join(one.name for one in signal.Signals)
-    raise BadCallError("bad-option", f"there is no signal '{word}'", f"there are {known}")
+    names = [one.name for one in signal.Signals]
+    near = nearest(name, names) or nearest(f"SIG{name}", names)
+    hint = f"there are {', '.join(names)}" if near is None else f"did you mean {near}?"
+    raise BadCallError("bad-option", f"there is no signal '{word}'", hint)
 
 
 # ---- from a person
@@ -296,7 +298,8 @@ def _take(verb: Verb, word: str, queue: deque[str], options: dict[str, Any]) -> 
         options[SIGNAL.name] = word[1:]  # `kill -9`, `kill -TERM`: fingers know it
         return
     if option is None or (has_value and option.kind == "flag"):
-        raise UsageError(f"{verb.name} has no option '{word}'", hint=f"usage: {verb.usage}")
+        behind = "; a name that begins with '-' goes behind --" if verb.names != "none" else ""
+        raise UsageError(f"{verb.name} has no option '{word}'", hint=f"usage: {verb.usage}{behind}")
     if option.kind == "flag":
         options[option.name] = option.value
         return
@@ -309,17 +312,24 @@ def _take(verb: Verb, word: str, queue: deque[str], options: dict[str, Any]) -> 
 
 def _is_signal(word: str) -> bool:
     try:
-        return bool(signal_number(word))
+        signal_number(word)
     except BadCallError:
-        return False
+        return word.isdecimal()  # it is meant as one, and is told to be none
+    return True
 
 
 def _from_text(option: Option, flag: str, text: str) -> Any:
+    read = {"count": int, "seconds": float}.get(option.kind, str)
     try:
-        if option.kind == "count":
-            return int(text)
-        if option.kind == "seconds":
-            return float(text)
+        return _within(option, read(text))
     except ValueError:
         raise UsageError(f"{flag} is {_MEANT[option.kind]}, not '{text}'") from None
-    return text
+
+
+def _within(option: Option, value: Any) -> Any:
+    """The value; ValueError if it is too small, or no number that one can wait for."""
+    if option.kind == "count" and value < 0:
+        raise ValueError
+    if option.kind == "seconds" and not (value > 0 and math.isfinite(value)):
+        raise ValueError
+    return value

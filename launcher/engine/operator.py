@@ -244,8 +244,8 @@ class Operator:
         if child is None:
             done(_failed(process, f"does not run ({process.machine.state.value})"))
             return
-        if not pausing and not is_halted(child.pid):
-            done(_failed(process, "is not paused"))
+        if is_halted(child.pid) is pausing and (process.paused or not pausing):
+            done(_failed(process, "is paused already" if pausing else "is not paused"))
             return
         self._note("pause" if pausing else "resume", process)
         self._keeper.signal(process, signum)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 from tests.process.conftest import Bench
@@ -98,6 +100,28 @@ def test_each_line_of_a_paste_is_a_line_of_its_own(bench: Bench):
     glass.wait_until(lambda: glass.rows[glass.prompt_row] == "> solo mon", "the rest")
     glass.ctrl_c()
     assert glass.exit_code() == 0
+
+
+def test_a_paste_of_1000_lines_is_answered_line_by_line(bench: Bench):
+    glass = bench.glass('py("input()", name="quiet"),')
+    glass.wait_for_prompt()
+    lines = "".join(f"mute robot_{number}\n" for number in range(1000))
+    typist = threading.Thread(target=glass.type, args=(f"\x1b[200~{lines}\x1b[201~",))
+    typist.start()
+    glass.wait_until(lambda: "> mute robot_999" in glass.rows, "the last line", 120.0)
+    typist.join()
+    glass.wait_until(lambda: glass.rows[glass.prompt_row] == ">", "the prompt")
+    rows = [row for row in glass.scrolled if row.startswith(("> mute", "| error"))]
+    assert rows == [
+        row
+        for number in range(1000)
+        for row in (
+            f"> mute robot_{number}",
+            f"| error: there is no process 'robot_{number}'",
+        )
+    ]
+    glass.ctrl_c()
+    glass.exit_code()
 
 
 def test_lines_typed_ahead_are_answered_in_their_order(bench: Bench):

@@ -201,6 +201,15 @@ def test_a_paused_process_stands_still_and_goes_on(steering: SteeringBench):
             run.tell("resume", "sleeper")
 
 
+def test_who_is_paused_cannot_be_paused_again(run: Steered):
+    assert run.tell("pause", "cat") == "cat-1 paused with SIGSTOP"
+    with pytest.raises(RefusedError, match="cat-1 is paused already"):
+        run.tell("pause", "cat")
+    os.kill(pid_of(run, "cat"), signal.SIGCONT)  # by somebody else
+    wait_until(lambda: not run.row("cat")["paused"], "it goes on")
+    assert run.tell("pause", "cat") == "cat-1 paused with SIGSTOP"
+
+
 def test_a_paused_process_is_stopped_as_politely_as_another(steering: SteeringBench):
     with steering.steer(SLEEPER) as run:
         run.tell("pause", "sleeper")

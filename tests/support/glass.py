@@ -166,7 +166,8 @@ class Glass:
         self.type_bytes(text.encode())
 
     def type_bytes(self, data: bytes) -> None:
-        os.write(self._fd, data)
+        while data:  # a terminal takes what it has room for
+            data = data[os.write(self._fd, data) :]
 
     def enter(self, line: str) -> None:
         self.type(line + "\r")

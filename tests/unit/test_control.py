@@ -70,6 +70,20 @@ def test_a_name_that_does_not_say_whom_is_an_error(word: str, code: str, told: s
     assert told in error.value.message
 
 
+def test_the_beginning_of_several_names_is_offered_as_a_pattern():
+    fleet = (Named("robot_1-1", "robot_1"), Named("robot_2-2", "robot_2"))
+    with pytest.raises(BadCallError) as error:
+        resolve(["robot"], fleet)
+    assert error.value.hint.startswith("did you mean 'robot*'? there are ")
+
+
+def test_a_name_that_looks_like_a_pattern_is_first_a_name():
+    odd = (Named("a[b]-1", "a[b]"), Named("ab-2", "ab"))
+    assert resolve(["a[b]"], odd) == [0]
+    assert resolve(["a[b]-1"], odd) == [0]
+    assert resolve(["a[bc]"], odd) == [1]
+
+
 def test_a_near_miss_is_offered_by_the_name_of_the_process():
     with pytest.raises(BadCallError) as error:
         resolve(["robot_9"], FLEET)
@@ -138,6 +152,30 @@ def test_words_that_make_no_sense_are_told_with_the_usage_or_what_there_is(line:
     with pytest.raises(UsageError) as error:
         parse(find(verb), words)
     assert error.value.hint or error.value.message.startswith(("-", verb))
+
+
+@pytest.mark.parametrize(
+    ("line", "message", "hint"),
+    [
+        ("kill robot -99", "there is no signal '99'", "there are SIGHUP"),
+        ("kill robot -s SIGUSR9", "there is no signal 'SIGUSR9'", "did you mean SIGUSR"),
+        ("kill robot -s kil", "there is no signal 'kil'", "did you mean SIGKILL?"),
+        ("stop -dash", "stop has no option '-dash'", "a name that begins with '-' goes behind --"),
+        ("logs -n -3", "-n is a whole number, not negative, not '-3'", ""),
+        ("top -p 0", "-p is a number of seconds above 0, not '0'", ""),
+        ("top -p nan", "-p is a number of seconds above 0, not 'nan'", ""),
+    ],
+)
+def test_a_mistake_is_told_in_the_words_that_were_typed(line: str, message: str, hint: str):
+    name, *words = line.split()
+    with pytest.raises(UsageError) as error:
+        parse(find(name), words)
+    assert error.value.message == message
+    assert hint in (error.value.hint or "")
+
+
+def test_signal_0_may_be_written_as_a_flag():
+    assert parse(find("kill"), ["robot", "-0"]).options == {"signal": 0}
 
 
 def test_every_verb_says_how_it_is_written_and_options_are_in_it():
