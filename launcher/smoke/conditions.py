@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from types import CodeType
 from typing import Any
@@ -16,6 +17,7 @@ _BUILTINS = {
     for f in (abs, all, any, bool, dict, float, int, isinstance, len, list, max, min, round)
 } | {f.__name__: f for f in (set, sorted, str, sum, tuple, zip, range, enumerate)}
 STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+_SHOWN = 8  # fields in a sentence
 
 
 class Fields:
@@ -30,7 +32,7 @@ class Fields:
         try:
             return self._fields[name]
         except KeyError:
-            raise AttributeError(f"there is no field '{name}'") from None
+            raise AttributeError(_no_field(name, self._fields)) from None
 
     def __getitem__(self, name: str) -> Any:
         return self._fields[name]
@@ -49,6 +51,19 @@ class Fields:
 
     def __hash__(self) -> int:
         raise TypeError("fields of a message cannot be entries of a set")
+
+
+def _no_field(path: str, known: Collection[str]) -> str:
+    """For a name alone with the names that there are; in a path they would be of somewhere else."""
+    sentence = f"there is no field '{path}'"
+    if not known or any(sign in path for sign in ".["):
+        return sentence
+    shown = ", ".join(itertools.islice(known, _SHOWN)) + " ..." * (len(known) > _SHOWN)
+    return f"{sentence}; there is {shown}"
+
+
+def _names(content: Any) -> Collection[str]:
+    return list(content) if isinstance(content, Mapping | Fields) else ()
 
 
 def viewed(value: Any) -> Any:
@@ -147,7 +162,7 @@ class Conditions:
             if found is _MISSING and data is not None:
                 found = _look_up(data, path)
             if found is _MISSING:
-                return False, f"there is no field '{path}'"
+                return False, _no_field(path, [*_names(content), *_names(data)])
             if not fits(found, wanted):
                 return False, f"{path} is {found!r}"
         return True, None

@@ -87,12 +87,13 @@ class Sample:
 class Answer:
     """The answer to a question that an expectation asked; `error` is a sentence if there is none.
 
-    `value` is the parameter's value or the service's response.
+    `hint` belongs to the error. `value` is the parameter's value or the service's response.
     """
 
     at_s: float
     value: Any = None
     error: str | None = None
+    hint: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

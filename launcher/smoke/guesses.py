@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import fnmatch
+import re
 from collections.abc import Mapping
 
 from launcher.graph.matching import faults, mismatches
 from launcher.graph.snapshot import INFINITE_NS, Endpoint
-from launcher.smoke.facts import Facts
+from launcher.smoke.facts import Facts, LogLine
 from launcher.smoke.fields import near
 
+_SHOWN = 200  # characters of a message
 BUSY_PERCENT = 90.0  # of one core: a Python node has no more
 
 
@@ -22,10 +24,10 @@ def processes_on(topic: str, facts: Facts) -> tuple[str, ...]:
 
 def death(process: str, facts: Facts) -> str | None:
     """Why a process may have died: the exception that it printed."""
-    for line in reversed(facts.last_lines(process, 20)):
-        head, colon, _ = line.plain.partition(":")
+    for one in reversed(facts.last_lines(process, 20)):
+        head, colon, _ = one.plain.partition(":")
         if colon and head.rpartition(".")[2].endswith(("Error", "Exception")):
-            return f"it raised {line.plain}"
+            return f"it raised {one.plain}"
     return None
 
 
@@ -173,20 +175,70 @@ def missing_service(name: str, facts: Facts) -> str | None:
     return f"nobody offers it; {similar}" if similar and similar.startswith("did") else None
 
 
+def unknown(pattern: str, facts: Facts) -> str | None:
+    """That no process is called so, and how those are called that there are."""
+    if pattern in ("*", "launch") or facts.named(pattern):
+        return None
+    near_names = [n for n in facts.processes() if fnmatch.fnmatchcase(n, f"*{pattern}*")]
+    known = ", ".join(near_names or facts.processes()) or "none"
+    return f"no process is called {pattern}; there are: {known}"
+
+
+def line(
+    wanted: re.Pattern[str], process: str | None, level: str | None, since_s: float, facts: Facts
+) -> str | None:
+    """Why a line did not come: it came from somebody else, too early, or nearly as wanted."""
+    reason = quiet_process(process, facts)
+    if reason is not None:
+        return reason
+    same = [one for one in facts.lines if wanted.search(one.plain)]
+    of = [one for one in same if _is_of(one, process, facts)]
+    if of and of[-1].at_s < since_s:
+        return f"it came before, at {of[-1].at_s:.1f} s of the run"
+    if of:
+        last = of[-1].level
+        return None if level in (None, last) else f"its level is {last or 'unknown'}, not {level}"
+    if same:
+        return f"{same[-1].process or 'the launcher'} printed such a line, at {same[-1].at_s:.1f} s"
+    careless = re.compile(wanted.pattern, wanted.flags | re.IGNORECASE)
+    other = [one for one in facts.lines if careless.search(one.plain)]
+    if other:
+        return f"a line differs in upper and lower case: {other[-1].plain[:200]}"
+    return None
+
+
+def _is_of(one: LogLine, process: str | None, facts: Facts) -> bool:
+    if one.process is None:
+        return process == "launch"
+    return process is None or facts.is_named(one.process, process)
+
+
+def message(topic: str, since_s: float, facts: Facts) -> str | None:
+    """Why no message came that fits."""
+    heard = facts.heard(topic)
+    if not heard:
+        return silence(topic, facts)
+    last = heard[-1]
+    if last.at_s < since_s:
+        return f"the last of {len(heard)} messages came before, at {last.at_s:.1f} s of the run"
+    text = repr(last.content)
+    shown = text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
+    return f"{len(heard)} messages came, and none of them fits; the last one was {shown}"
+
+
 def quiet_process(pattern: str | None, facts: Facts) -> str | None:
     """Why a process printed nothing that fits."""
-    if pattern is None:
+    if pattern in (None, "*", "launch"):
         return None
+    nobody = unknown(pattern, facts)
+    if nobody is not None:
+        return nobody
     names = facts.named(pattern)
-    if not names:
-        near_names = [n for n in facts.processes() if fnmatch.fnmatchcase(n, f"*{pattern}*")]
-        known = ", ".join(near_names or facts.processes()) or "none"
-        return f"no process is called {pattern}; there are: {known}"
     for name in names:
         ends = list(facts.of("ended", name))
         if ends and not facts.lives(name, facts.stop_s):
             why = death(name, facts)
             return f"{name} ended at {ends[-1].at_s:.1f} s" + (f"; {why}" if why else "")
-    if not any(line.process in names for line in facts.lines):
+    if not any(one.process in names for one in facts.lines):
         return f"{', '.join(names)} printed nothing at all"
     return None

@@ -249,6 +249,9 @@ KINDS = (
         fields=(
             _SERVICE_TYPE,
             Field(name="request", type=Mapped(), doc="the request's fields"),
+            Field(
+                name="once", type=Flag(), doc="the first answer counts; else called until it fits"
+            ),
             _WHERE,
             _FIELDS,
         ),

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from launcher.smoke import guesses
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.facts import Facts, LogLine, ProcessEvent
 from launcher.smoke.judges.logs import LAUNCHER
@@ -30,13 +31,25 @@ class Observed:
         """Everything that was seen up to now."""
         return self.recorder.facts()
 
-    def wait_for(self, fact: Callable[[Facts], T | None], what: str, within_s: float = 10.0) -> T:
-        """The first true answer of `fact`; NotSeenError with the last lines if there is none."""
+    def wait_for(
+        self,
+        fact: Callable[[Facts], T | None],
+        what: str,
+        within_s: float = 10.0,
+        guess: Callable[[Facts], str | None] = lambda _: None,
+    ) -> T:
+        """The first true answer of `fact`; NotSeenError with the last lines if there is none.
+
+        `guess` says what the facts tell about why not.
+        """
         found = self.recorder.wait_for(fact, within_s)
         if not found:
-            lines = [f"[{line.process or 'launch'}] {line.plain}" for line in self.facts().lines]
+            facts = self.facts()
+            reason = guess(facts)
+            maybe = f"\nmaybe: {reason}\n" if reason else "; "
+            lines = [f"[{line.process or 'launch'}] {line.plain}" for line in facts.lines]
             shown = "\n".join(f"    {line}" for line in lines[-15:])
-            raise NotSeenError(f"not within {within_s:g} s: {what}; the last lines:\n{shown}")
+            raise NotSeenError(f"not within {within_s:g} s: {what}{maybe}the last lines:\n{shown}")
         return found
 
     def wait_for_expectation(self, expectation: Expectation, within_s: float) -> Verdict:
@@ -83,7 +96,11 @@ class Observed:
             return lines[count - 1] if len(lines) >= count else None
 
         of = "" if process == "*" else f" from {process}"
-        return self.wait_for(found, f"a line with '{pattern}'{of}", within_s)
+
+        def guess(facts: Facts) -> str | None:
+            return guesses.line(wanted, process, level, since_s, facts)
+
+        return self.wait_for(found, f"a line with '{pattern}'{of}", within_s, guess)
 
     def wait_for_node(self, name: str, within_s: float = 10.0) -> Verdict:
         """Until the node is in the graph."""
@@ -115,7 +132,9 @@ class Observed:
             ends = [e for n in facts.named(process) for e in facts.of("ended", n)]
             return ends[-1] if ends else None
 
-        return self.wait_for(found, f"{process} ends", within_s)
+        return self.wait_for(
+            found, f"{process} ends", within_s, lambda facts: guesses.unknown(process, facts)
+        )
 
 
 def _is_of(line: LogLine, process: str, facts: Facts) -> bool:

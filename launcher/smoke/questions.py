@@ -82,7 +82,7 @@ class Questions:
             value = self._value(expectation)
             answer = Answer(at_s=recorder.now_s, value=value)
         except LauncherError as error:
-            answer = Answer(at_s=recorder.now_s, error=error.message)
+            answer = Answer(at_s=recorder.now_s, error=error.message, hint=error.hint)
         recorder.add_answer(expectation.key, answer)
 
     def _value(self, expectation: Expectation) -> object:

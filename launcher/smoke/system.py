@@ -14,8 +14,9 @@ from typing import Any
 from launcher.control.folder import ControlError
 from launcher.domain_lease import leased_domain
 from launcher.engine.run_id import run_id_of
-from launcher.smoke import written
+from launcher.smoke import guesses, written
 from launcher.smoke.facts import STOP, Ending, Facts, Message
+from launcher.smoke.fields import near
 from launcher.smoke.followers import Followers
 from launcher.smoke.launched import Launched
 from launcher.smoke.observed import Observed
@@ -197,7 +198,12 @@ class System(Observed):
             later = (m for m in facts.heard(topic) if m.at_s >= since_s)
             return next((m for m in later if where is None or where(m.content)), None)
 
-        return self.wait_for(found, f"a message on {topic}", within_s)
+        return self.wait_for(
+            found,
+            f"a message on {topic}",
+            within_s,
+            lambda facts: guesses.message(topic, since_s, facts),
+        )
 
     # ---- steering
 
@@ -291,8 +297,19 @@ class System(Observed):
         """The value of a parameter; ProbeError if the node does not have it."""
         answer = self._probed().ask("get_parameters", timeout_s=timeout_s, node=node, names=[name])
         if name in answer["missing"]:
-            raise ProbeError(f"{node} has no parameter '{name}'")
+            hint = near(name, self._parameters(node, timeout_s))
+            raise ProbeError(f"{node} has no parameter '{name}'", hint=hint)
         return answer["values"][name]
+
+    def _parameters(self, node: str, timeout_s: float) -> list[str]:
+        """The names of a node's parameters; none if it does not say."""
+        kind = "rcl_interfaces/srv/ListParameters"
+        try:
+            answer = self.call(f"{node}/list_parameters", kind, None, timeout_s)
+        except ProbeError:
+            return []
+        names: list[str] = answer["result"]["names"]
+        return names
 
     def set_parameter(self, node: str, name: str, value: Any) -> None:
         """Set a parameter; ProbeError if the node refuses."""

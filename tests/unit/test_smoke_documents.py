@@ -47,6 +47,7 @@ GOOD = {
     "memory": "expect: [{memory: robot_*, below: 200 MB}]",
     "parameter": "expect: [{parameter: a, node: /b, is: [1, 2]}]",
     "service": "expect: [{service: /a, request: {data: true}, fields: {success: true}}]",
+    "service once": "expect: [{service: /a, once: true, where: m.success}]",
     "run": "expect: [{start_up: 5 s}, {clean_shutdown: 3 s}, {shared_memory: clean}]",
     "deaths": "expect: [{no_deaths: '*'}]",
     "scenario": "scenario: [{at: 8 s, do: kill a, name: kill}, {after: kill, do: start a}]",

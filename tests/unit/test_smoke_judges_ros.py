@@ -260,6 +260,16 @@ CASES = {
         answers("service s", Answer(at_s=3, value={"success": False})),
         "the answer was {'success': False} (success is False)",
     ),
+    "service called once": Case(
+        "name: s, service: /switch, once: true, where: m.success",
+        answers("service s", Answer(at_s=3, error="busy"), Answer(at_s=3, value={"success": True})),
+        answers(
+            "service s",
+            Answer(at_s=3, value={"success": False}),
+            Answer(at_s=4, value={"succes": 1}),
+        ),
+        "the answer was",
+    ),
     "service of nobody": Case(
         "name: s, service: /switch",
         answers("service s", Answer(at_s=3, value={})),

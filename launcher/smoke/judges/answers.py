@@ -6,7 +6,7 @@ from launcher.smoke import guesses
 from launcher.smoke.conditions import fits, wanted_text
 from launcher.smoke.expectation import Expectation, Period, Verdict, times_text
 from launcher.smoke.facts import Answer, Facts
-from launcher.smoke.judges.common import met, not_yet, with_period
+from launcher.smoke.judges.common import met, not_yet, violated, with_period
 
 
 def _answers(expectation: Expectation, facts: Facts, when: Period) -> list[Answer]:
@@ -30,9 +30,17 @@ def _parameter(expectation: Expectation, facts: Facts, when: Period, expected: s
         when,
         expected,
         seen=_last(answers),
-        guess=None if _is_answered(answers) else guesses.missing_node(node, facts),
+        guess=None if _is_answered(answers) else _unanswered(answers, node, facts),
         about=tuple(filter(None, [facts.process_of(node)])),
     )
+
+
+def _unanswered(answers: list[Answer], node: str, facts: Facts) -> str | None:
+    """A node that is there has said why it does not answer."""
+    alive = set(facts.graph().nodes) - set(facts.graph().ghosts)
+    if node in alive and answers:
+        return answers[-1].hint
+    return guesses.missing_node(node, facts)
 
 
 def _last(answers: list[Answer]) -> str:
@@ -65,6 +73,8 @@ def _service(expectation: Expectation, facts: Facts, when: Period, expected: str
         if answer.error is None:
             reasons.append(why)
     why = f" ({reasons[-1]})" if reasons and reasons[-1] else ""
+    if reasons and expectation.get("once"):
+        return violated(expected, seen=_last(answers) + why, at_s=answers[-1].at_s)
     guess = guesses.missing_service(expectation.subject, facts)
     return not_yet(when, expected, seen=_last(answers) + why, guess=guess)
 

@@ -68,10 +68,15 @@ def _log(expectation: Expectation, facts: Facts, when: Period, expected: str) ->
         when,
         expected,
         seen=_nearest(expectation, facts, lines, len(found), when),
-        guess=guesses.quiet_process(expectation.get("process"), facts),
+        guess=_guess(expectation, facts, when) if when.closed else None,
         about=_abouts(expectation, facts),
         value=len(found),
     )
+
+
+def _guess(expectation: Expectation, facts: Facts, when: Period) -> str | None:
+    process, level = expectation.get("process"), expectation.get("level")
+    return guesses.line(expectation.subject, process, level, when.start_s, facts)
 
 
 def _seen(found: Sequence[LogLine], span: Span, when: Period) -> dict[str, object]:
