@@ -13,7 +13,7 @@ import pytest
 from launcher.domain_lease import leased_domain
 from launcher.graph.observer import Observer
 from launcher.graph.ports import participants_by_domain
-from tests.support.node_process import REPOSITORY, shared_memory_of
+from tests.support.node_process import REPOSITORY, free_shared_memory, shared_memory_of
 from tests.support.verbs import Answer, in_process
 from tests.support.waiting import wait_until
 
@@ -53,8 +53,7 @@ def talking(env: dict[str, str], module: str, *words: str) -> Iterator[subproces
         with contextlib.suppress(BrokenPipeError):
             program.communicate(timeout=60)
         if program.returncode < 0:  # killed: nobody else removes what it held
-            for path in left_over:
-                path.unlink(missing_ok=True)
+            free_shared_memory(left_over)
 
 
 @pytest.fixture(scope="session")

@@ -21,7 +21,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 
 from launcher.domain_lease import leased_domain
-from tests.support.node_process import NodeProcess, shared_memory_of
+from tests.support.node_process import NodeProcess, free_shared_memory, shared_memory_of
 
 LISTENER = "listener"
 
@@ -123,8 +123,9 @@ class Domain:
         self._executor.shutdown()
         self.listener.destroy_node()
         self._context.try_shutdown()
-        for path in self._shared_memory | set(filter(self._is_private, self._listener_files)):
-            path.unlink(missing_ok=True)  # nobody else was in this domain
+        free_shared_memory(
+            self._shared_memory | set(filter(self._is_private, self._listener_files))
+        )
 
 
 @contextlib.contextmanager

@@ -8,10 +8,12 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from launcher.engine import shared_memory
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -115,6 +117,11 @@ def shared_memory_of(pid: int) -> set[Path]:
         return set()
     mapped = {Path(name) for name in re.findall(r"/dev/shm/fast\w+", maps)}
     return {path.with_name(name) for path in mapped for name in _companions(path.name)}
+
+
+def free_shared_memory(paths: Iterable[Path]) -> None:
+    """Remove those of these files that nobody uses: a killed process had its peers' mapped, too."""
+    shared_memory.free({re.sub(r"^sem\.|_(el|sl|mutex)$", "", path.name) for path in paths})
 
 
 def _companions(name: str) -> tuple[str, str, str]:
