@@ -46,6 +46,21 @@ def stale_shared_memory(facts: Facts) -> Finding:
     )
 
 
+def unreachable_nodes(facts: Facts) -> Finding:
+    """Living nodes whose shared memory is gone: newcomers find them and hear nothing of them."""
+    name = "unreachable nodes"
+    if not facts.unreachable:
+        return Finding(name, Level.OK, "no living node has lost its files in /dev/shm")
+    listed = ", ".join(f"{process.command} [{process.pid}]" for process in facts.unreachable)
+    return Finding(
+        name,
+        Level.PROBLEM,
+        f"their files in /dev/shm were removed while they live: {listed}. Who joins now finds "
+        "them, but hears nothing of them",
+        "start them anew; never remove files from /dev/shm by hand",
+    )
+
+
 def leftover_processes(facts: Facts) -> Finding:
     """Processes of runs whose launcher is gone."""
     name = "leftover processes"
@@ -208,5 +223,6 @@ CHECKS: tuple[Callable[[Facts], Finding], ...] = (
     open_files,
     shared_memory_space,
     stale_shared_memory,
+    unreachable_nodes,
     leftover_processes,
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from importlib import metadata
 from pathlib import Path
 
 import launcher
-from launcher.doctor.facts import Facts, Leftover, Prefix, Space
+from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable
 from launcher.engine import shared_memory
 from launcher.engine.run_id import PROC, abandoned_runs
 from launcher.engine.runfolder import log_root
@@ -21,6 +22,7 @@ DISTRIBUTION = "group_gp1"  # the one that installs the launcher
 MARKERS = Path("share/ament_index/resource_index/packages")
 # If another prefix has one of these, it is another ROS, and not a workspace on top of ours.
 CORE_PACKAGES = ("rcl", "rcl_interfaces", "rclpy", "rmw_implementation", "std_msgs")
+LOST_LOCK = re.compile(rf"{shared_memory.FOLDER}/fast(rtps|dds)_\w+_[es]l \(deleted\)")
 COMMAND_CHARACTERS = 60
 PROBE_TIMEOUT_S = 60.0
 
@@ -48,6 +50,7 @@ def collect(env: Mapping[str, str]) -> Facts:
     return Facts(
         stale=tuple(shared_memory.stale()),
         leftovers=leftovers(),
+        unreachable=unreachable(),
         shared_memory=space(shared_memory.FOLDER),
         import_errors=import_errors(env),
         prefixes=prefixes(env.get("AMENT_PREFIX_PATH", ""), sys.prefix),
@@ -73,6 +76,24 @@ def leftovers(*, proc: Path = PROC) -> tuple[Leftover, ...]:
         for run_id in sorted(runs)
         for pid in runs[run_id]
     )
+
+
+def unreachable(*, proc: Path = PROC) -> tuple[Unreachable, ...]:
+    """The processes, as far as we may look at them, that hold a lock file which is removed.
+
+    Fast DDS keeps the lock files of a participant's own segment and ports open as long as it
+    lives, and those of others only for a moment.
+    """
+    pids = sorted(int(entry) for entry in os.listdir(proc) if entry.isdigit())
+    return tuple(Unreachable(pid, _command(pid, proc)) for pid in pids if _lost_lock(pid, proc))
+
+
+def _lost_lock(pid: int, proc: Path) -> bool:
+    folder = proc / str(pid) / "fd"
+    try:
+        return any(LOST_LOCK.fullmatch(os.readlink(folder / fd)) for fd in os.listdir(folder))
+    except OSError:
+        return False  # it has just ended, or is somebody else's
 
 
 def space(folder: Path) -> Space | None:

@@ -34,6 +34,13 @@ class Leftover(Record):
     command: str
 
 
+class Unreachable(Record):
+    """A process whose own files in /dev/shm somebody has removed while it lives."""
+
+    pid: int
+    command: str
+
+
 class Space(Record):
     """How large a file system is."""
 
@@ -54,6 +61,7 @@ class Facts(Record):
 
     stale: tuple[Stale, ...]
     leftovers: tuple[Leftover, ...]
+    unreachable: tuple[Unreachable, ...]
     shared_memory: Space | None
     import_errors: dict[str, str]  # module -> why it cannot be imported
     prefixes: tuple[Prefix, ...]

@@ -18,8 +18,6 @@ from launcher.engine.shared_memory import FOLDER, SETTLING_S, free, held
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.timeout(60)
-
 NODE = "import rclpy; rclpy.init(); n = rclpy.create_node('n'); print('ready', flush=True); input()"
 
 
@@ -84,6 +82,24 @@ def test_what_a_killed_node_left_is_found_and_freed(tmp_path: Path):
         _, found, done = doctor("--fix")
         assert not any((FOLDER / name).exists() for name in names), (found, done)
         free(names)
+
+
+def test_a_node_whose_files_were_removed_is_named(tmp_path: Path):
+    with leased_domain() as domain_id:
+        env = {**os.environ, "ROS_DOMAIN_ID": str(domain_id), "ROS_LOG_DIR": str(tmp_path)}
+        pipe = subprocess.PIPE
+        with subprocess.Popen(
+            [sys.executable, "-c", NODE], env=env, stdin=pipe, stdout=pipe
+        ) as node:
+            assert node.stdout.readline() == b"ready\n"
+            assert f"[{node.pid}]" not in doctor()[1]["unreachable nodes"]["text"]
+            for name in {n for n, pid in held().items() if pid == node.pid and "_port" not in n}:
+                (FOLDER / name).unlink()
+                (FOLDER / f"{name}_el").unlink()
+            code, found, _ = doctor()
+            node.communicate(b"\n")
+    assert (code, found["unreachable nodes"]["level"]) == (1, "problem")
+    assert f"[{node.pid}]" in found["unreachable nodes"]["text"]
 
 
 LEFT = 'sh("echo ready; sleep 100; :"), sh("trap \'\' INT; sleep 100; :")'

@@ -5,12 +5,9 @@ from __future__ import annotations
 import subprocess
 import sys
 
-import pytest
-
 XML = '<launch><log message="m"/></launch>'
 
 
-@pytest.mark.timeout(60)
 def test_xml_files_load_without_anything_heavy() -> None:
     code = (
         "import io, sys; from launcher.frontends.xml import XmlParser; "

@@ -11,7 +11,7 @@ import pytest
 from launcher.commands import doctor
 from launcher.doctor.checks import CHECKS, MB, check_all
 from launcher.doctor.collect import MARKERS, obstacle, prefixes, space
-from launcher.doctor.facts import Facts, Finding, Leftover, Level, Prefix, Space
+from launcher.doctor.facts import Facts, Finding, Leftover, Level, Prefix, Space, Unreachable
 from launcher.engine.run_id import abandoned_runs, is_abandoned, run_id_of
 from launcher.engine.shared_memory import Stale
 from launcher.errors import UsageError
@@ -20,6 +20,7 @@ from launcher.model.record import replace
 HEALTHY = Facts(
     stale=(),
     leftovers=(),
+    unreachable=(),
     shared_memory=Space(total_bytes=8000 * MB, free_bytes=7000 * MB),
     import_errors={},
     prefixes=(Prefix("/venv", exists=True),),
@@ -55,6 +56,12 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
     [
         ({"stale": (SEGMENT, PORT)}, "problem", "1 segment and 1 port: 2.0 MiB", "doctor --fix"),
         ({"stale": (PORT,)}, "note", "0 segments and 1 port", "doctor --fix"),
+        (
+            {"unreachable": (Unreachable(7, "robot"), Unreachable(8, "monitor"))},
+            "problem",
+            "removed while they live: robot [7], monitor [8]",
+            "start them anew",
+        ),
         (
             {"leftovers": (Leftover("1-a", 7, "robot"), Leftover("1-a", 8, "sh"))},
             "problem",

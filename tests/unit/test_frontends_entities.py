@@ -255,7 +255,6 @@ HOSTILE_YAML = {
 }
 
 
-@pytest.mark.timeout(20)
 @pytest.mark.parametrize("name", HOSTILE_YAML)
 def test_hostile_yaml_ends_in_a_clean_error(name: str) -> None:
     with pytest.raises(LaunchFileError):
@@ -279,7 +278,6 @@ HOSTILE_XML = {
 }
 
 
-@pytest.mark.timeout(20)
 @pytest.mark.parametrize("name", HOSTILE_XML)
 def test_hostile_xml_ends_in_a_clean_error(name: str) -> None:
     with pytest.raises(LaunchFileError):
