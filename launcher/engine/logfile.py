@@ -17,7 +17,7 @@ _COLOUR = rb"\x1b\[[0-9;:]*m"
 
 def without_colour(lines: bytes) -> bytes:
     """The same lines without colour codes."""
-    return re.sub(_COLOUR, b"", lines) if b"\x1b" in lines else lines
+    return re.sub(_COLOUR, b"", lines) if 0x1B in lines else lines
 
 
 class LogFile:
@@ -41,13 +41,17 @@ class LogFile:
             os.close(fd)
             raise
 
-    def append(self, block: bytes) -> None:
-        """Write the block, after a rotation if it would go over the limit."""
-        if self._size and self._size + len(block) > self._limit:
+    def append(self, *blocks: bytes) -> None:
+        """Write the blocks, after a rotation if they would go over the limit."""
+        size = sum(map(len, blocks))
+        if self._size and self._size + size > self._limit:
             self._rotate()
-        self._size += len(block)
-        while block:
-            block = block[os.write(self._fd, block) :]
+        self._size += size
+        written = os.writev(self._fd, blocks)
+        if written < size:
+            rest = b"".join(blocks)[written:]
+            while rest:
+                rest = rest[os.write(self._fd, rest) :]
 
     def _rotate(self) -> None:
         os.close(self._fd)

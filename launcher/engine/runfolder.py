@@ -29,6 +29,10 @@ from launcher.model.spec import OutputPolicy, Sink
 KEPT_RUNS = 20
 NAME_BYTES = 240  # most file systems take 255, and rotation adds two
 EVENTS = "events.jsonl"
+MERGED = "launch.log"
+# Blocks of a flood are written to the merged file together, when a turn of the loop is over.
+FLOOD_BYTES = 2048
+MOST_TOGETHER = 64
 _RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 
 
@@ -52,12 +56,21 @@ class RunFolder:
     """Writes the files of a run; a disk that refuses is said once and then left alone.
 
     `path` is None where there is none, because it is not wanted or could not be made; everything
-    still works, without files.
+    still works, without files. `soon(call)` lets the loop make a call when its turn is over.
     """
 
-    def __init__(self, path: Path | None, on_trouble: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        path: Path | None,
+        on_trouble: Callable[[str], None],
+        *,
+        soon: Callable[[Callable[[], None]], object] = lambda call: call(),
+    ) -> None:
         self._on_trouble = on_trouble
+        self._soon = soon
+        self._together: list[bytes] = []
         self._files: dict[str, LogFile] = {}
+        self._places: dict[tuple[str, str], tuple[bytes, tuple[str, ...]]] = {}
         self._broken = False
         self._lock = -1
         self.journal = Journal(lambda lines: self._append(EVENTS, lines))
@@ -79,20 +92,21 @@ class RunFolder:
     def log(self, level: str, logger: str, text: str) -> None:
         """A line of our own."""
         line = f"{time.time():.7f} [{level}] [{logger}]: {text}\n"
-        self._append("launch.log", line.encode(errors="surrogateescape"))
+        self._merge(line.encode(errors="surrogateescape"))
 
     def write_lines(self, name: str, policy: OutputPolicy, stream: str, lines: bytes) -> None:
         """Whole lines of process `name`."""
         if self.path is None or self._broken:
             return
-        prefix = f"[{name}] ".encode()
-        prefixed = with_prefix(prefix, without_colour(lines))
-        stamp = f"{time.time():.7f} ".encode()
-        self._append("launch.log", with_prefix(stamp, prefixed))
-        self._append(f"{name}.log", prefixed)
-        sinks = policy.stderr if stream == "stderr" else policy.stdout
-        if Sink.OWN_LOG in sinks:
-            self._append(f"{name}-{stream}.log", prefixed)
+        place = self._places.get((name, stream))
+        if place is None:
+            place = self._places[name, stream] = _place(name, policy, stream)
+        prefix, files = place
+        plain = without_colour(lines)
+        self._merge(with_prefix(b"%.7f %b" % (time.time(), prefix), plain))
+        prefixed = with_prefix(prefix, plain)
+        for file in files:
+            self._append(file, prefixed)
 
     def write_plan(self, plan: Callable[[], object]) -> None:
         """`plan.json`: what was asked for so far; written anew each time."""
@@ -108,6 +122,7 @@ class RunFolder:
     def close(self) -> None:
         """Write what waits and close the files."""
         self.journal.flush()
+        self._write_together()
         for file in self._files.values():
             file.close()
         self._files.clear()
@@ -126,14 +141,30 @@ class RunFolder:
             if old != self.path and not _is_alive(old):
                 shutil.rmtree(old, ignore_errors=True)
 
-    def _append(self, name: str, data: bytes) -> None:
+    def _merge(self, block: bytes) -> None:
+        """Into the merged file, in order."""
+        if not self._together and len(block) < FLOOD_BYTES:
+            self._append(MERGED, block)
+            return
+        self._together.append(block)
+        if len(self._together) == 1:
+            self._soon(self._write_together)
+        elif len(self._together) == MOST_TOGETHER:
+            self._write_together()
+
+    def _write_together(self) -> None:
+        blocks, self._together = self._together, []
+        if blocks:
+            self._append(MERGED, *blocks)
+
+    def _append(self, name: str, *blocks: bytes) -> None:
         if self.path is None or self._broken:
             return
         try:
             file = self._files.get(name)
             if file is None:
                 file = self._files[name] = LogFile(self.path / _file_name(name))
-            file.append(data)
+            file.append(*blocks)
         except OSError as error:
             self._give_up(error)
 
@@ -142,6 +173,13 @@ class RunFolder:
         self._on_trouble(
             f"no log files from here on: {error.strerror}: {error.filename or self.path}"
         )
+
+
+def _place(name: str, policy: OutputPolicy, stream: str) -> tuple[bytes, tuple[str, ...]]:
+    """What stands before the lines of this stream in all files, and those that are its own."""
+    sinks = policy.stderr if stream == "stderr" else policy.stdout
+    own = (f"{name}-{stream}.log",) if Sink.OWN_LOG in sinks else ()
+    return f"[{name}] ".encode(), (f"{name}.log", *own)
 
 
 def _file_name(name: str) -> str:

@@ -90,7 +90,8 @@ class Supervisor:
         self._desk: Desk | None = None
         self.on_begun: Callable[[], object] = lambda: None
         trouble = functools.partial(screen.log, "WARNING", "launch")
-        self._folder = RunFolder(run_path, trouble)
+        soon = functools.partial(reactor.call_later, 0)
+        self._folder = RunFolder(run_path, trouble, soon=soon)
         self._chronicle = Chronicle(reactor, screen, self._folder)
         self._say = self._chronicle.say
         warn = functools.partial(self._say, "WARNING", "launch")

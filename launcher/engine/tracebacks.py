@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 
 _BEGIN = b"Traceback (most recent call last):"
+_PARENTHESIS = _BEGIN[10]
 _COLOUR = rb"\x1b\[[0-9;:]*m"
 _OF_A_STOP = rb"(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b"
 _TO_ROSOUT = b"Failed to publish log message to rosout: publisher's context is invalid"
@@ -32,8 +33,9 @@ class TracebackGate:
         """Whole lines in, whole lines out. `stopping`: the process was asked to end."""
         if stopping and _TO_ROSOUT in lines:
             lines = re.sub(rb"(?m)^(?:%s)*%s.*\n" % (_COLOUR, _TO_ROSOUT), b"", lines)
-        # Searched from the end: this is for every read, and `in` takes up to five times as long.
-        if not self._held and lines.rfind(_BEGIN) < 0:
+        # This is for every read: one byte is found at once, and from the end, since `in` takes up
+        # to five times as long.
+        if not self._held and (_PARENTHESIS not in lines or lines.rfind(_BEGIN) < 0):
             return lines
         block, self._held = self._held + lines, b""
         passed: list[bytes] = []

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from launcher.engine.logfile import LogFile
-from launcher.engine.runfolder import EVENTS, RunFolder, log_root, new_run_path
+from launcher.engine.runfolder import (
+    EVENTS,
+    FLOOD_BYTES,
+    MOST_TOGETHER,
+    RunFolder,
+    log_root,
+    new_run_path,
+)
 from launcher.model.spec import OutputPolicy
 
 
@@ -92,3 +100,21 @@ def test_a_full_disk_is_said_once(tmp_path: Path):
         folder.log("INFO", "launch", "hello")
     folder.close()
     assert said == [f"no log files from here on: No space left on device: {folder.path}"]
+
+
+def test_blocks_of_a_flood_are_merged_in_order_and_when_the_turn_is_over(tmp_path: Path):
+    calls: list[Callable[[], None]] = []
+    path = new_run_path({"ROS_LOG_DIR": str(tmp_path)})
+    folder = RunFolder(path, pytest.fail, soon=calls.append)
+    screen = OutputPolicy.named("screen")
+    much, expected = "x" * FLOOD_BYTES, []
+    for number in range(2 * MOST_TOGETHER):
+        folder.write_lines("a-1", screen, "both", f"{number} {much}\n".encode())
+        folder.write_lines("b-2", screen, "both", b"little\n")
+        folder.log("INFO", "launch", "said")
+        expected += [f"[a-1] {number} {much}", "[b-2] little", "[INFO] [launch]: said"]
+    while calls:
+        calls.pop(0)()
+    lines = (path / "launch.log").read_text().splitlines()
+    assert [line.partition(" ")[2] for line in lines] == expected
+    folder.close()
