@@ -72,7 +72,8 @@ def test_ctrl_r_finds_a_line_and_enter_runs_it(bench: Bench):
     glass.type("\r")
     glass.wait_until(lambda: "xyz" not in glass.text, "nothing done")
     glass.type("\x12unm\r")  # newer than the one that was emptied
-    glass.wait_until(lambda: glass.text.count("> unmute robot_2") == 2, "it is run")
+    glass.wait_until(lambda: glass.scrolled.count("> unmute robot_2") == 2, "it is run")
+    glass.wait_until(lambda: glass.rows[glass.prompt_row] == ">", "an empty line")
     glass.ctrl_c()
     assert glass.exit_code() == 0
 
