@@ -33,6 +33,7 @@ HOLD_S = 0.5  # how long a line waits for the answer to the one before
 LOOK_S = 1.0  # how often the bar is brought up to date
 LAST_WORDS_S = 2.0  # how long a slow terminal is waited for at the end
 FOREGROUND_LOOK_S = 0.2
+NOT_STOPPED_S = 0.5  # SIGCONT is there as soon as we are, if we were stopped at all
 
 
 async def in_thread(work: Callable[[], T]) -> T:
@@ -80,6 +81,7 @@ class Session:
         self._watch: Watch | None = None
         self._fault: BaseException | None = None
         self._has_goodbye = False
+        self._going_on: asyncio.Event | None = None
         self._feed: Feed | None = None
         self._application = make_application(
             self,
@@ -311,16 +313,22 @@ class Session:
         async with in_terminal():
             self._display.has_footer = False
             self._terminal.drain(LAST_WORDS_S)
+            self._going_on = asyncio.Event()
             os.kill(0, signal.SIGTSTP)
-            await asyncio.sleep(0)
+            # Where it had no effect (nobody would continue us) there is nothing to wait for.
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._going_on.wait(), NOT_STOPPED_S)
+            self._going_on = None
             while not self._terminal.is_ours():  # `bg`: lines go on, the keyboard is the shell's
                 await asyncio.sleep(FOREGROUND_LOOK_S)
         self._display.has_footer = True
         self._application.invalidate()
 
     def _continued(self) -> None:
-        """Somebody else had stopped us: a shell has changed the terminal meanwhile."""
-        if self._display.has_footer:
+        """If somebody else had stopped us: a shell has changed the terminal meanwhile."""
+        if self._going_on is not None:
+            self._going_on.set()
+        elif self._display.has_footer:
             self._do(self._come_back())
 
     async def _come_back(self) -> None:

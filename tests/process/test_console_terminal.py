@@ -242,6 +242,34 @@ def test_ctrl_z_gives_the_terminal_back_and_fg_takes_it_again(bench: Bench):
         shell.wait_for("exit code 0")
 
 
+ASKS = """
+        py("input()\\nprint('Name? ', end='', flush=True)\\ninput()", name="asker"),
+"""
+
+
+def test_what_is_half_typed_and_half_said_is_there_once_after_ctrl_z_and_fg(bench: Bench):
+    words = " ".join(bench.command(ASKS))
+    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+        shell.type(f"PS1='$ '; {words}\n")
+        shell.wait_for_prompt()
+        shell.enter("send asker go")
+        shell.type("half a li")
+        shell.wait_until(lambda: "[asker-1] Name?" in shell.rows, "the question")
+        shell.wait_until(lambda: "> half a li" in shell.rows, "what is typed")
+        for _ in range(3):
+            shell.type("\x1a")
+            shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the shell's prompt")
+            shell.type("clear; fg\n")
+            shell.wait_until(lambda: "> half a li" in shell.rows, "the prompt")
+            shell.wait_until(
+                lambda: shell.rows[shell.prompt_row + 1].startswith("asker"), "the bar"
+            )
+        assert shell.rows.count("[asker-1] Name?") == shell.rows.count("> half a li") == 1
+        assert shell.rows[shell.prompt_row - 1] == "[asker-1] Name?"
+        shell.ctrl_c()
+        shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the end")
+
+
 def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
     words = " ".join(bench.command(TICKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
