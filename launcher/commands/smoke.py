@@ -108,21 +108,25 @@ class _Words:
         return name in self.values
 
     def path(self, name: str) -> Path | None:
-        """The path that an option names."""
-        return Path(self.values[name]) if name in self.values else None
+        """The path that an option names; UsageError for an empty one, which would mean here."""
+        if name not in self.values:
+            return None
+        if not self.values[name].strip():
+            raise UsageError(f"{name} needs a path")
+        return Path(self.values[name])
 
     def seconds(self, name: str) -> float | None:
         """The time that an option gives; UsageError."""
         found: float | None = _parsed(name, DURATION.parse, self.values.get(name))
         return found
 
-    def count(self, name: str, default: int) -> int:
+    def count(self, name: str, default: int, least: int = 0) -> int:
         """The number that an option gives; UsageError."""
         text = self.values.get(name)
         if text is None:
             return default
-        if not text.isdigit():
-            raise UsageError(f"{name} takes a number, not '{text}'")
+        if not text.isdecimal() or int(text) < least:
+            raise UsageError(f"{name} takes a number from {least} on, not '{text}'")
         return int(text)
 
 
@@ -175,7 +179,7 @@ def _session(given: _Words) -> Session:
         junit=given.path("--junit"),
         artifacts=given.path("--artifacts"),
         github=given.has("--github"),
-        repeat=max(1, given.count("--repeat", 1)),
+        repeat=given.count("--repeat", 1, least=1),
         baseline=given.path("--baseline"),
         update_baseline=given.has("--update-baseline"),
     )

@@ -38,6 +38,9 @@ def _late(script: Script) -> Iterator[LauncherError]:
     if script.for_s is None:
         return
     end_s, times = script.for_s, script.earliest_s()
+    if end_s <= 0:
+        yield UsageError("nothing can be seen in 0 s", hint="'for' (or --for) is longer than that")
+        return
     over, earliest = f"the system is watched for {end_s:g} s only", "s at the earliest"
     late: set[str] = set()  # moments of steps that are told: what waits for them is late, too
     for step in script.steps:

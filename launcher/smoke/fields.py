@@ -107,6 +107,18 @@ class Name:
         return {"type": "string", "pattern": f"^{self.pattern}$"}
 
 
+class NamePattern(Name):
+    """A full name in the ROS graph, or a pattern of such names."""
+
+    pattern = r"[/*?\[][^ ]*"
+
+    def parse(self, value: object) -> str:
+        """ValueError for what no full name can fit."""
+        if isinstance(value, str) and value[:1] in ("*", "?", "[") and " " not in value:
+            return value
+        return super().parse(value)
+
+
 class TypeName:
     """The full name of a type; `std_msgs/String` is short for `std_msgs/msg/String`."""
 

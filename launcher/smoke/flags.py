@@ -103,7 +103,10 @@ def _parameter(text: str) -> Entry:
     import yaml
 
     place, value = _pair(text, "--expect-parameter", "a value")
-    node, _, name = place.rpartition(":")
+    node, colon, name = place.rpartition(":")
+    if not colon:
+        flag = "--expect-parameter"
+        raise UsageError(f"{flag} {text}: a ':' behind the node is missing", hint=_line_of(flag))
     return {"parameter": name, "node": node, "is": yaml.safe_load(value)}
 
 

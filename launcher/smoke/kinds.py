@@ -19,6 +19,7 @@ from launcher.smoke.fields import (
     Flag,
     Mapped,
     Name,
+    NamePattern,
     Record,
     Regex,
     Regexes,
@@ -100,7 +101,7 @@ _OUR_QOS = Field(name="qos", type=OUR_QOS, doc="QoS of our subscription; else wh
 KINDS = (
     Kind(
         name="node",
-        subject=Text("name of a node"),
+        subject=NamePattern("node"),
         doc="A node is in the graph (full name, or a pattern).",
         judge=graph.node,
         fields=(Field(name="absent", type=Flag(), doc="it is gone in time; never there"),),
@@ -129,7 +130,7 @@ KINDS = (
             Field(name="publishers", type=ENDPOINT_QOS, doc="what every publisher offers"),
             Field(name="subscriptions", type=ENDPOINT_QOS, doc="what every subscription asks for"),
             Field(name="compatible", type=Flag(), doc="all pairs match, or one does not"),
-            Field(name="node", type=Text("name of a node"), doc="only endpoints of these nodes"),
+            Field(name="node", type=NamePattern("node"), doc="only endpoints of these nodes"),
         ),
         default_within=PRESENCE_WITHIN,
         one_of=("publishers", "subscriptions", "compatible"),

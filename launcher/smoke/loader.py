@@ -110,10 +110,16 @@ class _Reader:
     def _yaml_error(self, error: Exception) -> LauncherError:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
         message = getattr(error, "problem", None) or str(error)
+        if message.startswith("but "):
+            message = f"{getattr(error, 'context', None)}, {message}"
         if mark is None:
             return LaunchFileError(f"this is no YAML: {message}", where=self._path)
         line = self._lines[mark.line] if mark.line < len(self._lines) else ""
-        hint = QUOTES if any(sign in line for sign in ("{", ": ")) else None
+        hint = None
+        if "\t" in line[: mark.column + 1]:
+            hint = "YAML is indented with spaces, not with tabs"
+        elif "expected" in message or "not allowed" in message:
+            hint = QUOTES
         return at_mark(self._lines, self._path, mark, f"this is no YAML: {message}", hint)
 
     def _refuse_twice(self, root: yaml.Node) -> None:

@@ -67,3 +67,13 @@ def _folders(path: Path, repeat: int) -> Sequence[Path]:
 def runs_in(path: Path, repeat: int) -> Iterator[Path]:
     """The folders of several runs."""
     return (path / f"run-{number}" for number in range(1, repeat + 1))
+
+
+def save(path: Path, text: str) -> None:
+    """Write a whole file, or none: half of one would be taken for a result. OSError."""
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError:
+        if path.is_file():
+            path.unlink()
+        raise

@@ -17,6 +17,7 @@ from launcher.domain_lease import busy_domains
 from launcher.graph.errors import VerbError
 from launcher.graph.saved import load, to_document
 from launcher.graph.snapshot import Snapshot
+from launcher.smoke.outputs import save
 from launcher.smoke.system import System
 
 LOOK_S = 6.0  # a look at a graph of many nodes on a busy machine; half a second as a rule
@@ -69,7 +70,7 @@ class Picture:
             return f"no picture of the ROS graph: {self._why()}"
         text = json.dumps(to_document(snapshot), indent=2, ensure_ascii=False)
         try:
-            self._json.write_text(f"{text}\n", encoding="utf-8")
+            save(self._json, f"{text}\n")
         except OSError as error:
             return f"no picture of the ROS graph: {error.strerror}"
         return self._draw_svg()

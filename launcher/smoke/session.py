@@ -10,20 +10,23 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, cast
 
 from launcher.errors import ExitCode
 from launcher.smoke.evidence import evidence
 from launcher.smoke.interruption import code_of, terminable
 from launcher.smoke.narrator import Narrator
-from launcher.smoke.outputs import COPIED, MADE, refuse_unwritable, runs_in
+from launcher.smoke.outputs import COPIED, MADE, refuse_unwritable, runs_in, save
 from launcher.smoke.reports import document, github, junit, measures, screen
 from launcher.smoke.result import Judged, Result, worst
 from launcher.smoke.runner import Runner
 from launcher.smoke.script import Script
 from launcher.smoke.system import STOP_S
+from launcher.smoke.voice import Voice
 
 # Import of rclpy, stop, leftovers, drawing: what a run may take beside the time that it watches.
 HARD_ROOM_S = 4 * STOP_S
+LONGEST_S = 1e8  # three years; the clock of the last resort knows no longer times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,11 +64,16 @@ class Session:
         self._options = options
         self._colour = colour
         self._unwritten = False
-        self._console = screen.console_for(sys.stdout, colour=colour)
+        self._voice = Voice(sys.stdout)
+        self._console = screen.console_for(cast("IO[str]", self._voice), colour=colour)
 
     def run(self) -> ExitCode:
         """All runs; the exit code of the worst."""
-        with evidence(self._options.artifacts) as folder, terminable():
+        with (
+            contextlib.redirect_stdout(self._voice),
+            evidence(self._options.artifacts) as folder,
+            terminable(),
+        ):
             code = self._all(folder.path)
             folder.is_kept = code is not ExitCode.OK
         return code
@@ -88,7 +96,7 @@ class Session:
         codes = [result.exit_code for result in results]
         if any(not one.is_met for one in regressions):
             codes.append(ExitCode.NOT_MET)
-        if self._unwritten:
+        if self._unwritten or self._voice.trouble:
             codes.append(ExitCode.PROCESS_FAILED)
         code = worst(codes)
         if [code] != codes:
@@ -108,10 +116,10 @@ class Session:
         folder.mkdir(parents=True, exist_ok=True)
         for name in MADE:
             (folder / name).unlink(missing_ok=True)  # of a run before
-        narrator = Narrator(folder, sys.stdout, colour=self._colour)
+        narrator = Narrator(folder, cast("IO[str]", self._voice), colour=self._colour)
         limit_s = self._script.run_time_s() + self._script.ready_limit_s() + HARD_ROOM_S
         # The last resort: whatever hangs in here, the command ends, and the launcher by itself.
-        faulthandler.dump_traceback_later(limit_s, exit=True)
+        faulthandler.dump_traceback_later(min(limit_s, LONGEST_S), exit=True)
         try:
             runner = Runner(
                 self._script,
@@ -139,7 +147,7 @@ class Session:
         """The evidence beside the logs."""
         folder = result.folder
         text = json.dumps(document.of_result(result), indent=2, ensure_ascii=False)
-        (folder / "report.json").write_text(text + "\n", encoding="utf-8")
+        save(folder / "report.json", f"{text}\n")
         if self._script.path is not None:
             shutil.copyfile(self._script.path, folder / "expectations.yaml")
         for name in COPIED:

@@ -154,3 +154,13 @@ def test_the_system_of_a_killed_run_is_stopped(bench: Bench):
     run.communicate(timeout=120)
     wait_until(lambda: not os.path.exists(f"/proc/{launcher}"), "the launcher ends")
     wait_until(lambda: not processes_of(launcher), "everything of its run ends")
+
+
+def test_a_reader_that_has_seen_enough_does_not_change_the_result(bench: Bench):
+    bench.write(PATIENT)
+    run = bench.start("--for=1", "--expect-log=never")
+    assert run.stdout is not None
+    run.stdout.readline()
+    run.stdout.close()
+    assert run.wait(timeout=120) == 3
+    assert bench.outcomes()["log never"] == "violated"

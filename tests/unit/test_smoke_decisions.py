@@ -155,6 +155,25 @@ def test_all_mistakes_of_a_file_are_told_with_line_and_suggestion():
         assert f"did you mean '{near}'?" in rendered
 
 
+@pytest.mark.parametrize(
+    ("text", "told", "hint"),
+    [
+        ("expect:\n\t- log: a", "x.yaml:2: ", "not with tabs"),
+        ("expect:\n- log: a: b", "x.yaml:2: ", "needs quotes"),
+        (
+            "scenario:\n- {do: publish /a std_msgs/msg/String {data: x}}",
+            "x.yaml:2: ",
+            "needs quotes",
+        ),
+        ("for: 1 s\n---\nfor: 2 s", "expected a single document", ""),
+    ],
+)
+def test_what_is_no_yaml_is_told_with_what_is_usual(text: str, told: str, hint: str):
+    with pytest.raises(LauncherError) as raised:
+        parse(text, "x.yaml")
+    assert told in raised.value.render() and hint in (raised.value.hint or "")
+
+
 # ---- what happens when
 
 

@@ -21,6 +21,7 @@ GOOD = {
     "nothing": "",
     "no expectation": "expect: []",
     "node": "expect: [{node: /robot_1, within: 8 s}]",
+    "nodes anywhere": "expect: [{node: '*/robot_1'}]",
     "node pattern": "expect: [{node: /robot_*, absent: true}]",
     "topic": "expect: [{topic: /a, type: a/msg/B, publishers: 1, subscriptions: '>= 2'}]",
     "qos": "expect: [{qos: /a, publishers: {reliability: best_effort, deadline: 2 s}}]",
@@ -63,6 +64,7 @@ GOOD = {
 BAD = {
     "a list": "[1, 2]",
     "unknown entry": "expects: []",
+    "relative node": "expect: [{node: robot_1}]",
     "unknown kind": "expect: [{nod: /a}]",
     "no mapping": "expect: [node]",
     "expectations as mapping": "expect: {node: /a}",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
+import resource
+import signal
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -15,11 +18,12 @@ from launcher.smoke.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.facts import Ending
 from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.narrator import Narrator
-from launcher.smoke.outputs import refuse_unwritable
+from launcher.smoke.outputs import refuse_unwritable, save
 from launcher.smoke.reports import flakes, github, junit
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.result import Judged, Result
 from launcher.smoke.session import Options
+from launcher.smoke.voice import Voice
 from tests.unit.smoke_facts import lines, seen, signalled
 
 # ---- beforehand
@@ -76,6 +80,35 @@ def test_a_full_disk_is_told_once_and_the_rest_goes_on(tmp_path: Path):
         "[   1.0 s] one",
         "[   1.0 s] two",
     ]
+
+
+def test_a_reader_that_goes_is_no_failure_and_a_full_disk_is_one():
+    reading, writing = os.pipe()
+    os.close(reading)
+    with contextlib.suppress(BrokenPipeError), open(writing, "w", encoding="utf-8") as stream:
+        voice = Voice(stream)
+        print("one", file=voice, flush=True)
+        print("two", file=voice, flush=True)
+        assert voice.trouble is None
+    with contextlib.suppress(OSError), open("/dev/full", "w", encoding="utf-8") as stream:
+        voice = Voice(stream)
+        print("one", file=voice, flush=True)
+        assert voice.trouble == "No space left on device"
+
+
+def test_half_a_file_is_none(tmp_path: Path):
+    path = tmp_path / "out.xml"
+    path.write_text("old", encoding="utf-8")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, before[1]))
+    try:
+        with pytest.raises(OSError):
+            save(path, "x" * 20)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert not path.exists()
 
 
 # ---- evidence that nobody asked for

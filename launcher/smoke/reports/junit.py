@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from launcher.errors import ExitCode, LauncherError
+from launcher.smoke.outputs import save
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.result import Judged, Result
 
@@ -40,9 +41,9 @@ def write_refusal(path: Path, error: LauncherError, target: str) -> None:
 
 def _save(path: Path, root: ElementTree.Element) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    tree = ElementTree.ElementTree(root)
-    ElementTree.indent(tree)
-    tree.write(path, encoding="utf-8", xml_declaration=True)
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    save(path, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
 
 
 def _suite(result: Result, name: str, target: str) -> ElementTree.Element:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from launcher.errors import UsageError
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.outputs import save
 from launcher.smoke.places import Origin
 from launcher.smoke.result import Judged, Result
 
@@ -111,7 +112,7 @@ def write(path: Path, measures: Iterable[Measure]) -> None:
         },
     }
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    save(path, json.dumps(document, indent=2, ensure_ascii=False) + "\n")
 
 
 def compare(path: Path, measures: Iterable[Measure]) -> list[Judged]:
