@@ -47,7 +47,6 @@ class Bridge:
     def __init__(self, observer: Observer, path: Path) -> None:
         self._observer = observer
         self._path = path
-        self._answering = Answering(graph_socket(path), self.answer)
         self._connection = connect(path)
         self._known: list[Status] = []
         self._services: dict[str, str] = {}
@@ -62,6 +61,8 @@ class Bridge:
             WATCH_S, self._look_round, callback_group=MutuallyExclusiveCallbackGroup()
         )
         self._news = node.create_guard_condition(self.publish, callback_group=one_at_a_time)
+        # Last: from here on it is asked.
+        self._answering = Answering(graph_socket(path), self.answer)
 
     # processes
 
