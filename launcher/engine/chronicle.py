@@ -42,10 +42,12 @@ class Chronicle:
 
     def note(self, event: str, process: Process | None = None, **details: object) -> None:
         """An entry of the journal, written when this pass of the loop is done."""
-        if self._folder.journal.is_empty:
-            self._reactor.call_later(0, self._folder.journal.flush)
-        name = {} if process is None else {"process": process.name}
-        self._folder.journal.note(event, **name, **details)
+        journal = self._folder.journal
+        if journal.is_empty:
+            self._reactor.call_later(0, journal.flush)
+        if process is not None:
+            details = {"process": process.name, **details}
+        journal.note(event, **details)
 
 
 def _encodable(text: str) -> str:

@@ -34,8 +34,9 @@ class Journal:
 
     def note(self, event: str, **details: object) -> None:
         """Remember an event that happens now."""
-        entry = {"wall_s": time.time(), "monotonic_s": time.monotonic(), "event": event}
-        self._entries.append({**entry, **details})
+        now, since_boot = time.time(), time.monotonic()
+        entry = {"wall_s": now, "monotonic_s": since_boot, "event": event, **details}
+        self._entries.append(entry)
 
     def flush(self) -> None:
         """Hand on what was noted."""
