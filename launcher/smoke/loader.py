@@ -23,7 +23,7 @@ from launcher.smoke.script import ALWAYS, Script
 from launcher.smoke.steps import Command, Step
 
 SUFFIX = ".expect.yaml"
-QUOTES = "a text with a brace or ': ' in it needs quotes"
+QUOTES = "a text with a brace, a bracket or ': ' in it needs quotes"
 # The C library reads a long file twenty times as fast.
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 

@@ -26,6 +26,7 @@ from launcher.smoke.remains import SharedMemory, end_processes
 
 LISTEN_S = 10.0  # until the launcher has started its first process, on a busy machine
 STOP_S = 30.0  # SIGINT, SIGTERM and SIGKILL of every process, and what they left behind
+SET_S = 5.0  # until a node has answered
 REST_S = 3.0  # for what is on its way through the sockets
 LONGEST_S = 3600.0  # the launcher ends itself after this, whatever happens to us
 # These would lead out of the domain or the machine, or into another run's folder.
@@ -295,11 +296,24 @@ class System(Observed):
 
     def parameter(self, node: str, name: str, timeout_s: float = 5.0) -> Any:
         """The value of a parameter; ProbeError if the node does not have it."""
-        answer = self._probed().ask("get_parameters", timeout_s=timeout_s, node=node, names=[name])
+        answer = self._ask_node(node, "get_parameters", timeout_s, names=[name])
         if name in answer["missing"]:
-            hint = near(name, self._parameters(node, timeout_s))
-            raise ProbeError(f"{node} has no parameter '{name}'", hint=hint)
+            raise self._no_parameter(node, name, timeout_s)
         return answer["values"][name]
+
+    def _ask_node(self, node: str, do: str, timeout_s: float, **fields: Any) -> dict[str, Any]:
+        try:
+            return self._probed().ask(do, timeout_s=timeout_s, node=node, **fields)
+        except ProbeError:
+            nodes = self.facts().graph().nodes
+            if nodes and node not in nodes:
+                hint = near(node, list(nodes))
+                raise ProbeError(f"there is no node {node}", hint=hint) from None
+            raise
+
+    def _no_parameter(self, node: str, name: str, timeout_s: float) -> ProbeError:
+        known = self._parameters(node, timeout_s)
+        return ProbeError(f"{node} has no parameter '{name}'", hint=near(name, known))
 
     def _parameters(self, node: str, timeout_s: float) -> list[str]:
         """The names of a node's parameters; none if it does not say."""
@@ -313,10 +327,14 @@ class System(Observed):
 
     def set_parameter(self, node: str, name: str, value: Any) -> None:
         """Set a parameter; ProbeError if the node refuses."""
-        answer = self._probed().ask("set_parameters", node=node, values={name: value})
+        answer = self._ask_node(node, "set_parameters", SET_S, values={name: value})
         result = answer["results"][name]
-        if not result["successful"]:
-            raise ProbeError(f"{node} refuses {name}: {result['reason'] or 'it gives no reason'}")
+        if result["successful"]:
+            return
+        known = self._parameters(node, SET_S)
+        if known and name not in known:
+            raise self._no_parameter(node, name, SET_S)
+        raise ProbeError(f"{node} refuses {name}: {result['reason'] or 'it gives no reason'}")
 
     def _probed(self) -> Probe:
         if self.probe is None:

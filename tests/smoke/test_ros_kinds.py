@@ -52,6 +52,8 @@ EXPECTATIONS = """
       - {name: bad parameter, parameter: speed, node: /talker, is: 9, after: ready, within: 3 s}
       - {name: good service, service: /switch, request: {data: true}, fields: {success: true}}
       - {name: bad service, service: /swich, after: ready, within: 3 s}
+      - {name: bad spelling, parameter: sped, node: /talker, is: 9, after: ready, within: 3 s}
+      - {name: good once, service: /switch, once: true, request: {data: true}, where: m.success}
       - {name: good memory, shared_memory: clean}
       - {name: good shutdown, clean_shutdown: 5 s}
 """
@@ -84,6 +86,7 @@ def test_a_kind_is_met_or_not(judged: Bench, name: str):
         ("bad qos", "reliability is BEST_EFFORT, but RELIABLE is asked for"),
         ("bad reliable", "BEST_EFFORT"),
         ("bad service", "did you mean '/switch'?"),
+        ("bad spelling", "did you mean 'speed'?"),
     ],
 )
 def test_a_failure_guesses_why(judged: Bench, name: str, guess: str):
