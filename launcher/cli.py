@@ -110,6 +110,8 @@ def _wants_traceback(words: list[str]) -> bool:
 
 
 def _dispatch(words: list[str]) -> int:
+    if words[:1] == ["help"]:  # as in the console
+        words = [*words[1:2], "--help"]
     if not words or words[0] in ("-h", "--help"):
         print(overview())
         return ExitCode.OK if words else ExitCode.USAGE

@@ -298,7 +298,8 @@ def _take(verb: Verb, word: str, queue: deque[str], options: dict[str, Any]) -> 
         options[SIGNAL.name] = word[1:]  # `kill -9`, `kill -TERM`: fingers know it
         return
     if option is None or (has_value and option.kind == "flag"):
-        behind = "; a name that begins with '-' goes behind --" if verb.names != "none" else ""
+        is_name = verb.names != "none" and len(word) > 2 and not word.startswith("--")
+        behind = "; a name that begins with '-' goes behind --" if is_name else ""
         raise UsageError(f"{verb.name} has no option '{word}'", hint=f"usage: {verb.usage}{behind}")
     if option.kind == "flag":
         options[option.name] = option.value

@@ -198,7 +198,10 @@ def test_every_command_has_help(steering: SteeringBench, verb: str):
 
 def test_a_verb_is_explained_and_fingers_are_understood(steering: SteeringBench):
     with steering.steer(CAT) as run:
-        assert run.shell("kill", "--help").stdout.startswith("usage: python -m launcher kill NAME")
+        manual = run.shell("kill", "--help").stdout
+        assert manual.startswith("usage: python -m launcher kill NAME")
+        assert run.shell("help", "kill").stdout == manual
+        assert run.shell("help").stdout == run.shell("--help").stdout
         early = run.shell("--run", run.socket.stem, "ps")
         assert early.returncode == 2 and "--run goes behind the verb" in early.stderr
         silent = run.shell("send", "cat")

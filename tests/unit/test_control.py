@@ -161,6 +161,7 @@ def test_words_that_make_no_sense_are_told_with_the_usage_or_what_there_is(line:
         ("kill robot -s SIGUSR9", "there is no signal 'SIGUSR9'", "did you mean SIGUSR"),
         ("kill robot -s kil", "there is no signal 'kil'", "did you mean SIGKILL?"),
         ("stop -dash", "stop has no option '-dash'", "a name that begins with '-' goes behind --"),
+        ("top -n 3", "top has no option '-n'", "usage: top [NAME ...]"),
         ("logs -n -3", "-n is a whole number, not negative, not '-3'", ""),
         ("top -p 0", "-p is a number of seconds above 0, not '0'", ""),
         ("top -p nan", "-p is a number of seconds above 0, not 'nan'", ""),
