@@ -15,6 +15,7 @@ from benchmarks.harness import Row
 from benchmarks.latency import latency
 from benchmarks.plan import plan
 from benchmarks.restarts import respawn
+from benchmarks.ros_talk import first_answers
 from benchmarks.ros_verbs import topic_list, topic_stream
 from benchmarks.sampling import sampling
 from benchmarks.startup import first_exec, many_execs
@@ -35,6 +36,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "plan": plan,
     "topic-list": topic_list,
     "topic-stream": topic_stream,
+    "first-answers": first_answers,
 }
 HEAD = ("what", "measured", "bar", "", "behind it")
 

@@ -60,9 +60,17 @@ def _add(table: Any, name: str, help_text: str, node_count: str | None = None) -
 @contextlib.contextmanager
 def _asking(options: Namespace) -> Iterator[tuple[Caller, str]]:
     """A caller, and the full name of the node that the options name."""
-    from launcher.graph.calls import Caller, require_node
+    from launcher.graph.calls import Caller, full_node, require_node
 
-    with looking(options) as observer, Caller(observer) as caller:
+    node = full_node(options.node_name)
+    services = {f"{node}/list_parameters", f"{node}/get_parameters"}
+    with (
+        looking(options, lambda look: services <= look.service_types().keys()) as observer,
+        Caller(observer) as caller,
+    ):
+        from launcher.graph.parameters import prepare
+
+        prepare(caller, node)
         yield caller, require_node(observer, options.node_name, spin_time_s(options))
 
 

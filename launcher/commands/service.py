@@ -23,6 +23,9 @@ from launcher.graph.verb import (
 
 if TYPE_CHECKING:
     from launcher.graph.calls import Caller
+    from launcher.graph.observer import Observer
+
+_CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
 
 
 def main(words: Sequence[str]) -> int:
@@ -110,7 +113,11 @@ def _call(options: Namespace) -> int:
     kind = load(options.service_type, "srv", "The passed service type is invalid")
     request = kind.Request()
     fill(request, parse(sys.stdin.read() if options.stdin else options.values))
-    with looking(options) as observer, Caller(observer) as caller:
+    name = _full(options.service_name)
+    with (
+        looking(options, lambda look: name in look.service_types()) as observer,
+        Caller(observer) as caller,
+    ):
         _await_service(caller, kind, options)
         while True:
             started = time.monotonic()
@@ -123,28 +130,39 @@ def _call(options: Namespace) -> int:
 def _await_service(caller: Caller, kind: Any, options: Namespace) -> None:
     """Wait for the service; VerbError if it is there with another type."""
     from launcher.graph.errors import VerbError
-    from launcher.graph.settle import settle
 
-    name = "/" + options.service_name.lstrip("/")
-    node = caller.observer.node
-
-    def offered() -> list[str]:
-        types: list[str] = dict(node.get_service_names_and_types()).get(name, [])
-        return types
-
-    # asked before our own client is in the graph with the type that it would like
-    settle(caller.observer, spin_time_s(options), enough=offered)
-    types = offered()
+    caller.load(kind)
+    name = _full(options.service_name)
+    types = _offered(caller.observer, name, spin_time_s(options))
     if types and f"{kind.__module__.split('.')[0]}/srv/{kind.__name__}" not in types:
         raise VerbError(
             f"service '{name}' has the type {', '.join(types)}, not {options.service_type}"
         )
     client = caller.client(kind, options.service_name)
-    if types and caller.wait_for(client, 1.0):
+    if types and caller.wait_for(client, _CONNECT_S):
         return
     print("waiting for service to become available...", flush=True)
     while not caller.wait_for(client, 1.0):
         pass
+
+
+def _full(name: str) -> str:
+    return "/" + name.lstrip("/")
+
+
+def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:
+    """The types of a service; asked before our client is in the graph with the one it wants."""
+    from launcher.graph.settle import settle
+
+    if (look := observer.seen_ahead()) is not None:
+        return look.service_types().get(name, [])
+
+    def known() -> list[str]:
+        types: list[str] = dict(observer.node.get_service_names_and_types()).get(name, [])
+        return types
+
+    settle(observer, spin_time_s, enough=known)
+    return known()
 
 
 def _call_once(caller: Caller, kind: Any, request: Any, options: Namespace) -> None:

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from launcher.graph.errors import VerbError, did_you_mean
-from launcher.graph.observer import Observer
 from launcher.graph.settle import settle
+
+if TYPE_CHECKING:
+    from launcher.graph.observer import Observer
 
 ANSWER_S = 5.0
 _CONNECT_S = 1.0  # between the discovery of a service and its being ready
+_SEEN_AHEAD_S = 5.0  # the same where only the scout has discovered it
+# A service of rmw_fastrtps drops its answer to a client that it has not discovered 0.1 s after the
+# question; the others need as long to ask a new participant for what it has.
+_KNOWN_TO_OTHERS_S = 0.2
 _LOOK_S = 0.005
 
 
@@ -46,6 +53,12 @@ class Caller:
             self._clients[kind, name] = self._node.create_client(kind, name)
         return self._clients[kind, name]
 
+    def load(self, kind: Any) -> None:
+        """Load what a service needs, while it is being discovered."""
+        from rclpy.type_support import check_for_type_support
+
+        check_for_type_support(kind)
+
     def wait_for(self, client: Any, limit_s: float) -> bool:
         """Whether the service is ready within the limit."""
         deadline = time.monotonic() + limit_s
@@ -58,9 +71,16 @@ class Caller:
     def start(self, kind: Any, name: str, request: Any) -> Any:
         """The future of an answer; NoAnswerError if the service does not become ready."""
         client = self.client(kind, name)
-        if not self.wait_for(client, _CONNECT_S):
+        if not self.wait_for(client, self._connecting_s(name)):
             raise NoAnswerError(f"service '{name}' is not available")
+        since_s = time.monotonic() - self.observer.created_s
+        time.sleep(max(0.0, _KNOWN_TO_OTHERS_S - since_s))
         return client.call_async(request)
+
+    def _connecting_s(self, name: str) -> float:
+        """How long it may take until a service is ready."""
+        look = self.observer.seen_ahead()
+        return _SEEN_AHEAD_S if look and name in look.service_types() else _CONNECT_S
 
     def call(self, kind: Any, name: str, request: Any, limit_s: float | None = None) -> Any:
         """The answer; NoAnswerError if there is none in time."""
@@ -84,11 +104,20 @@ class Caller:
             self._executor.spin_once(timeout_sec=min(left_s, 0.1))
 
 
+def full_node(name: str) -> str:
+    """With its slash."""
+    return name if name.startswith("/") else f"/{name}"
+
+
 def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
     """The full name of a node that exists; VerbError in the words of ros2cli otherwise."""
-    full = name if name.startswith("/") else f"/{name}"
-    settle(observer, spin_time_s, enough=lambda: full in observer.node_names())
-    known = observer.node_names()
+    full = full_node(name)
+    known: Sequence[str]
+    if (look := observer.seen_ahead()) is not None:
+        known = look.nodes
+    else:
+        settle(observer, spin_time_s, enough=lambda: full in observer.node_names())
+        known = observer.node_names()
     if full not in known:
         raise VerbError("Node not found", hint=did_you_mean(full, known))
     return full

@@ -8,23 +8,26 @@ messages a second; rclpy's executor would build a wait set for each of them.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.graph import profiles
-from launcher.graph.errors import VerbError, did_you_mean
+from launcher.graph.errors import VerbError
 from launcher.graph.interfaces import load_message
-from launcher.graph.look import UNKNOWN_NODE
+from launcher.graph.look import UNKNOWN_NODE, Look
 from launcher.graph.matching import explain, mismatches
-from launcher.graph.observer import Observer
 from launcher.graph.settle import settle
 from launcher.graph.snapshot import Direction, Endpoint
+
+if TYPE_CHECKING:
+    from launcher.graph.observer import Observer
 
 _LOOK_S = 0.004
 _BURST = 1000
 _STEADY_S = 0.06  # endpoints of one participant arrive together
 _GRAPH_LOOK_S = 0.5
+_INTRODUCTION_S = 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,16 +66,46 @@ def full_topic(name: str) -> str:
     return full
 
 
+def are_published(names: Iterable[str]) -> Callable[[Look], bool]:
+    """Whether a look has publishers of all these topics."""
+    full = ["/" + name.removeprefix("/") for name in names]
+    return lambda look: all(look.on(name, Direction.PUBLISHER) for name in full)
+
+
 def find_target(
     observer: Observer, name: str, type_name: str | None, spin_time_s: float
 ) -> Target | None:
-    """The topic as soon as its publishers are known; None if its type cannot be told.
+    """The topic as soon as its publishers are known to rclpy; otherwise as `target_in`."""
+    full = full_topic(name)
+    _await_publishers(observer, full, spin_time_s)
+    types = observer.topic_types().get(full, [])
+    return _target(full, type_name, types, observer.endpoints(full))
+
+
+def target_in(look: Look, name: str, type_name: str | None) -> Target | None:
+    """The topic; None if its type cannot be told.
 
     With a type the topic need not exist yet. VerbError if the name is none or the types differ.
     """
     full = full_topic(name)
-    _await_publishers(observer, full, spin_time_s)
-    types = observer.topic_types().get(full, [])
+    return _target(full, type_name, look.topic_types().get(full, []), look.endpoints(full))
+
+
+def await_introduction(observer: Observer, target: Target) -> None:
+    """Return when rclpy knows the publishers of a target that a scout has seen, or soon.
+
+    Somebody may publish at once when he hears of our subscription, and then we have to know him.
+    """
+    deadline = time.monotonic() + _INTRODUCTION_S
+    while time.monotonic() < deadline:
+        if len(observer.infos(target.name, Direction.PUBLISHER)) >= len(target.publishers):
+            return
+        time.sleep(_LOOK_S)
+
+
+def _target(
+    full: str, type_name: str | None, types: list[str], endpoints: list[Endpoint]
+) -> Target | None:
     if type_name is None and len(types) > 1:
         raise VerbError(
             f"Cannot echo topic '{full}', as it contains more than one type: [{', '.join(types)}]",
@@ -80,8 +113,8 @@ def find_target(
         )
     if type_name is None and not types:
         return None
-    publishers = [e for e in observer.endpoints(full) if e.is_publisher]
-    return Target(name=full, type=type_name or types[0], publishers=tuple(publishers))
+    publishers = tuple(e for e in endpoints if e.is_publisher)
+    return Target(name=full, type=type_name or types[0], publishers=publishers)
 
 
 def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None:
@@ -96,11 +129,6 @@ def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None
         return bool(infos) and time.monotonic() - changed > _STEADY_S
 
     settle(observer, spin_time_s, enough=steady)
-
-
-def near_topic(observer: Observer, name: str) -> str | None:
-    """A hint for a name that nobody has."""
-    return did_you_mean(name, observer.topic_types())
 
 
 class Listener:

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rclpy
 from rclpy.context import Context
@@ -18,6 +18,9 @@ from launcher.graph.look import UNKNOWN_NODE, Info, Look
 from launcher.graph.processes import PARTICIPANT_BYTES, ghosts, scheme_holds
 from launcher.graph.snapshot import Direction, Endpoint, Snapshot
 
+if TYPE_CHECKING:
+    from launcher.graph.scout import Scout
+
 LOOK_S = 0.1
 # Every participant of ROS writes here which nodes it has.
 _MEMBERS_TOPIC = "ros_discovery_info"
@@ -26,10 +29,18 @@ _MEMBERS_TOPIC = "ros_discovery_info"
 class Observer:
     """A node of its own context; use with `with`. `domain_id` None: the environment's.
 
-    With a name it is a node like others, and sees itself; without, nobody sees it.
+    With a name it is a node like others, and sees itself; without, nobody sees it. A scout, which
+    looks already, makes it known to the others.
     """
 
-    def __init__(self, domain_id: int | None = None, *, name: str | None = None) -> None:
+    def __init__(
+        self,
+        domain_id: int | None = None,
+        *,
+        name: str | None = None,
+        scout: Scout | None = None,
+    ) -> None:
+        self._scout = scout
         self.domain_id = environment_domain() if domain_id is None else domain_id
         self._is_hidden = name is None
         # hidden, as everything that begins with an underscore; two may look at the same time
@@ -44,7 +55,20 @@ class Observer:
         )
         self.created_s = time.monotonic()
         self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
+        if self._scout is not None:
+            self._scout.introduce()
         return self
+
+    @property
+    def is_introduced(self) -> bool:
+        """Whether a scout has told us of the others; they must not be made to forget us."""
+        return self._scout is not None
+
+    def seen_ahead(self) -> Look | None:
+        """What the scout has seen, as soon as that is enough; None where there was none."""
+        if self._scout is None:
+            return None
+        return self._scout.seen(self.own_gid()[:PARTICIPANT_BYTES])
 
     def helper(self, suffix: str) -> Any:
         """One more hidden node of the same participant, for somebody who spins it or publishes."""

@@ -59,6 +59,12 @@ def value_text(value: Any, *, hide_type: bool) -> str:
     return str(held) if hide_type else f"{label} {held}"
 
 
+def prepare(caller: Caller, node: str) -> None:
+    """Load what takes its time, while the node is being discovered."""
+    caller.client(ListParameters, f"{node}/list_parameters")
+    caller.client(GetParameters, f"{node}/get_parameters")
+
+
 def list_names(caller: Caller, node: str, prefixes: list[str] | None = None) -> list[str]:
     """Names of a node's parameters, sorted."""
     request = ListParameters.Request(prefixes=prefixes or [])

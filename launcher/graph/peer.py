@@ -57,8 +57,9 @@ class Stream:
 class Peer:
     """A participant; `host` is where its announcement came from."""
 
-    def __init__(self, prefix: bytes, payload: bytes, host: str) -> None:
-        metatraffic, data, told = contact_in(payload)
+    def __init__(self, prefix: bytes, announcement: rtps.Data, host: str) -> None:
+        metatraffic, data, told = contact_in(announcement.payload)
+        self.announcement = announcement
         self.prefix = prefix
         self.is_local = host.startswith("127.")
         self.port = metatraffic
@@ -75,6 +76,17 @@ class Peer:
             )
             if told is None or told & bit
         ]
+
+    def introductions(self) -> Iterator[tuple[bytes, rtps.Data]]:
+        """Reader and sample of what it has told of its endpoints; another thread may ask."""
+        for stream in self._expected:
+            samples = list(stream.samples.values())
+            yield from ((stream.reader, sample) for sample in samples if sample.payload)
+
+    @property
+    def told(self) -> int:
+        """How many samples have come from it."""
+        return sum(len(stream.samples) for stream in self.streams())
 
     def streams(self) -> list[Stream]:
         """All that it tells."""

@@ -19,6 +19,7 @@ from launcher.graph.streams import until_interrupted
 from launcher.graph.verb import looking, warn
 
 _LOOK_S = 0.02
+_DELIVERY_S = 3.0
 
 
 def publish(options: Namespace) -> int:
@@ -35,8 +36,21 @@ def publish(options: Namespace) -> int:
         _await_subscriptions(observer, publisher, _wanted(options), own)
         _loop(observer, publisher, message, stamps, options)
         if options.once or options.times:
-            time.sleep(options.keep_alive)
+            _await_delivery(publisher, options.keep_alive)
     return ExitCode.OK
+
+
+def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
+    """Stay for a while, and longer if a subscription that asks for it has not got all yet.
+
+    A publisher knows a subscription before the subscription knows it, and may have published.
+    """
+    from rclpy.duration import Duration
+
+    time.sleep(keep_alive_s)
+    end, slice_ = time.monotonic() + _DELIVERY_S, Duration(nanoseconds=100_000_000)
+    while time.monotonic() < end and not publisher.wait_for_all_acked(slice_):
+        pass  # so that Ctrl-C is heard between two slices
 
 
 def _wanted(options: Namespace) -> int:

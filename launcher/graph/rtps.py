@@ -206,6 +206,14 @@ def sample(reader: bytes, writer: bytes, number: int, listed: list[tuple[int, by
     return _submessage(_DATA, _PAYLOAD, body + _PL_CDR_LITTLE + _listed(listed))
 
 
+def repeated(reader: bytes, sample: Data) -> bytes:
+    """The submessage that tells once more what a participant has told."""
+    entity = sample.writer[PREFIX_BYTES:]
+    numbers = struct.pack("<iI", sample.number >> 32, sample.number & 0xFFFFFFFF)
+    body = struct.pack("<HH", 0, 16) + reader + entity + numbers + sample.payload
+    return _submessage(_DATA, _PAYLOAD, body)
+
+
 def end_of(reader: bytes, writer: bytes, number: int, guid: bytes) -> bytes:
     """The sample that says that what has this GUID is gone."""
     body = struct.pack("<HH", 0, 16) + reader + writer + struct.pack("<iI", 0, number)

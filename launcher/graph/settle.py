@@ -15,13 +15,16 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from launcher.graph.domains import REMOTE_S, SPIN_TIME_S, localhost_only
 from launcher.graph.look import UNKNOWN_NODE
 from launcher.graph.nudge import nudge_silent
-from launcher.graph.observer import Observer
 from launcher.graph.ports import participants_by_domain
 from launcher.graph.processes import ghosts, same_host
+
+if TYPE_CHECKING:
+    from launcher.graph.observer import Observer
 
 QUIET_S = 0.1  # news of one participant arrives within a few milliseconds
 _LOOK_S = 0.02  # a look holds up the threads that discover
@@ -46,7 +49,7 @@ def settle(
     start = changed = time.monotonic()
     shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
     last: object = None
-    nudged = False
+    nudged = observer.is_introduced  # whoever is silent then is about to speak
     while True:
         now = time.monotonic()
         if now - start >= _NUDGE_S and not nudged:

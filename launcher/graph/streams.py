@@ -8,16 +8,26 @@ import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.errors import ExitCode
 from launcher.graph import rates
 from launcher.graph.domains import why_empty
 from launcher.graph.echo import Writer, compiled_filter
-from launcher.graph.errors import VerbError
-from launcher.graph.listener import Listener, Target, find_target, fitted_profile, near_topic
-from launcher.graph.observer import Observer
+from launcher.graph.errors import VerbError, did_you_mean
+from launcher.graph.listener import (
+    Listener,
+    Target,
+    are_published,
+    await_introduction,
+    find_target,
+    fitted_profile,
+    target_in,
+)
 from launcher.graph.verb import looking, spin_time_s, warn
+
+if TYPE_CHECKING:
+    from launcher.graph.observer import Observer
 
 _WAIT_S = 0.5
 SILENCE_S = 3.0
@@ -39,7 +49,8 @@ def until_interrupted() -> Iterator[None]:
 def echo(options: Namespace) -> int:
     """Print messages; the exit code."""
     writer, accepts = Writer.of(options), compiled_filter(options.filter)
-    with until_interrupted(), looking(options) as observer:
+    enough = are_published(options.topic_names)
+    with until_interrupted(), looking(options, enough, listens=True) as observer:
         listener = Listener(observer, raw=options.raw)
         for name in options.topic_names:
             _subscribe_now(observer, listener, name, options)
@@ -78,14 +89,31 @@ class _Silence:
 
 def _subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
     """Subscribe; VerbError as ros2cli words it if the type cannot be told."""
-    target = find_target(observer, name, options.message_type, spin_time_s(options))
+    target = _first_target(observer, name, options.message_type, options)
     if target is None:
         print(_unpublished(name), flush=True)
-        hint = near_topic(observer, name)
-        if not observer.node_names():
-            hint = why_empty(observer.domain_id)
-        raise VerbError("Could not determine the type for the passed topic", hint=hint)
+        raise VerbError(
+            "Could not determine the type for the passed topic", hint=_hint(observer, name)
+        )
     _subscribe(listener, target, options)
+
+
+def _first_target(
+    observer: Observer, name: str, type_name: str | None, options: Namespace
+) -> Target | None:
+    """The topic as it is at the start."""
+    if (look := observer.seen_ahead()) is not None:
+        target = target_in(look, name, type_name)
+        if target is not None:
+            await_introduction(observer, target)
+        return target
+    return find_target(observer, name, type_name, spin_time_s(options))
+
+
+def _hint(observer: Observer, name: str) -> str | None:
+    """For a name that nobody has."""
+    look = observer.seen_ahead() or observer.look()
+    return did_you_mean(name, look.topic_types()) if look.nodes else why_empty(observer.domain_id)
 
 
 def _unpublished(name: str) -> str:
@@ -104,10 +132,10 @@ def _subscribe_when_published(
     observer: Observer, listener: Listener, name: str, options: Namespace
 ) -> Target:
     """Wait for the topic as long as it takes."""
-    target = find_target(observer, name, None, spin_time_s(options))
+    target = _first_target(observer, name, None, options)
     if target is None:
         print(_unpublished(name), flush=True)
-        if hint := near_topic(observer, name):
+        if hint := _hint(observer, name):
             warn(f"hint: {hint}")
     while target is None:
         target = find_target(observer, name, None, _WAIT_S)
@@ -158,7 +186,8 @@ def hz(options: Namespace) -> int:
     """Print rates; 1 if one of them is below `--min` at the end."""
     accepts = compiled_filter(options.filter)
     arrivals: dict[str, rates.Arrivals] = {}
-    with until_interrupted(), looking(options) as observer:
+    enough = are_published(options.topic_names)
+    with until_interrupted(), looking(options, enough, listens=True) as observer:
         listener = Listener(observer, raw=accepts is None)
         for name in options.topic_names:
             target = _subscribe_when_published(observer, listener, name, options)
@@ -188,7 +217,8 @@ def _report_rates(
     elif len(arrivals) == 1:
         print(rates.rate_text(next(iter(found.values()))))
     else:
-        print(rates.rate_table(found))
+        # a table that topics come into and go out of could not be read
+        print(rates.rate_table({n: spread for n, a in arrivals.items() if (spread := a.now())}))
 
 
 def _rate_document(name: str, spread: rates.Spread) -> dict[str, Any]:
@@ -227,7 +257,8 @@ def bw(options: Namespace) -> int:
         if found := sizes.due(time.time_ns()):
             print(_bandwidth_line(*found, as_json=options.json))
 
-    with until_interrupted(), looking(options) as observer:
+    enough = are_published([options.topic_name])
+    with until_interrupted(), looking(options, enough, listens=True) as observer:
         listener = Listener(observer, raw=True)
         target = _subscribe_when_published(observer, listener, options.topic_name, options)
         if not options.json:
@@ -252,7 +283,8 @@ def delay(options: Namespace) -> int:
         if due := delays.due():
             print(_delay_line(*due, as_json=options.json))
 
-    with until_interrupted(), looking(options) as observer:
+    enough = are_published([options.topic_name])
+    with until_interrupted(), looking(options, enough, listens=True) as observer:
         listener = Listener(observer, raw=False)
         _subscribe_when_published(observer, listener, options.topic_name, options)
         for sample in listener.samples(_Clock(options.for_s, report).tick, warn):

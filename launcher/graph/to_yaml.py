@@ -8,12 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import numpy
 import yaml
 from rosidl_parser import definition
 
 DEFAULT_LENGTH = 128
-_SEQUENCES = (list, tuple, array.array, numpy.ndarray)
+_SEQUENCES = (list, tuple, array.array)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,24 +71,32 @@ def to_plain(message: Any, style: Style = WHOLE) -> dict[str, Any]:
 def _plain(value: Any, kind: Any, style: Style) -> Any:
     if isinstance(value, bool | int | float):
         return value
-    if isinstance(value, numpy.number):
-        return value.item()
     if isinstance(value, bytes):
         return _cut(value.decode("latin-1"), style.length)
     if isinstance(value, str):
         if style.no_str:
             return f"<string length: <{len(value)}>>"
         return _cut(value, style.length)
-    if isinstance(value, _SEQUENCES):
+    if isinstance(value, _SEQUENCES) or is_array(value):
         return _plain_sequence(value, kind, style)
-    return to_plain(value, style)
+    return value.item() if _is_of_numpy(value) else to_plain(value, style)
+
+
+def is_array(value: Any) -> bool:
+    """Whether it is one of numpy."""
+    return _is_of_numpy(value) and hasattr(value, "__len__")
+
+
+def _is_of_numpy(value: Any) -> bool:
+    # numpy takes its time, so it is loaded only where a type has an array of it
+    return type(value).__module__ == "numpy"
 
 
 def _plain_sequence(values: Any, kind: Any, style: Style) -> Any:
     if style.no_arr and kind is not None:
         return _shape(values, kind)
     shown = values if style.length is None else values[: style.length]
-    if isinstance(shown, array.array | numpy.ndarray):
+    if isinstance(shown, array.array) or is_array(shown):
         plain = shown.tolist()  # a hundred times faster than value by value
     else:
         plain = [_plain(value, None, style) for value in shown]
@@ -127,7 +134,7 @@ def to_csv(message: Any, style: Style = WHOLE) -> str:
 
 
 def _csv(value: Any, kind: Any, style: Style) -> str:
-    if isinstance(value, _SEQUENCES):
+    if isinstance(value, _SEQUENCES) or is_array(value):
         if style.no_arr and kind is not None:
             return _shape(value, kind)
         return ",".join(_csv_items(value, style))
@@ -137,7 +144,7 @@ def _csv(value: Any, kind: Any, style: Style) -> str:
         return _cut(value, style.length)
     if isinstance(value, bytes):
         return str(value)  # octets are single, so there is nothing to cut
-    if isinstance(value, bool | int | float | numpy.number):
+    if isinstance(value, bool | int | float) or _is_of_numpy(value):
         return str(value)
     return to_csv(value, style)
 

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from launcher.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
+    from launcher.graph.look import Look
     from launcher.graph.observer import Observer
+    from launcher.graph.scout import Scout
 
 
 class Parser(argparse.ArgumentParser):
@@ -88,12 +90,46 @@ def domain_option(options: argparse.Namespace) -> int:
 
 
 @contextlib.contextmanager
-def looking(options: argparse.Namespace) -> Iterator[Observer]:
-    """An observer of the domain that is asked for, before it has looked round."""
-    from launcher.graph.observer import Observer
+def looking(
+    options: argparse.Namespace,
+    enough: Callable[[Look], object] | None = None,
+    *,
+    listens: bool = False,
+) -> Iterator[Observer]:
+    """An observer of the domain that is asked for, before it has looked round.
 
-    with Observer(domain_option(options)) as observer:
-        yield observer
+    Meanwhile a scout looks by the wire, until it has seen all, or `enough`. Who `listens` to
+    others and says nothing to them knows them sooner.
+    """
+    with _scouting(options, enough, listens=listens) as scout:
+        from launcher.graph.observer import Observer  # takes its time, with rclpy
+
+        with Observer(domain_option(options), scout=scout) as observer:
+            yield observer
+
+
+@contextlib.contextmanager
+def _scouting(
+    options: argparse.Namespace, enough: Callable[[Look], object] | None, *, listens: bool
+) -> Iterator[Scout | None]:
+    """None where it takes a whole DDS stack to look."""
+    from launcher.graph import domains
+    from launcher.graph.scout import Scout, never
+
+    domain_id = domain_option(options)
+    if not domains.is_plain():
+        yield None
+        return
+    with contextlib.closing(
+        Scout(
+            domain_id,
+            spin_time_s(options),
+            remote=not domains.localhost_only(),
+            enough=enough or never,
+            listens=listens,
+        )
+    ) as scout:
+        yield scout
 
 
 def spin_time_s(options: argparse.Namespace) -> float:

@@ -10,11 +10,13 @@ At its end it takes its announcement back, so nobody keeps it in mind.
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import select
 import socket
 import struct
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 
@@ -26,6 +28,7 @@ from launcher.graph.peer import OWN_READER, Peer, Stream, look_of
 from launcher.graph.ports import multicast_port, occupied_ports
 
 _REMOTE_LATEST_S = 1.5  # whoever of them has not told all by then is not waited for
+_STEADY_S = 0.06  # what one participant has to tell arrives within that
 _ANNOUNCE_S = 0.1
 _ANEW_S = 0.3  # who knows us does not answer again, so to the silent we become new by then
 _ASK_AGAIN_S = 0.25  # Fast DDS answers 0.1 s after it was asked last
@@ -67,7 +70,9 @@ class Wire:
         self._remote = remote
         self._prefix = _VENDOR + os.urandom(rtps.PREFIX_BYTES - 2)
         self._peers: dict[bytes, Peer] = {}
+        self.met: list[Peer] = []  # in the order of their coming; another thread may read it
         self._number = self._count = 0
+        self._is_stopped = False
 
     def __enter__(self) -> Wire:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -85,18 +90,26 @@ class Wire:
         self._take_back({peer.address for peer in self._peers.values()} | self._everyone(set()))
         self._socket.close()
 
-    def look(self, spin_time_s: float) -> Seen:
-        """Ask until everybody has told everything; at most `spin_time_s`."""
+    def look(
+        self, spin_time_s: float, *, enough: Callable[[Look], object] = lambda look: False
+    ) -> Seen:
+        """Ask until everybody has told everything, or `enough`, or `stop`; at most `spin_time_s`.
+
+        `enough` is asked whenever nothing new has come for a moment.
+        """
         start = time.monotonic()
         end = start + spin_time_s
         shortest = start + min(spin_time_s, REMOTE_S if self._remote else 0.0)
         expected = occupied_ports(self._domain_id)
         announce, anew = start, start + _ANEW_S
+        steady = _Steady(start)
         while True:
             now = time.monotonic()
             silent = self._silent(expected)
             complete = self._is_complete(strangers=now - start < _REMOTE_LATEST_S)
-            if now >= end or (now >= shortest and complete and not silent):
+            if self._is_stopped or now >= end or (now >= shortest and complete and not silent):
+                break
+            if steady.is_news(self._told(), now) and enough(self._known()):
                 break
             if now >= announce:
                 expected &= occupied_ports(self._domain_id)
@@ -106,12 +119,23 @@ class Wire:
                 self._announce(self._everyone(silent))
                 announce = now + _ANNOUNCE_S
             self._ask_again(now)
-            self._receive(min(end, announce) - now)
+            self._receive(min(end, announce, steady.next_s) - now)
         return Seen(
-            look=look_of(self._domain_id, self._peers.values()),
+            look=self._known(),
             missing=len(self._silent(expected)),
             waited_s=now - start,
         )
+
+    def stop(self) -> None:
+        """End the look soon; another thread may say so."""
+        self._is_stopped = True
+
+    def _told(self) -> int:
+        """A number that changes with everything that comes."""
+        return len(self._peers) + sum(peer.told for peer in self._peers.values())
+
+    def _known(self) -> Look:
+        return look_of(self._domain_id, self._peers.values())
 
     def _silent(self, expected: set[int]) -> set[int]:
         return expected - {peer.port for peer in self._peers.values() if peer.is_local}
@@ -254,5 +278,29 @@ class Wire:
             # those of this machine may answer from any of its addresses
             near = host in self._hosts() or host.startswith("127.")
             where = "127.0.0.1" if near else host
-            peer = self._peers[prefix] = Peer(prefix, data.payload, where)
+            peer = self._peers[prefix] = Peer(prefix, data, where)
+            self.met.append(peer)
             self._subscribe(peer)
+
+
+class _Steady:
+    """Tells once of each state that it has lasted for a moment, and when to ask again."""
+
+    def __init__(self, now_s: float) -> None:
+        self._state: object = None
+        self._since_s = now_s
+        self._told = False
+
+    @property
+    def next_s(self) -> float:
+        """The monotonic time at which there may be news."""
+        return math.inf if self._told else self._since_s + _STEADY_S
+
+    def is_news(self, state: object, now_s: float) -> bool:
+        """Whether this state has lasted, and that has not been told yet."""
+        if state != self._state:
+            self._state, self._since_s, self._told = state, now_s, False
+        if self._told or now_s - self._since_s < _STEADY_S:
+            return False
+        self._told = True
+        return True

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import os
+import socket
 import struct
 
 import pytest
@@ -17,6 +20,7 @@ from launcher.graph.mangling import ros_name, ros_type
 from launcher.graph.members import members_in
 from launcher.graph.peer import Peer, Stream, look_of
 from launcher.graph.ports import multicast_port, occupied_ports
+from launcher.graph.processes import widen_sockets
 from launcher.graph.snapshot import Direction
 
 OWN, OTHER = b"\1\2" + b"a" * 10, b"\3\4" + b"b" * 10
@@ -44,10 +48,14 @@ def announcement(endpoint_set: int = 0b010100) -> bytes:
     return rtps.sample(rtps.SPDP_READER, rtps.SPDP_WRITER, 1, listed)
 
 
-def payload_of(submessage: bytes) -> bytes:
+def data_in(submessage: bytes) -> rtps.Data:
     (part,) = received(submessage)
     assert isinstance(part, rtps.Data)
-    return part.payload
+    return part
+
+
+def payload_of(submessage: bytes) -> bytes:
+    return data_in(submessage).payload
 
 
 def test_what_is_written_is_read_back():
@@ -110,7 +118,7 @@ def test_a_stream_is_complete_when_all_that_was_promised_has_come_or_is_gone():
 
 
 def test_a_participant_without_nodes_of_ros_is_told_with_its_endpoints():
-    peer = Peer(PEER, payload_of(announcement(0b000100)), "127.0.0.1")
+    peer = Peer(PEER, data_in(announcement(0b000100)), "127.0.0.1")
     stream = peer.stream(rtps.PUBLICATIONS_WRITER)
     assert stream is not None
     for part in received(
@@ -125,7 +133,7 @@ def test_a_participant_without_nodes_of_ros_is_told_with_its_endpoints():
 
 
 def test_one_of_ros_is_complete_only_with_its_nodes():
-    peer = Peer(PEER, payload_of(announcement(0b000100)), "127.0.0.1")
+    peer = Peer(PEER, data_in(announcement(0b000100)), "127.0.0.1")
     stream = peer.stream(rtps.PUBLICATIONS_WRITER)
     assert stream is not None
     for part in received(
@@ -220,3 +228,22 @@ def test_what_changes_discovery_is_left_to_the_middleware(
     assert is_plain(environment) is plain
     (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").touch()
     assert not is_plain(environment)
+
+
+@pytest.mark.parametrize("number", [1, 2**32 + 5])
+def test_what_is_repeated_reads_as_if_its_writer_had_said_it(number: int):
+    said = dataclasses.replace(data_in(publication("rt/chatter")), number=number)
+    assert received(rtps.repeated(rtps.PUBLICATIONS_READER, said)) == [said]
+
+
+def test_sockets_get_room_for_a_burst_and_strangers_are_left_alone():
+    with contextlib.ExitStack() as stack:
+        ours, other = (
+            stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(2)
+        )
+        for one in (ours, other):
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        room = other.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+        widen_sockets({str(os.fstat(ours.fileno()).st_ino)})
+        assert ours.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) > room
+        assert other.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) == room
