@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
+from errno import EISDIR, ENOTDIR
 from pathlib import Path
 
 from launcher.errors import LauncherError, UsageError
@@ -50,18 +51,16 @@ def _try_file(path: Path) -> None:
 
 
 def _try_folder(path: Path, repeat: int) -> None:
-    for folder in _folders(path, repeat):
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+    path.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=path):
+        pass
+    for folder in (path,) if repeat == 1 else runs_in(path, repeat):
         for name in (*MADE, *TOLD):
             if (folder / name).is_dir():
-                raise IsADirectoryError(21, os.strerror(21), str(folder / name))
-        (folder / "log").mkdir(exist_ok=True)
-
-
-def _folders(path: Path, repeat: int) -> Sequence[Path]:
-    return [path, *runs_in(path, repeat)] if repeat > 1 else [path]
+                raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(folder / name))
+        for place in (folder, folder / "log"):
+            if place.exists() and not place.is_dir():
+                raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), str(place))
 
 
 def runs_in(path: Path, repeat: int) -> Iterator[Path]:

@@ -195,7 +195,8 @@ class Session:
                 junit.write(self._options.junit, results, self._options.target)
         if self._options.github:
             for result in results:
-                print("\n".join(github.commands(result)))
+                for command in github.commands(result):
+                    print(command)
 
 
 def _with(result: Result, more: Sequence[Judged]) -> Result:

@@ -51,7 +51,8 @@ def test_everything_that_cannot_be_written_is_told_at_once(tmp_path: Path):
 def test_trying_leaves_no_file_and_changes_none(tmp_path: Path):
     old, new = tmp_path / "old.xml", tmp_path / "deep" / "new.json"
     old.write_text("<old/>", encoding="utf-8")
-    refuse_unwritable(artifacts=tmp_path / "evidence", junit=old, baseline=new)
+    refuse_unwritable(artifacts=tmp_path / "evidence", junit=old, baseline=new, repeat=2)
+    assert list((tmp_path / "evidence").iterdir()) == []
     assert old.read_text(encoding="utf-8") == "<old/>"
     assert (new.exists(), new.parent.is_dir()) == (False, True)
 

@@ -198,16 +198,17 @@ def _no_tracebacks(expectation: Expectation, facts: Facts, when: Period, expecte
     for index, line in enumerate(lines):
         if _TRACEBACK not in line.plain or line.at_s not in when:
             continue
-        last = _last_line(lines[index:], line.process)
+        last = _last_line(lines, index)
         if not (line.at_s >= stopped_s and last and _OF_A_STOP.match(last.plain)):
             bad.append(last or line)
     return _none_of(bad, when, expected)
 
 
-def _last_line(lines: Sequence[LogLine], process: str | None) -> LogLine | None:
+def _last_line(lines: Sequence[LogLine], index: int) -> LogLine | None:
     """The line that names the exception: the first of the process that is not indented."""
-    rest = [line for line in lines if line.process == process][1:]
-    return next((line for line in rest if line.plain[:1] not in ("", " ")), None)
+    following = (lines[number] for number in range(index + 1, len(lines)))
+    same = (line for line in following if line.process == lines[index].process)
+    return next((line for line in same if line.plain[:1] not in ("", " ")), None)
 
 
 log = with_period(_log, _log_text)
