@@ -65,6 +65,7 @@ _VALUED = (
     "--chaos",
     "--seed",
 )
+_ONCE = ("--expect", "--chaos")  # of the others the last one counts
 _PLAIN = ("--no-file", "--github", "--update-baseline", "--schema")
 _LAUNCHER_PLAIN = (LENIENT, NONINTERACTIVE)
 _LAUNCHER_VALUED = (PREFIX, PREFIX_FILTER, PATIENCE)
@@ -100,6 +101,8 @@ class _Words:
     def _take(self, name: str, value: str) -> None:
         if name in flags.VALUED:
             self.expectations.append(flags.expectation_of(name, value))
+        elif name in _ONCE and name in self.values:
+            raise UsageError(f"{name} is there twice: '{self.values[name]}' and '{value}'")
         else:
             self.values[name] = value
 

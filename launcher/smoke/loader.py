@@ -22,7 +22,7 @@ from launcher.smoke.places import KeyPath, Origin, Places, at_mark, entries_of
 from launcher.smoke.script import ALWAYS, Script
 from launcher.smoke.steps import Command, Step
 
-SUFFIX = ".expect.yaml"
+SUFFIXES = (".expect.yaml", ".expect.yml")
 QUOTES = "a text with a brace, a bracket or ': ' in it needs quotes"
 # The C library reads a long file twenty times as fast.
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -33,8 +33,8 @@ def beside(launch_file: str) -> Path | None:
     folder, name = Path(launch_file).parent, Path(launch_file).name
     for end in (".launch.", "_launch.", "-launch.", "."):
         stem, found, _ = name.partition(end)
-        path = folder / f"{stem}{SUFFIX}"
-        if found and path.is_file():
+        paths = [folder / f"{stem}{suffix}" for suffix in SUFFIXES] if found else []
+        for path in filter(Path.is_file, paths):
             return path
     return None
 
@@ -199,7 +199,8 @@ class _Reader:
         for index, entry in enumerate(self._list(value, "expect", "node: /robot_1")):
             path: KeyPath = ("expect", index)
             if not isinstance(entry, Mapping) or not entry:
-                self._wrong(path, "an expectation is a mapping", "as in '- node: /robot_1'")
+                example = f"{entry}: ..." if str(entry) in BY_NAME else "node: /robot_1"
+                self._wrong(path, "an expectation is a mapping", f"as in '- {example}'")
                 continue
             kind = self._kind(entry, path)
             if kind is not None:

@@ -171,3 +171,21 @@ def test_the_example_of_the_documentation_is_a_good_file():
 def test_every_flag_stands_in_the_help():
     for flag in (*flags.VALUED, *flags.PLAIN):
         assert flag in flags.HELP, flag
+
+
+@pytest.mark.parametrize("name", ["system.expect.yaml", "system.expect.yml"])
+def test_the_file_beside_a_launch_file_is_found_however_yaml_is_spelt(tmp_path: Path, name: str):
+    (tmp_path / name).write_text("", encoding="utf-8")
+    for launch_file in ("system.launch.py", "system_launch.xml", "system.py"):
+        assert loader.beside(str(tmp_path / launch_file)) == tmp_path / name
+    assert loader.beside(str(tmp_path / "other.launch.py")) is None
+
+
+@pytest.mark.parametrize(
+    ("entry", "hint"),
+    [("no_errors", "as in '- no_errors: ...'"), ("[1]", "as in '- node: /robot_1'")],
+)
+def test_an_expectation_that_is_no_mapping_is_told_how_to_be_one(entry: str, hint: str):
+    with pytest.raises(LauncherError) as told:
+        loader.parse(f"expect: [{entry}]", "x.yaml")
+    assert told.value.hint == hint
