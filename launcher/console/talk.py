@@ -20,8 +20,8 @@ from launcher.errors import LauncherError, UsageError, nearest
 
 KEYS = (
     ("Tab", "complete a verb, a name, a pattern, a signal"),
-    ("Up, Ctrl-R", "lines that were typed before"),
-    ("Ctrl-C", "stop everything; again: do not wait"),
+    ("Up, Ctrl-R", "lines that were typed before; search in them"),
+    ("Ctrl-C", "stop everything; again: do not wait. In top and logs -f: end that"),
     ("Ctrl-D", "the same as quit"),
     ("Ctrl-Z", "suspend; fg goes on"),
 )
