@@ -57,8 +57,10 @@ def _add_echo(table: Any) -> None:
     )
     sub.add_argument("--once", action="store_true", help="end after the first message")
     sub.add_argument("--timeout", type=seconds, metavar="S", help="end after S s of silence")
-    sub.add_argument("--field", metavar="A.B", help="only this field")
-    sub.add_argument("--filter", metavar="EXPR", help="only messages m for which this is true")
+    sub.add_argument("--field", metavar="A.B[0]", help="only this field")
+    sub.add_argument(
+        "--filter", metavar="EXPR", help="only messages (or fields) m for which this is true"
+    )
     sub.add_argument("--csv", action="store_true", help="values separated by commas")
     sub.add_argument("-f", "--full-length", action="store_true", help="cut nothing")
     sub.add_argument(

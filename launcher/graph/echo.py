@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,9 +12,17 @@ from typing import Any
 from launcher.errors import UsageError
 from launcher.graph.errors import VerbError
 from launcher.graph.listener import Sample
-from launcher.graph.to_yaml import Style, dump, to_csv, to_json_plain, to_plain, to_yaml
+from launcher.graph.to_yaml import Style, dump, is_list, to_csv, to_json_plain, to_plain, to_yaml
 
 Check = Callable[[Any], bool]
+_STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
+# Of ros2cli's MessageInfo, in its order.
+_INFO = (
+    "source_timestamp",
+    "received_timestamp",
+    "publication_sequence_number",
+    "reception_sequence_number",
+)
 
 
 def compiled_filter(expression: str | None) -> Check | None:
@@ -36,14 +45,21 @@ def compiled_filter(expression: str | None) -> Check | None:
 
 
 def field_of(message: Any, path: str) -> Any:
-    """The value at `a.b.c`; VerbError as ros2cli words it."""
+    """The value at `a.b[2].c`; VerbError as ros2cli words it."""
     value = message
-    for name in path.split("."):
+    for step in _STEP.findall(path):
         try:
-            value = getattr(value, name)
-        except AttributeError as error:
-            raise VerbError(f"Invalid field '{path}': {error}") from None
+            value = value[int(step[1:-1])] if step.startswith("[") else getattr(value, step)
+        except (AttributeError, IndexError, TypeError, ValueError) as error:
+            raise VerbError(f"Invalid field '{path}': {error}", hint=_fields_of(value)) from None
     return value
+
+
+def _fields_of(value: Any) -> str | None:
+    """What there would be."""
+    if hasattr(value, "get_fields_and_field_types"):
+        return f"fields: {', '.join(value.get_fields_and_field_types()) or 'none'}"
+    return f"it has {len(value)} values: [0] is the first" if is_list(value) else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,9 +93,16 @@ class Writer:
 
     def text(self, sample: Sample) -> str:
         """What is printed for a message, with its line end."""
-        value = sample.message
-        if self.field is not None and not self.raw:
-            value = field_of(value, self.field)
+        return self.text_of(sample, self.value(sample))
+
+    def value(self, sample: Sample) -> Any:
+        """What of a message is asked for."""
+        if self.field is None or self.raw:
+            return sample.message
+        return field_of(sample.message, self.field)
+
+    def text_of(self, sample: Sample, value: Any) -> str:
+        """The same for a value that is known already."""
         if self.json:
             return json.dumps(self._document(sample, value), ensure_ascii=False) + "\n"
         text = self._info(sample) + self._body(value)
@@ -104,7 +127,13 @@ class Writer:
         return value
 
     def _info(self, sample: Sample) -> str:
-        return f"{dump(sample.info, sort=True)}---\n" if self.info else ""
+        if not self.info:
+            return ""
+        if self.raw:
+            return f"---Got new message, message info:---\n{sample.info}\n---Message data:---\n"
+        if self.csv:
+            return "".join(f"{sample.info[name]}," for name in _INFO)
+        return f"{dump(sample.info, sort=True)}---\n"
 
     def _body(self, value: Any) -> str:
         if not hasattr(value, "SLOT_TYPES"):

@@ -58,9 +58,10 @@ def echo(options: Namespace) -> int:
         write = sys.stdout.write
         for sample in listener.samples(silence.tick, warn):
             silence.broken()
-            if accepts and not options.raw and not accepts(sample.message):
+            value = writer.value(sample)
+            if accepts and not options.raw and not accepts(value):
                 continue
-            write(writer.text(sample))
+            write(writer.text_of(sample, value))
             if options.once:
                 break
     return ExitCode.OK

@@ -77,12 +77,17 @@ def _plain(value: Any, kind: Any, style: Style) -> Any:
         if style.no_str:
             return f"<string length: <{len(value)}>>"
         return _cut(value, style.length)
-    if isinstance(value, _SEQUENCES) or is_array(value):
+    if is_list(value):
         return _plain_sequence(value, kind, style)
     return value.item() if _is_of_numpy(value) else to_plain(value, style)
 
 
-def is_array(value: Any) -> bool:
+def is_list(value: Any) -> bool:
+    """Whether it is an array of ROS."""
+    return isinstance(value, _SEQUENCES) or _is_array(value)
+
+
+def _is_array(value: Any) -> bool:
     """Whether it is one of numpy."""
     return _is_of_numpy(value) and hasattr(value, "__len__")
 
@@ -96,7 +101,7 @@ def _plain_sequence(values: Any, kind: Any, style: Style) -> Any:
     if style.no_arr and kind is not None:
         return _shape(values, kind)
     shown = values if style.length is None else values[: style.length]
-    if isinstance(shown, array.array) or is_array(shown):
+    if isinstance(shown, array.array) or _is_array(shown):
         plain = shown.tolist()  # a hundred times faster than value by value
     else:
         plain = [_plain(value, None, style) for value in shown]
@@ -134,7 +139,7 @@ def to_csv(message: Any, style: Style = WHOLE) -> str:
 
 
 def _csv(value: Any, kind: Any, style: Style) -> str:
-    if isinstance(value, _SEQUENCES) or is_array(value):
+    if is_list(value):
         if style.no_arr and kind is not None:
             return _shape(value, kind)
         return ",".join(_csv_items(value, style))

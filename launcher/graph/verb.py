@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import math
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -178,5 +179,13 @@ def warn(text: str) -> None:
 
 
 def print_json(document: Any) -> None:
-    """One document."""
-    print(json.dumps(document, ensure_ascii=False, indent=2))
+    """One document; what JSON has no word for (nan, inf) as strings."""
+    print(json.dumps(_without_nan(document), ensure_ascii=False, indent=2, allow_nan=False))
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    return [_without_nan(item) for item in value] if isinstance(value, list) else value

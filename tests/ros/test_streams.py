@@ -217,3 +217,8 @@ def test_a_reader_that_has_enough_ends_echo_quietly(env):
     wait_until(lambda: echo.poll() is not None, "echo has ended")
     assert (echo.stderr.read(), echo.returncode) == ("", 0)
     echo.stderr.close()
+
+
+def test_a_filter_looks_at_the_field_that_is_asked_for(verb):
+    words = ("--field", "data[3]", "--filter", "m == 3.0", "--once")
+    assert verb("topic", "echo", "/numbers", *words).out == "3.0\n---\n"
