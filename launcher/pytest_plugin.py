@@ -343,12 +343,15 @@ def _file_name(node_id: str) -> str:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(
-    item: pytest.Item,
+    item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Add what the systems of a failed test said to its report."""
     report = yield
     if report.failed and _SYSTEMS in item.stash:
         item.stash[_FAILED] = True
+        hint = getattr(call.excinfo and call.excinfo.value, "hint", None)
+        if isinstance(hint, str):
+            report.sections.append(("hint", hint))
         for one in item.stash[_SYSTEMS]:
             report.sections.append(("launched system", one.story()))
     return report

@@ -183,6 +183,30 @@ def test_a_failed_test_shows_the_last_lines_and_keeps_the_evidence(folder: pytes
     assert {"launcher.out", "events.jsonl", "launch.log", "graph.json", "graph.svg"} <= kept
 
 
+def test_a_misspelt_name_is_told_with_those_that_there_are(folder: pytest.Pytester):
+    folder.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.parametrize("ask", [
+            lambda system: system.kill("tellr"),
+            lambda system: system.wait_for_log("counter", "I was told", 0.1),
+            lambda system: system.wait_for_exit("tellr", 0.1),
+        ])
+        def test_it(launched_system, ask):
+            system = launched_system("two.launch.py", probe=False)
+            system.wait_for_log("teller", "I was told")
+            system.wait_for_log("counter", "count")
+            ask(system)
+        """
+    )
+    result = folder.runpytest_subprocess("-q")
+    result.assert_outcomes(failed=3)
+    result.stdout.fnmatch_lines(["*no process 'tellr' runs", "there are: teller-1, counter-2"])
+    result.stdout.fnmatch_lines(["*maybe: teller-1 printed such a line, at *"])
+    result.stdout.fnmatch_lines(["*maybe: no process is called tellr; there are: teller-1, *"])
+
+
 def test_a_launch_file_that_does_not_load_is_shown(folder: pytest.Pytester):
     (folder.path / "bad.launch.py").write_text("import nonsense\n", encoding="utf-8")
     folder.makepyfile(
