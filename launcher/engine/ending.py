@@ -13,7 +13,7 @@ from launcher.engine.machine import Hurry, ProcessMachine, ProcessState, Stop
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
 from launcher.errors import ExitCode
-from launcher.model.events import Event, SignalReceived
+from launcher.model.events import Event, ShutdownAsked, SignalReceived
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -95,12 +95,18 @@ class Ending:
     def _stop_and_say(self, reason: str) -> None:
         if not self.has_begun:
             self._say("INFO", f"{reason}: shutting down")
-        self.stop_all(reason)
+            self.shut_down(reason)
+
+    def shut_down(self, reason: str) -> None:
+        """Stop everything; handlers of the launch file hear of it, and start nothing more."""
+        if not self.has_begun:
+            self._tell(ShutdownAsked(reason=reason))
+            self.stop_all(reason)
 
     # ---- the course of the end
 
     def stop_all(self, reason: str) -> None:
-        """Stop everything, the last started first."""
+        """Stop everything, the last started first; the interpreter knows already."""
         if self.has_begun:
             return
         self.has_begun = True

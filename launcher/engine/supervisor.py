@@ -381,7 +381,7 @@ class Supervisor:
     def _time_is_over(self) -> None:
         text = f"the time of {self._options.timeout_s:g} s is over"
         self._say("INFO", "launch", text)
-        self._ending.stop_all(text)
+        self._ending.shut_down(text)
 
     def _expects_more(self) -> bool:
         """Whether something but the processes may still bring about a start."""

@@ -188,6 +188,8 @@ class Interpreter:
                 self.context.emit_event_sync(kind(text=data, **self._details(process_id)))
             case model.SignalReceived(signum=signum):
                 self._signal_received(signum)
+            case model.ShutdownAsked(reason=reason):
+                self._begin_shutdown(language.Shutdown(reason=reason))
             case _:
                 self._answered(event)
 

@@ -167,6 +167,12 @@ class SignalReceived(Record):
     signum: int
 
 
+class ShutdownAsked(Record):
+    """Something else than a signal or the launch file ends the run: a person, a limit, a death."""
+
+    reason: str
+
+
 class ComponentLoaded(Record):
     """The container answered a LoadComponent; `error` is None if the node was loaded."""
 
@@ -212,6 +218,7 @@ Event = (
     | ProcessOutput
     | TimerFired
     | SignalReceived
+    | ShutdownAsked
     | ComponentLoaded
     | StateChanged
     | TransitionSeen

@@ -27,9 +27,9 @@ import sys
 import tempfile
 from launch import LaunchDescription
 from launch.actions import (
-    DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, RegisterEventHandler, Shutdown,
-    TimerAction)
-from launch.event_handlers import OnProcessExit
+    DeclareLaunchArgument, ExecuteProcess, LogInfo, OpaqueFunction, RegisterEventHandler,
+    Shutdown, TimerAction)
+from launch.event_handlers import OnProcessExit, OnShutdown
 from launch.substitutions import LaunchLogDir
 
 def sh(script, **options):

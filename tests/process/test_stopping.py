@@ -9,6 +9,7 @@ import signal
 import time
 
 import psutil
+import pytest
 
 from tests.process.conftest import Bench
 from tests.support.terminal import Terminal
@@ -59,6 +60,45 @@ def test_each_further_ctrl_c_takes_the_next_step_at_once(bench: Bench):
     terminal.ctrl_c()
     assert terminal.exit_code() == 130
     assert time.monotonic() - begun < 60.0, "it waited for the timeouts"
+    assert bench.survivors() == []
+
+
+# What a spawner and the node after it look like; the second must not start when all is to stop.
+AFTER = (
+    '(first := sh("echo ready; exec sleep 1000", name="first")),'
+    "RegisterEventHandler(OnProcessExit("
+    'target_action=first, on_exit=[sh("exec sleep 1000", name="next")])),'
+    "RegisterEventHandler(OnShutdown(on_shutdown=lambda event, context: "
+    '[LogInfo(msg="told: " + event.reason)])),'
+)
+DYING = 'sh("sleep 0.3; exit 1", name="dying")'
+
+
+@pytest.mark.parametrize(
+    ("words", "told", "code"),
+    [
+        (["--timeout", "0.5"], "the time of 0.5 s is over", 0),
+        (["--required", "dying"], "dying-2 is required and has ended", 1),
+        (["--exit-when-any-dies"], "dying-2 died", 1),
+    ],
+)
+def test_nothing_more_starts_whatever_ends_the_run(
+    bench: Bench, words: list[str], told: str, code: int
+):
+    done = bench.run(AFTER + (DYING if code else ""), *words)
+    assert done.returncode == code
+    assert f"told: {told}\n" in done.stdout.decode()
+    assert b"next" not in done.stdout
+    assert bench.survivors() == []
+
+
+def test_nothing_more_starts_when_a_person_ends_the_run(bench: Bench):
+    terminal = bench.terminal(AFTER)
+    terminal.wait_for("ready")
+    bench.ask_run(terminal.pid, "quit")
+    assert terminal.exit_code() == 0
+    assert "told: somebody asked to quit" in terminal.text
+    assert "next" not in terminal.text
     assert bench.survivors() == []
 
 
@@ -126,7 +166,7 @@ def test_a_launcher_that_was_started_in_the_background_obeys_sigint(bench: Bench
 
 
 def test_a_reader_that_goes_away_ends_the_run_in_order_and_without_a_word(bench: Bench):
-    process = bench.start('sh("while :; do echo line; sleep 0.01; done")')
+    process = bench.start(AFTER + 'sh("while :; do echo line; sleep 0.01; done")')
     assert process.stdout is not None and process.stderr is not None
     process.stdout.readline()
     process.stdout.close()
