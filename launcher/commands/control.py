@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -43,7 +44,7 @@ def main(words: Sequence[str]) -> int:
     if _wants_help(rest):
         print(usage(name, verb))
         return ExitCode.OK
-    settings, rest = _take_settings(name, rest)
+    settings, rest = take_settings(name, rest)
     if verb is None:
         return _runs(settings, rest)
     call = verbs.parse(verb, rest)
@@ -78,28 +79,45 @@ def _wants_help(words: Sequence[str]) -> bool:
     return any(word in ("-h", "--help") for word in before)
 
 
-def _take_settings(name: str, words: Sequence[str]) -> tuple[Settings, list[str]]:
-    """(what every command takes, the other words); UsageError."""
+def take_settings(name: str, words: Sequence[str]) -> tuple[Settings, list[str]]:
+    """(what every command takes, wherever it stands before `--`; the other words); UsageError."""
     run, as_json = None, False
     rest: list[str] = []
-    queue = list(words)
-    while queue:
-        word = queue.pop(0)
-        if word == "--":
-            rest += [word, *queue]
-            break
+    queue = deque(words)
+    while queue and queue[0] != "--":
+        word = queue.popleft()
         if word == "--run" or word.startswith("--run="):
-            if word == "--run" and not queue:
-                raise UsageError("--run needs the id of a run", hint="python -m launcher runs")
-            run = queue.pop(0) if word == "--run" else word.partition("=")[2]
+            run = _run_meant(word, queue)
         elif word == "--json":
             as_json = True
         elif word != "--debug":
             rest.append(word)
-        if name == "send" and len(rest) == 1:
-            rest += queue  # the text is not ours to read
-            break
-    return Settings(run=run, as_json=as_json), rest
+    return Settings(run=run, as_json=as_json), _with_text(name, rest, list(queue))
+
+
+def _run_meant(word: str, queue: deque[str]) -> str:
+    _, has_value, value = word.partition("=")
+    if not has_value and queue and not queue[0].startswith("--"):
+        value = queue.popleft()
+    if not value:
+        raise UsageError("--run needs the id of a run", hint="python -m launcher runs")
+    return value
+
+
+def _with_text(name: str, rest: list[str], behind: list[str]) -> list[str]:
+    """The words as the verb reads them: those of a text, which may look like options, behind `--`.
+
+    `-5` is a text as good as any; `--ru` was meant as an option, UsageError.
+    """
+    verb = verbs.find(name)
+    if verb is None or verb.text is None or not rest:
+        return [*rest, *behind]
+    meant, *text = rest
+    for word in text:
+        if word.startswith("--"):
+            hint = f"usage: {verb.usage}; a text with '{word}' goes behind --"
+            raise UsageError(f"{name} has no option '{word}'", hint=hint)
+    return [meant, "--", *text, *behind[1:]]
 
 
 def _complain(text: str) -> None:

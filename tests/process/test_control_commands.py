@@ -52,8 +52,11 @@ def test_each_command_tells_what_happened(steering: SteeringBench):
 
 def test_a_text_with_dashes_goes_to_the_process_as_it_is(steering: SteeringBench):
     with steering.steer(CAT) as run:
-        assert run.shell("send", "cat", "-n", "--json", "it's").returncode == 0
+        assert run.shell("send", "cat", "-n", "--", "--json", "it's").returncode == 0
         run.wait_for("[cat-1] -n --json it's\n")
+        pid = str(run.process.pid)
+        assert run.shell("send", "cat", "its own run", "--run", pid).returncode == 0
+        run.wait_for("[cat-1] its own run\n")
 
 
 def test_what_did_not_work_is_1_and_what_makes_no_sense_is_2(steering: SteeringBench):
