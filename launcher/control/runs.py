@@ -141,6 +141,7 @@ def all_runs(say: Say = _silent) -> list[AnyRun]:
     The sockets of launchers that were killed are removed, and `say` is told so.
     """
     runs: list[AnyRun] = []
+    removed: list[str] = []
     for path in folder.sockets(os.environ, os.getuid()):
         try:
             is_halted = _state(pid_of(path)) in _HALTED
@@ -150,11 +151,15 @@ def all_runs(say: Say = _silent) -> list[AnyRun]:
         except NoRunError:
             with contextlib.suppress(FileNotFoundError):
                 path.unlink()
-                say(f"removed the socket of a run that was killed: {path.stem}")
+                removed.append(path.stem)
         except SilentError:
             runs.append(SilentRun.at(path))
         except (ControlError, KeyError, TypeError) as error:
             say(f"{path}: {error}")
+    if len(removed) == 1:
+        say(f"removed the socket of a run that was killed: {removed[0]}")
+    elif removed:
+        say(f"removed the sockets of {len(removed)} runs that were killed")
     return runs
 
 

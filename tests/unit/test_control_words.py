@@ -1,8 +1,12 @@
-"""What steering verbs make of the words of a command line."""
+"""What steering verbs make of the words of a command line, and of sockets that nobody serves."""
+
+import socket
+from pathlib import Path
 
 import pytest
 
 from launcher.commands.control import Settings, take_settings
+from launcher.control.runs import all_runs
 from launcher.control.verbs import VERBS, parse
 from launcher.errors import UsageError
 
@@ -64,3 +68,21 @@ def test_a_text_with_dashes_goes_behind_two_of_them(line, text):
 def test_what_was_meant_as_an_option_is_no_text_and_no_run(name, line, says):
     with pytest.raises(UsageError, match=says):
         take_settings(name, line.split())
+
+
+def test_sockets_of_killed_runs_are_told_in_one_line(tmp_path: Path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    folder = tmp_path / "ros-launcher"
+    folder.mkdir(mode=0o700)
+    for number in range(3):
+        with socket.socket(socket.AF_UNIX) as one:
+            one.bind(str(folder / f"{number + 1}-abc.sock"))
+            (folder / f"{number + 1}-abc.sock").chmod(0o600)
+    told: list[str] = []
+
+    runs = all_runs(told.append)
+
+    ours = [run for run in runs if run.path.parent == folder]
+    assert (ours, list(folder.iterdir())) == ([], [])
+    assert told == ["removed the sockets of 3 runs that were killed"]
