@@ -38,7 +38,7 @@ class Feed:
         self._fd = fd
         self._show = show
         self._on_end = on_end
-        self._partial = b""
+        self._partial = self._shown_partial = b""
         self._waiting: asyncio.TimerHandle | None = None
         self._slow = False
         self._slow_since_s = 0.0
@@ -116,10 +116,16 @@ class Feed:
             lines, self._partial = lines + self._partial + b"\n", b""
         if self._waiting is not None:
             self._waiting.cancel()
+        if self._partial != self._shown_partial:
+            self._shown_partial = b""
         if lines:
-            self._show(lines, b"")
-        if self._partial:
-            self._waiting = self._loop.call_later(PARTIAL_S, self._show, b"", self._partial)
+            self._show(lines, self._shown_partial)  # a line that waits stays below the others
+        if self._partial and not self._shown_partial:
+            self._waiting = self._loop.call_later(PARTIAL_S, self._show_partial)
+
+    def _show_partial(self) -> None:
+        self._shown_partial = self._partial
+        self._show(b"", self._partial)
 
 
 def split(data: bytes) -> tuple[bytes, bytes]:

@@ -129,6 +129,7 @@ class Relay:
     ) -> None:
         if process.view is not None:
             chosen = process.view.choose(fd, lines)
+            self._screen.end_partial(stream)
             if not chosen:
                 return
             lines, shown = chosen, 0
@@ -141,6 +142,7 @@ class Relay:
             self._deliver(process, fd, stream, lines, shown)
         if stream.gate.holds:
             self._show(process, fd, stream, stream.gate.flush())
+        self._screen.end_partial(stream)
 
     # ---- what waits for its end: prompts, progress bars, tracebacks
 

@@ -22,6 +22,7 @@ _PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 11
 _LEVELS = {"WARNING": b"\x1b[33m", "ERROR": b"\x1b[31m", "FATAL": b"\x1b[31m", "INFO": b"\x1b[2m"}
 _RESET = b"\x1b[0m"
 _OVERWRITE = b"\r\x1b[K"  # for progress bars, which end their lines with \r or begin them so
+PINNED_BYTES = 1000  # of an unfinished line that is written anew below the lines of others
 
 
 def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
@@ -64,6 +65,7 @@ class Screen:
         self._pressed = False
         self._high_water = TERMINAL_HIGH_WATER if self.is_tty else HIGH_WATER
         self._partial_of: object = None
+        self._partial = b""
         self._terminal = self.fd
         self._next_fd: int | None = None  # where the console wants it
         self.on_pressure: Callable[[bool], None] = lambda pressed: None
@@ -81,10 +83,9 @@ class Screen:
     def write_lines(self, source: object, prefix: bytes, lines: bytes, shown: int = 0) -> None:
         """Show whole lines of a process. `shown` is as in `LineBuffer`."""
         if not shown or self._partial_of is not source:
-            block = with_prefix(prefix, self._clean(lines))
-            if self._partial_of is not None:
-                block = b"\n" + block
-        elif b"\r" in lines[shown - 1 : lines.index(b"\n")].rstrip(b"\r"):
+            self._write_around(with_prefix(prefix, self._clean(lines)), source)
+            return
+        if b"\r" in lines[shown - 1 : lines.index(b"\n")].rstrip(b"\r"):
             block = _OVERWRITE + with_prefix(prefix, self._clean(lines))
         else:
             block = with_prefix(prefix, self._clean(lines[shown:]))[len(prefix) :]
@@ -98,13 +99,39 @@ class Screen:
             return shown
         if self._partial_of is not source:
             newline = b"\n" if self._partial_of is not None else b""
-            self._write(newline + prefix + self._clean(partial + b"\n")[:-1])
+            self._partial = prefix + self._clean(partial + b"\n")[:-1]
+            self._write(newline + self._partial)
         elif is_bar:  # write over what is there
-            self._write(_OVERWRITE + prefix + self._clean(partial[shown:] + b"\n")[:-1])
+            self._partial = prefix + self._clean(partial[shown:] + b"\n")[:-1]
+            self._write(_OVERWRITE + self._partial)
         else:
-            self._write(self._clean(partial[shown:] + b"\n")[:-1])
+            more = self._clean(partial[shown:] + b"\n")[:-1]
+            self._partial += more
+            self._write(more)
         self._partial_of = source
         return len(partial)
+
+    def end_partial(self, source: object) -> None:
+        """Its line has ended, whatever is shown of that."""
+        if self._partial_of is source:
+            self._partial_of = None
+            self._write(b"\n")
+
+    def _write_around(self, block: bytes, source: object = None) -> None:
+        """Write whole lines where somebody has not finished his.
+
+        The console, which knows what it has drawn, keeps that line below them: a question stays in
+        sight until it is answered. On a terminal, where it may have been wrapped, it ends here.
+        """
+        if self._partial_of is None:
+            self._write(block)
+            return
+        has_console = self.fd != self._terminal
+        if has_console and self._partial_of is not source and len(self._partial) <= PINNED_BYTES:
+            self._write(_OVERWRITE + block + self._partial)
+            return
+        self._partial_of = None
+        self._write(b"\n" + block)
 
     def _clean(self, lines: bytes) -> bytes:
         text = for_screen(lines)
@@ -119,10 +146,8 @@ class Screen:
         head = f"[{level}] [{logger}]:".encode()
         if self.colour:
             head = _LEVELS.get(level, b"") + head + _RESET
-        newline = b"\n" if self._partial_of is not None else b""
-        self._partial_of = None
         line = self._clean(text.encode(errors="surrogateescape") + b"\n")
-        self._write(newline + head + b" " + line)
+        self._write_around(head + b" " + line)
 
     # ---- writing
 

@@ -109,6 +109,39 @@ def test_the_unfinished_line_of_a_process_stands_above_the_prompt(bench: Bench):
     glass.exit_code()
 
 
+PATIENT = """
+        py("print('Name? ', end='', flush=True)\\nprint('thanks,', input(), flush=True)\\n"
+           "print('Age? ', end='', flush=True)\\ninput()", name="asker"),
+        py("while True: print('you said', input(), flush=True)", name="parrot"),
+"""
+
+
+def test_a_question_stays_above_the_prompt_while_others_write_until_it_is_answered(bench: Bench):
+    glass = bench.glass(PATIENT)
+    glass.wait_for_prompt()
+    glass.enter("restart asker")  # asked while the console is there
+    for word in ("one", "two"):
+        glass.enter(f"send parrot {word}")
+        glass.wait_for(f"[parrot-2] you said {word}")
+        glass.wait_until(
+            lambda: glass.rows[glass.prompt_row - 1] == "[asker-1] Name?", "the question"
+        )
+        assert glass.text.count("Name?") == 2  # the one of its first life has ended with that
+    glass.enter("send asker Ada")
+    glass.wait_for("[asker-1] Name? thanks, Ada")
+    glass.wait_until(lambda: glass.rows[glass.prompt_row - 1] == "[asker-1] Age?", "the next one")
+    assert glass.text.count("Name?") == 2  # a whole line, which has gone up as others do
+    glass.enter("mute asker")
+    glass.enter("stop asker")
+    glass.wait_for("| asker-1 stopped in ")
+    glass.enter("send parrot three")
+    last = "[parrot-2] you said three"
+    glass.wait_until(lambda: last in glass.rows[glass.prompt_row - 2 : glass.prompt_row], "it")
+    assert "[asker-1] Age?" not in glass.rows[glass.rows.index(last) :]
+    glass.ctrl_c()
+    glass.exit_code()
+
+
 BAR = """
         py("print('ready', flush=True)\\n"
            "for n in range(3): input(); print(f'{FORM}', end='', flush=True)\\n"
