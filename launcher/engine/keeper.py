@@ -108,6 +108,7 @@ class Keeper:
                 if signum == signal.SIGKILL:
                     self._before_kill()
                 self.signal(process, signum)
+                self._wake(process, signum)
             case Escalate(to=to):
                 by_hand = process.held  # a person asked for it: the run has not failed
                 self.has_killed |= to == signal.SIGKILL and not by_hand
@@ -146,8 +147,15 @@ class Keeper:
         self._chronicle.tell(process, report.signalled(process.name, signum))
         self._chronicle.note("signal", process, pid=process.child.pid, signal=int(signum))
         process.child.signal_group(signum)
-        if process.paused and signum in POLITE:
-            # What is paused would notice nothing but SIGKILL.
+        if process.paused:
+            self._wake(process, signum)
+
+    def _wake(self, process: Process, signum: int) -> None:
+        """What stands still, whoever stopped it, would notice nothing but SIGKILL.
+
+        The others in the group hear nothing of it, unless they have a handler for SIGCONT.
+        """
+        if process.child is not None and signum in POLITE:
             process.child.signal_group(signal.SIGCONT)
             process.paused = False
 

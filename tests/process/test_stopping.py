@@ -11,8 +11,8 @@ import time
 import psutil
 import pytest
 
-from tests.process.conftest import Bench
-from tests.support.terminal import Terminal
+from tests.process.conftest import MARK, Bench
+from tests.support.terminal import Terminal, marked_processes
 from tests.support.waiting import wait_until
 
 STUBBORN = "trap '' INT TERM; echo ready; while :; do sleep 0.1; done"
@@ -144,14 +144,26 @@ def test_a_daemon_of_a_process_that_ended_by_itself_ends_with_the_run(bench: Ben
     assert bench.survivors() == []
 
 
-def test_a_stopped_process_is_ended_too(bench: Bench):
-    terminal = bench.terminal(
-        'sh("echo ready; kill -STOP $$", sigterm_timeout="0.2", sigkill_timeout="0.2")'
+def test_a_process_that_stopped_itself_hears_of_the_stop_and_so_does_its_child(bench: Bench):
+    clean = "trap 'echo cleaned up; exit 0' INT; kill -STOP $$; sleep 1000 & wait"
+    (bench.folder / "leader.sh").write_text(clean)
+    (bench.folder / "child.sh").write_text(
+        f"trap 'exit 0' INT; sh {bench.folder}/leader.sh; exit 0"
     )
-    terminal.wait_for("ready")
+    terminal = bench.terminal(
+        f'sh("exec sh {bench.folder}/leader.sh", name="leader"), '
+        f'sh("exec sh {bench.folder}/child.sh", name="child")'
+    )
+    wait_until(lambda: _stopped(bench) == 2, "both stand still")
     terminal.ctrl_c()
-    terminal.exit_code()
+    assert terminal.exit_code() == 0
+    assert terminal.text.count("cleaned up") == 2
     assert bench.survivors() == []
+
+
+def _stopped(bench: Bench) -> int:
+    processes = marked_processes(MARK, bench.mark).values()
+    return sum(process.status() == psutil.STATUS_STOPPED for process in processes)
 
 
 def test_a_launcher_that_was_started_in_the_background_obeys_sigint(bench: Bench):
