@@ -1,4 +1,4 @@
-"""Caretaker: looks after a run once a second: resources, budgets, shared memory of the dead."""
+"""Caretaker: looks once a second after resources, budgets, log files, shared memory of the dead."""
 
 from __future__ import annotations
 
@@ -99,6 +99,7 @@ class Caretaker:
         begun_s = self._reactor.now()
         if self._ledger is not None:
             self._ledger.keep_up(begun_s)
+        self._chronicle.keep_up()
         self._free()
         if self._sampler is None:
             self._rest_after(begun_s)

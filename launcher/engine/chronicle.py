@@ -35,6 +35,10 @@ class Chronicle:
         """A line about a process."""
         self.say(line.level, process.name, line.text)
 
+    def keep_up(self) -> None:
+        """See whether the files are still there; now and then."""
+        self._folder.keep_up()
+
     @property
     def journal(self) -> Journal:
         """Where the entries go."""

@@ -55,7 +55,7 @@ class LogFile:
                 rest = rest[os.write(self._fd, rest) :]
 
     def _rotate(self) -> None:
-        os.close(self._fd)
+        self.close()  # a number that is closed already must not be closed again
         for number in range(self._backups, 0, -1):
             older = self._path.with_name(f"{self._path.name}.{number}")
             newer = f"{self._path.name}.{number - 1}" if number > 1 else self._path.name

@@ -55,6 +55,8 @@ def new_run_path(env: Mapping[str, str]) -> Path:
 class RunFolder:
     """Writes the files of a run; a disk that refuses is said once and then left alone.
 
+    A folder that somebody removes is made anew, which `keep_up()`, called now and then, finds out.
+
     `path` is None where there is none, because it is not wanted or could not be made; everything
     still works, without files. `soon(call)` lets the loop make a call when its turn is over.
     """
@@ -80,14 +82,30 @@ class RunFolder:
 
     def _make(self, path: Path) -> None:
         try:
-            path.mkdir(parents=True)
+            path.mkdir(parents=True, exist_ok=self.path is not None)  # a node may make it anew, too
             self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
             fcntl.flock(self._lock, fcntl.LOCK_EX)
-            _point(path.parent / "latest", path)
         except OSError as error:
             self._give_up(error)
             return
         self.path = path
+        try:
+            _point(path.parent / "latest", path)
+        except OSError as error:
+            self._on_trouble(f"no link to this run: {error.strerror}: {path.parent / 'latest'}")
+
+    def keep_up(self) -> bool:
+        """Make the folder anew if somebody has removed it; whether that was so, and succeeded."""
+        if self.path is None or self._broken or os.path.exists(self.path / EVENTS):
+            return False
+        self._close_files()
+        self._make(self.path)
+        if self._broken:
+            return False
+        text = f"somebody removed {self.path}: what was logged before is lost, it is made anew"
+        self._on_trouble(text)
+        self.log("WARNING", "launch", text)
+        return True
 
     def log(self, level: str, logger: str, text: str) -> None:
         """A line of our own."""
@@ -110,6 +128,7 @@ class RunFolder:
 
     def write_plan(self, plan: Callable[[], object]) -> None:
         """`plan.json`: what was asked for so far; written anew each time."""
+        self.keep_up()
         if self.path is None or self._broken:
             return
         import json
@@ -123,6 +142,9 @@ class RunFolder:
         """Write what waits and close the files."""
         self.journal.flush()
         self._write_together()
+        self._close_files()
+
+    def _close_files(self) -> None:
         for file in self._files.values():
             file.close()
         self._files.clear()
@@ -166,7 +188,10 @@ class RunFolder:
                 file = self._files[name] = LogFile(self.path / _file_name(name))
             file.append(*blocks)
         except OSError as error:
-            self._give_up(error)
+            if isinstance(error, FileNotFoundError) and self.keep_up():
+                self._append(name, *blocks)
+            else:
+                self._give_up(error)
 
     def _give_up(self, error: OSError) -> None:
         self._broken = True
@@ -211,4 +236,8 @@ def _point(link: Path, target: Path) -> None:
     with contextlib.suppress(FileNotFoundError):
         fresh.unlink()
     fresh.symlink_to(target)
-    fresh.replace(link)
+    try:
+        fresh.replace(link)
+    except OSError:
+        fresh.unlink()  # something else has this name
+        raise

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -100,6 +101,69 @@ def test_a_full_disk_is_said_once(tmp_path: Path):
         folder.log("INFO", "launch", "hello")
     folder.close()
     assert said == [f"no log files from here on: No space left on device: {folder.path}"]
+
+
+def test_a_folder_with_the_name_of_the_link_costs_the_link_alone(tmp_path: Path):
+    (tmp_path / "latest").mkdir()
+    said: list[str] = []
+    folder = RunFolder(new_run_path({"ROS_LOG_DIR": str(tmp_path)}), said.append)
+    folder.log("INFO", "launch", "hello")
+    folder.close()
+    assert folder.path is not None
+    assert said == [f"no link to this run: Is a directory: {tmp_path / 'latest'}"]
+    assert "hello" in (folder.path / "launch.log").read_text()
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([folder.path.name, "latest"])
+
+
+@pytest.mark.parametrize("is_made_by_a_node", [False, True])
+def test_a_folder_that_is_removed_is_made_anew_and_that_is_said_once(
+    tmp_path: Path, is_made_by_a_node: bool
+):
+    said: list[str] = []
+    folder = RunFolder(new_run_path({"ROS_LOG_DIR": str(tmp_path / "log")}), said.append)
+    assert folder.path is not None
+    folder.log("INFO", "launch", "before")
+    folder.keep_up()
+    assert said == []
+    shutil.rmtree(tmp_path / "log")
+    if is_made_by_a_node:
+        folder.path.mkdir(parents=True)
+    for _ in range(2):
+        folder.keep_up()
+        folder.log("INFO", "launch", "after")
+    folder.prune(keep=0)
+    folder.close()
+    assert len(said) == 1 and f"somebody removed {folder.path}" in said[0]
+    lines = (folder.path / "launch.log").read_text().splitlines()
+    assert [line.rpartition("]: ")[2] for line in lines] == [said[0], "after", "after"]
+    assert (folder.path.parent / "latest" / EVENTS).is_file()
+
+
+def test_a_folder_that_cannot_be_made_anew_is_said_once(tmp_path: Path):
+    said: list[str] = []
+    folder = RunFolder(new_run_path({"ROS_LOG_DIR": str(tmp_path / "log")}), said.append)
+    shutil.rmtree(tmp_path / "log")
+    (tmp_path / "log").touch()
+    for _ in range(2):
+        folder.keep_up()
+        folder.log("INFO", "launch", "after")
+    folder.close()
+    assert len(said) == 1 and said[0].startswith("no log files from here on: Not a directory")
+
+
+def test_a_rotation_finds_out_that_the_folder_is_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(LogFile.__init__, "__kwdefaults__", {"limit_bytes": 1000, "backups": 1})
+    said: list[str] = []
+    folder = RunFolder(new_run_path({"ROS_LOG_DIR": str(tmp_path / "log")}), said.append)
+    assert folder.path is not None
+    folder.log("INFO", "launch", "x" * 500)
+    shutil.rmtree(tmp_path / "log")
+    folder.log("INFO", "launch", "y" * 500)
+    folder.close()
+    assert len(said) == 1 and "somebody removed" in said[0]
+    assert "y" * 500 in (folder.path / "launch.log").read_text()
 
 
 def test_blocks_of_a_flood_are_merged_in_order_and_when_the_turn_is_over(tmp_path: Path):
