@@ -116,8 +116,8 @@ class Caretaker:
         """Take some steps of a round; the others when the loop has looked for lines."""
         until_s = self._reactor.now() + TURN_S
         try:
-            while self._reactor.now() < until_s:
-                next(steps)
+            while self._reactor.now() < until_s and not next(steps):
+                pass
         except StopIteration as end:
             self._rest_after(begun_s)
             self._sampled(end.value, begun_s)

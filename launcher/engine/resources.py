@@ -26,9 +26,12 @@ if TYPE_CHECKING:
 
     import psutil
 
-    Steps = Generator[None, None, dict[int, "Sample"]]
+    Steps = Generator[bool, None, dict[int, "Sample"]]
 
 NAMES_PER_STEP = 50  # whose session a process is in is a short question, but it goes to everybody
+# Who is still in the session after so short a time is the same process: the kernel does not run
+# through all numbers meanwhile. To look at its time of birth is a quarter of what a sample takes.
+RECENT_S = 3.0
 USS_PER_ROUND = 3  # the kernel walks all pages for it: it is what costs most
 NEW_USS_PER_ROUND = 10  # nothing is shown of a new process before, and it is walked twice so
 USS_AT_S = (1.0, 3.0)  # after it was first seen: it grows while it loads what it needs
@@ -94,6 +97,7 @@ class Sampler:
         self._psutil = psutil
         self._members: dict[int, _Member] = {}
         self._last_s: dict[int, float] = {}
+        self._looked_s = -RECENT_S
 
     def sample(self, pids: Iterable[int], now: float) -> dict[int, Sample]:
         """A sample for each of `pids` that still lives; `now` is monotonic.
@@ -111,11 +115,14 @@ class Sampler:
     def steps(self, pids: Iterable[int], clock: Callable[[], float]) -> Steps:
         """The same in steps of at most one look at one process; what it returns is for all `pids`.
 
-        Each tree is read at a moment of its own, which `clock` tells. Finish one round before the
-        next begins.
+        A step that takes as long as several is announced with True by the one before it. Each tree
+        is read at a moment of its own, which `clock` tells. Finish one round before the next
+        begins.
         """
         sessions = yield from _sessions(frozenset(pids))
-        yield from self._keep(sessions, clock())
+        now = clock()
+        yield from self._keep(sessions, now, is_recent=now - self._looked_s < RECENT_S)
+        self._looked_s = now
         yield from self._refresh_uss(clock())
         samples, read_s = {}, {}
         for root, session in sessions.items():
@@ -127,7 +134,9 @@ class Sampler:
         self._last_s = read_s
         return samples
 
-    def _keep(self, sessions: dict[int, list[int]], now: float) -> Iterator[None]:
+    def _keep(
+        self, sessions: dict[int, list[int]], now: float, *, is_recent: bool
+    ) -> Iterator[bool]:
         """Know exactly these; a number that was given out again is somebody new.
 
         The memory of those that come late to a tree must not hide what is known of the others.
@@ -136,11 +145,11 @@ class Sampler:
         for root, session in sessions.items():
             for pid in session:
                 member = self._members.get(pid)
-                if member is None or not member.process.is_running():
+                if member is None or not (is_recent or member.process.is_running()):
                     member = self._newcomer(pid, now, is_late=root in self._last_s)
                 if member is not None:
                     known[pid] = member
-                yield
+                yield False
         self._members = known
 
     def _newcomer(self, pid: int, now: float, *, is_late: bool) -> _Member | None:
@@ -151,21 +160,21 @@ class Sampler:
         member.uss_bytes = 0 if is_late else None
         return member
 
-    def _refresh_uss(self, now: float) -> Iterator[None]:
+    def _refresh_uss(self, now: float) -> Iterator[bool]:
         due = sorted(
             (m for m in self._members.values() if m.uss_due_s <= now), key=lambda m: m.uss_due_s
         )
         new = [m for m in due if m.is_new][:NEW_USS_PER_ROUND]
         others = [m for m in due if not m.is_new]
         for member in [*new, *others[: max(0, USS_PER_ROUND - len(new))]]:
-            yield  # this one is as long as many others
+            yield True
             member.plan_next(now)
             try:
                 member.uss_bytes = member.process.memory_full_info().uss
             except self._psutil.Error:
                 continue  # it has just ended, or runs as somebody else
 
-    def _readings(self, root: int, session: list[int]) -> Generator[None, None, list[Reading]]:
+    def _readings(self, root: int, session: list[int]) -> Generator[bool, None, list[Reading]]:
         """What those in this session used; nothing if its leader has gone."""
         readings = []
         for pid in session if root in self._members else ():
@@ -173,7 +182,7 @@ class Sampler:
             reading = None if member is None else self._read(member)
             if reading is not None:
                 readings.append(reading)
-            yield
+            yield False
         return readings
 
     def _read(self, member: _Member) -> Reading | None:
@@ -217,12 +226,12 @@ class _Member:
             self.uss_due_s = now + USS_EVERY_S
 
 
-def _sessions(roots: frozenset[int]) -> Generator[None, None, dict[int, list[int]]]:
+def _sessions(roots: frozenset[int]) -> Generator[bool, None, dict[int, list[int]]]:
     """Session leader -> all pids in its session, for those leaders that are in `roots`."""
     sessions: dict[int, list[int]] = {}
     for number, name in enumerate(os.listdir("/proc"), 1):
         if number % NAMES_PER_STEP == 0:
-            yield
+            yield False
         if not name.isdigit():
             continue
         try:
