@@ -34,10 +34,12 @@ def _clustered(snapshot: Snapshot, topics: Iterable[str]) -> Iterator[str]:
     for node in dict.fromkeys(snapshot.nodes):
         groups.setdefault(namespace_of(node), []).append(_node(node, snapshot))
     for topic in topics:
-        # a topic like /fleet/status goes to a box only where nodes live in that namespace, too
+        # a topic like /fleet/status goes to a box only where nodes live in that namespace, too, or
+        # in one around it
         space = namespace_of(topic)
-        lines = groups[space] if space in groups else groups.setdefault("", [])
-        lines.append(_topic(topic, snapshot))
+        while space and space not in groups:
+            space = namespace_of(space)
+        groups.setdefault(space, []).append(_topic(topic, snapshot))
     for space, lines in sorted(groups.items()):
         if not space:
             yield from lines

@@ -12,12 +12,16 @@ _PAGE = """<!DOCTYPE html>
 <title>{title}</title>
 <style>
   html, body {{ margin: 0; height: 100%; overflow: hidden; font: 13px sans-serif; }}
-  #view {{ width: 100%; height: 100%; cursor: grab; touch-action: none; }}
+  body {{ display: flex; flex-direction: column; background: #fff; }}
+  #view {{ flex: 1; min-height: 0; cursor: grab; touch-action: none; }}
   #view.held {{ cursor: grabbing; }}
   #view svg {{ width: 100%; height: 100%; display: block; }}
-  #bar {{ position: fixed; top: 8px; left: 8px; padding: 4px 8px; background: #fffc;
-          border: 1px solid #cbd5e0; border-radius: 4px; color: #4a5568; }}
+  #bar {{ padding: 6px 10px; border-bottom: 1px solid #cbd5e0; color: #4a5568; }}
   .dim {{ opacity: 0.15; }}
+  /* light and dark change places, and the colours stay: what is red has to be red */
+  @media (prefers-color-scheme: dark) {{
+    html {{ background: #fff; filter: invert(0.9) hue-rotate(180deg); }}
+  }}
 </style>
 </head>
 <body>
@@ -45,8 +49,10 @@ function scale() {{
 view.addEventListener("wheel", (event) => {{
   event.preventDefault();
   const factor = Math.min(8, Math.max(0.125, Math.exp(event.deltaY * 0.0015)));
-  const x = box[0] + box[2] * event.clientX / view.clientWidth;
-  const y = box[1] + box[3] * event.clientY / view.clientHeight;
+  const place = view.getBoundingClientRect();
+  const unit = scale();  // the drawing is in the middle, whatever the shape of the window
+  const x = box[0] + box[2] / 2 + (event.clientX - place.left - place.width / 2) * unit;
+  const y = box[1] + box[3] / 2 + (event.clientY - place.top - place.height / 2) * unit;
   box = [x + (box[0] - x) * factor, y + (box[1] - y) * factor, box[2] * factor, box[3] * factor];
   show();
 }}, {{ passive: false }});

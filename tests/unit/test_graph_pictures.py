@@ -189,3 +189,17 @@ def test_the_vitals_of_this_process_make_sense():
     assert found.rss_bytes > 1_000_000
     assert 0 < found.cpu_s < found.uptime_s * (os.cpu_count() or 1) + 1
     assert program_name(os.getpid())
+
+
+def test_a_topic_below_a_namespace_with_nodes_is_in_its_box():
+    topic = Endpoint(
+        topic="/ns/costmap/footprint",
+        node="/ns/planner",
+        direction="publisher",
+        type="T",
+        reliability="RELIABLE",
+        durability="VOLATILE",
+    )
+    dot = to_dot(Snapshot(nodes=("/ns/planner",), endpoints=(topic,)))
+    box = dot[dot.index('subgraph "cluster /ns" {') : dot.index("  }")]
+    assert '"topic /ns/costmap/footprint"' in box
