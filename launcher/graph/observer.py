@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter
 
 from launcher.graph.domains import environment_domain
 from launcher.graph.look import UNKNOWN_NODE, Info, Look
-from launcher.graph.processes import PARTICIPANT_BYTES, ghosts, scheme_holds
+from launcher.graph.processes import PARTICIPANT_BYTES, all_live, ghosts, scheme_holds
 from launcher.graph.snapshot import Direction, Endpoint, Snapshot
 
 if TYPE_CHECKING:
@@ -173,6 +173,8 @@ class Observer:
 
     def _ghosts(self, endpoints: list[Endpoint]) -> set[str]:
         """Nodes all of whose endpoints belong to processes that are gone."""
+        if all_live(self.participants(), self.own_gid(), self.domain_id):
+            return set()
         owners = {e.gid: e.node for e in endpoints}
         gids = {bytes.fromhex(gid.replace(".", "")) for gid in owners}
         gone = {gid.hex(".") for gid in ghosts(gids, self.own_gid(), os.getpid())}

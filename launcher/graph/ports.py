@@ -31,6 +31,11 @@ def socket_inodes(domain_id: int, tables: tuple[Path, ...] = TABLES) -> set[str]
     return {inode for port, inode in _bound(tables) if low <= port < low + _PER_DOMAIN}
 
 
+def udp_inodes(tables: tuple[Path, ...] = TABLES) -> set[str]:
+    """Inodes of all UDP sockets."""
+    return {inode for _, inode in _bound(tables)}
+
+
 def announcement_ports(domain_id: int, tables: tuple[Path, ...] = TABLES) -> dict[str, int]:
     """Inode -> port, of the ports on which the participants of a domain hear announcements."""
     low = _BASE + _PER_DOMAIN * domain_id

@@ -12,7 +12,7 @@ import socket
 import time
 from dataclasses import dataclass
 
-from launcher.graph.ports import socket_inodes
+from launcher.graph.ports import participants_by_domain, socket_inodes, udp_inodes
 
 ROOM_BYTES = 4 << 20
 FAST_DDS = b"\x01\x0f"
@@ -52,6 +52,15 @@ def _is_zombie(pid: str) -> bool:
 def is_alive(pid: int) -> bool:
     """Whether the process is there and no zombie."""
     return not _is_zombie(str(pid))
+
+
+def all_live(participants: set[bytes], own_gid: bytes, domain_id: int) -> bool:
+    """Whether as many participants hold ports on this machine as are known of it.
+
+    Then none of them is a ghost, even one whose process id is of another container.
+    """
+    local = sum(same_host(gid, own_gid) for gid in participants)
+    return local <= participants_by_domain()[domain_id]
 
 
 def ghosts(gids: set[bytes], own_gid: bytes, own_pid: int) -> set[bytes]:
@@ -118,11 +127,32 @@ def variable(pid: int, name: str) -> str | None:
 
 def find_pid(low16: int, domain_id: int) -> int | None:
     """The living process with these low bits that holds ports of the domain; None if not sure."""
-    candidates = [pid for pid in living_pids() if pid & 0xFFFF == low16]
+    # a process with the network of this machine and process ids of its own (in a container) tells
+    # a number that is somebody else's here
+    candidates = [p for p in living_pids() if p & 0xFFFF == low16 and _may_talk(p, udp_inodes())]
     if len(candidates) > 1:
         inodes = socket_inodes(domain_id)
         candidates = [pid for pid in candidates if inodes & sockets_of(pid)]
+    if not candidates:
+        held = holders(socket_inodes(domain_id), set())
+        candidates = [pid for pid in held if innermost_pid(pid) & 0xFFFF == low16]
     return candidates[0] if len(candidates) == 1 else None
+
+
+def innermost_pid(pid: int) -> int:
+    """The number that a process has for itself, in its own namespace; 0 if it has ended."""
+    with contextlib.suppress(Vanished):
+        for line in _read(pid, "status").splitlines():
+            if line.startswith(b"NSpid:"):
+                return int(line.split()[-1])
+    return 0
+
+
+def _may_talk(pid: int, inodes: set[str]) -> bool:
+    """Whether a process holds one of these sockets, or is not ours to look at."""
+    if not os.access(f"/proc/{pid}/fd", os.R_OK | os.X_OK):
+        return True
+    return bool(sockets_of(pid) & inodes)
 
 
 def holders(inodes: set[str], known: set[int | None]) -> dict[int, set[str]]:

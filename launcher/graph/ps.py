@@ -15,8 +15,10 @@ from launcher.graph.ports import announcement_ports
 from launcher.graph.processes import (
     Vanished,
     Vitals,
+    all_live,
     find_pid,
     holders,
+    innermost_pid,
     living_pids,
     pid_low16,
     program_name,
@@ -87,7 +89,8 @@ def _silent_pids(caller: Caller) -> list[int]:
     """Processes that hold ports of the domain and have not been discovered."""
     observer = caller.observer
     known = {pid_low16(gid) for gid in observer.participants()}
-    return sorted(holders(set(announcement_ports(observer.domain_id)), known))
+    silent = holders(set(announcement_ports(observer.domain_id)), known)
+    return sorted(pid for pid in silent if innermost_pid(pid) & 0xFFFF not in known)
 
 
 def _silent_row(pid: int) -> Row:
@@ -110,6 +113,7 @@ def _owners(caller: Caller, *, hidden: bool) -> Iterator[Owner]:
     observer = caller.observer
     own_gid = observer.own_gid()
     trusted = scheme_holds(own_gid, os.getpid())
+    live = all_live(observer.participants(), own_gid, observer.domain_id)
     gids: dict[str, set[bytes]] = {}
     for topic in observer.topic_types():
         for endpoint in observer.endpoints(topic):
@@ -120,13 +124,13 @@ def _owners(caller: Caller, *, hidden: bool) -> Iterator[Owner]:
         if not lows:
             yield Owner(node=node)
         for low in sorted(low for low in lows if low is not None):
-            yield _owner(node, low, observer.domain_id)
+            yield _owner(node, low, observer.domain_id, live=live)
 
 
-def _owner(node: str, low: int, domain_id: int) -> Owner:
+def _owner(node: str, low: int, domain_id: int, *, live: bool) -> Owner:
     pid = find_pid(low, domain_id)
-    gone = pid is None and all(living & 0xFFFF != low for living in living_pids())
-    return Owner(node=node, pid=pid, gone=gone)
+    is_there = live or any(living & 0xFFFF == low for living in living_pids())
+    return Owner(node=node, pid=pid, gone=pid is None and not is_there)
 
 
 def _sample(owners: list[Owner]) -> dict[int, Vitals]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import pytest
@@ -11,7 +13,7 @@ from std_srvs.srv import Trigger
 
 from launcher.graph.calls import Caller
 from launcher.graph.observer import Observer
-from launcher.graph.processes import scheme_holds
+from launcher.graph.processes import all_live, find_pid, innermost_pid, scheme_holds
 from launcher.graph.ps import rows
 from tests.ros.conftest import ros_domain, talking
 from tests.support.verbs import launcher
@@ -97,3 +99,36 @@ def test_a_watching_observer_tells_stopped_nodes_and_ghosts(tmp_path):
         program.wait()
         assert liveness() == {"ghost"}
         assert set(observer.snapshot().ghosts) >= {"/talker", "/site/east/listener"}
+
+
+def test_one_more_than_there_are_ports_for_is_a_ghost(observer):
+    own, domain_id = observer.own_gid(), observer.domain_id
+    wait_until(
+        lambda: all_live(observer.participants(), own, domain_id), "whoever left is forgotten"
+    )
+    gone = own[:4] + b"\1\0" + bytes(6)  # of this machine, by a process that is not there
+    assert not all_live(observer.participants() | {gone}, own, domain_id)
+
+
+def test_a_process_that_cannot_talk_is_nobody_s_node():
+    """In a container a process has numbers of its own, that are somebody else's outside."""
+    program = "import socket, sys; {}; print('ready', flush=True); sys.stdin.read()"
+    for setup, talks in (("pass", False), ("one = socket.socket(type=socket.SOCK_DGRAM)", True)):
+        bound = f"{setup}; one.bind(('127.0.0.1', 0))" if talks else setup
+        with subprocess.Popen(
+            [sys.executable, "-c", program.format(bound)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        ) as child:
+            assert child.stdout is not None
+            child.stdout.readline()
+            found = find_pid(child.pid & 0xFFFF, 0)
+            child.communicate()
+        assert found == (child.pid if talks else None)
+
+
+def test_a_process_knows_its_innermost_number():
+    assert innermost_pid(os.getpid()) == os.getpid()
+    with subprocess.Popen(["true"]) as child:
+        child.wait()
+    assert innermost_pid(child.pid) == 0
