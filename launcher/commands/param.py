@@ -220,12 +220,14 @@ def _load(options: Namespace) -> int:
             for name, value in values.items()
         ]
         results = parameters.set_all(caller, node, messages)
-        now = parameters.get(caller, node, list(values))
+        declared = [name for name in values if name in types]
+        # fewer, or none, if one of them has no value
+        now = dict(zip(declared, parameters.get(caller, node, declared), strict=False))
     code = int(ExitCode.OK)
-    for message, result, held in zip(messages, results, now, strict=True):
+    for message, result in zip(messages, results, strict=True):
         said = _say(result, f"Set parameter {message.name}", f"Set parameter {message.name}")
         # a file from `param dump` has the read-only ones as well, and they are as it says
-        code = max(code, said if held != message.value else ExitCode.OK)
+        code = max(code, said if now.get(message.name) != message.value else ExitCode.OK)
     return code
 
 

@@ -48,9 +48,14 @@ class Caller:
         self._executor.shutdown()
 
     def client(self, kind: Any, name: str) -> Any:
-        """The client for a service, made at its first use."""
+        """The client for a service, made at its first use; VerbError if it cannot have the name."""
+        from rclpy.exceptions import InvalidServiceNameException
+
         if (kind, name) not in self._clients:
-            self._clients[kind, name] = self._node.create_client(kind, name)
+            try:
+                self._clients[kind, name] = self._node.create_client(kind, name)
+            except InvalidServiceNameException as error:
+                raise VerbError(str(error).splitlines()[0].rstrip(":")) from None
         return self._clients[kind, name]
 
     def load(self, kind: Any) -> None:

@@ -11,6 +11,7 @@ import yaml
 from rosidl_parser import definition
 
 from launcher.graph.errors import VerbError
+from launcher.graph.yaml_text import shown, value_of
 
 FLOATS = {"float", "double", "long double"}
 _LIMITS = {
@@ -25,7 +26,7 @@ Stamp = Callable[[Any], None]
 def parse(text: str) -> dict[str, Any]:
     """The values that a YAML text holds; an empty text holds none. VerbError with the place."""
     try:
-        values = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+        values = value_of(text)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
@@ -101,7 +102,10 @@ def _string(value: Any, kind: Any, path: str) -> str:
     # `data: 5` is a string where the field is one, as with ros2cli
     if not isinstance(value, str | bool | int | float):
         raise _misfit(path, "a string", value)
-    text = str(value)
+    try:
+        text = str(value)
+    except ValueError:  # a number of thousands of digits
+        raise _misfit(path, "a string", value) from None
     limit = getattr(kind, "maximum_size", None)
     if limit is not None and len(text) > limit:
         raise _misfit(path, f"a string of at most {limit} characters", value)
@@ -163,6 +167,4 @@ def _named(value: Any) -> str:
         return "nothing"
     if isinstance(value, list):
         return f"a list of {len(value)}"
-    text = repr(value)
-    word = _WORDS.get(type(value), type(value).__name__)
-    return f"{text if len(text) <= 60 else text[:57] + '...'} ({word})"
+    return f"{shown(value)} ({_WORDS.get(type(value), type(value).__name__)})"

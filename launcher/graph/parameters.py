@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from rcl_interfaces.srv import (
 
 from launcher.graph.calls import Caller
 from launcher.graph.errors import VerbError, did_you_mean
+from launcher.graph.yaml_text import shown, value_of
 
 # ParameterType number -> field of ParameterValue, name of the type, label of `param get`
 KINDS = {
@@ -33,6 +35,21 @@ KINDS = {
 }
 NOT_SET, BOOL, INTEGER, DOUBLE, STRING = 0, 1, 2, 3, 4
 BYTES, BOOLS, INTEGERS, DOUBLES, STRINGS = 5, 6, 7, 8, 9
+_INT64 = (-(2**63), 2**63 - 1)
+_WHOLE = f"a whole number is from {_INT64[0]} to {_INT64[1]}"
+# What a value that is of the right kind and does not fit has to be.
+_LIMITS = {
+    INTEGER: _WHOLE,
+    INTEGERS: _WHOLE,
+    DOUBLE: "a double is at most 1.8e308",
+    DOUBLES: "a double is at most 1.8e308",
+    BYTES: "a byte is from 0 to 255",
+    STRING: "a number of thousands of digits is not written as a string",
+}
+
+
+class NoKindError(VerbError):
+    """A value of a kind that parameters do not have."""
 
 
 def type_name(number: int) -> str:
@@ -61,8 +78,9 @@ def value_text(value: Any, *, hide_type: bool) -> str:
 
 def prepare(caller: Caller, node: str) -> None:
     """Load what takes its time, while the node is being discovered."""
-    caller.client(ListParameters, f"{node}/list_parameters")
-    caller.client(GetParameters, f"{node}/get_parameters")
+    with contextlib.suppress(VerbError):  # no node can have the name, so it will not be found
+        caller.client(ListParameters, f"{node}/list_parameters")
+        caller.client(GetParameters, f"{node}/get_parameters")
 
 
 def list_names(caller: Caller, node: str, prefixes: list[str] | None = None) -> list[str]:
@@ -75,9 +93,7 @@ def list_names(caller: Caller, node: str, prefixes: list[str] | None = None) -> 
 def describe(caller: Caller, node: str, names: list[str]) -> list[Any]:
     """The descriptors; VerbError for a name that the node does not have."""
     require_names(caller, node, names)
-    request = DescribeParameters.Request(names=names)
-    answer = caller.call(DescribeParameters, f"{node}/describe_parameters", request)
-    return list(answer.descriptors)
+    return _descriptors(caller, node, names)
 
 
 def require_names(caller: Caller, node: str, names: list[str]) -> None:
@@ -119,17 +135,28 @@ def descriptor_lines(descriptor: Any) -> Iterator[str]:
 def parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
     """A Parameter message; a whole number becomes a double where one is declared.
 
-    VerbError if the value has no place in a parameter.
+    NoKindError if the value has no place in a parameter, VerbError if it is too large for it.
     """
     kind = _kind_of(value, declared_type)
     if kind is None:
-        raise VerbError(
-            f"Parameter '{name}' cannot hold {value!r}",
+        raise NoKindError(
+            f"Parameter '{name}' cannot hold {shown(value)}",
             hint="a parameter is a boolean, number, string, or a list of one of these",
         )
     held = ParameterValue(type=kind)
-    setattr(held, KINDS[kind][0], _cast(value, kind))
+    try:
+        setattr(held, KINDS[kind][0], _cast(value, kind))
+    except (ValueError, OverflowError):
+        raise VerbError(
+            f"Parameter '{name}' cannot hold {shown(value)}", hint=_LIMITS[kind]
+        ) from None
     return Parameter(name=name, value=held)
+
+
+def _within(numbers: list[int], low: int, high: int) -> list[int]:
+    if not all(low <= number <= high for number in numbers):
+        raise OverflowError
+    return numbers
 
 
 def _kind_of(value: Any, declared: int) -> int | None:
@@ -154,10 +181,14 @@ def _list_kind(values: list[Any], declared: int) -> int | None:
 
 
 def _cast(value: Any, kind: int) -> Any:
+    if kind == INTEGER:
+        return _within([value], *_INT64)[0]
     if kind == DOUBLE:
         return float(value)
     if kind == STRING:
         return str(value)
+    if kind == INTEGERS:
+        return _within(value, *_INT64)
     if kind == DOUBLES:
         return [float(item) for item in value]
     if kind == BYTES:
@@ -170,20 +201,27 @@ def typed_parameter(name: str, word: str, declared_type: int) -> Any:
     if declared_type == STRING:
         return parameter(name, word, STRING)
     try:
-        value = yaml.safe_load(word)
+        value = value_of(word)
     except yaml.YAMLError:
         value = word
     try:
         return parameter(name, value, declared_type)
-    except VerbError:
+    except NoKindError:
         return parameter(name, word)
 
 
 def declared_types(caller: Caller, node: str, names: list[str]) -> dict[str, int]:
     """Name -> type number of those that the node has."""
+    found = _descriptors(caller, node, names)
+    if len(found) < len(names):  # one that is missing keeps rclpy from telling of the others
+        known = set(list_names(caller, node))
+        found = _descriptors(caller, node, [name for name in names if name in known])
+    return {descriptor.name: descriptor.type for descriptor in found}
+
+
+def _descriptors(caller: Caller, node: str, names: list[str]) -> list[Any]:
     request = DescribeParameters.Request(names=names)
-    answer = caller.call(DescribeParameters, f"{node}/describe_parameters", request)
-    return {descriptor.name: descriptor.type for descriptor in answer.descriptors}
+    return list(caller.call(DescribeParameters, f"{node}/describe_parameters", request).descriptors)
 
 
 def set_all(caller: Caller, node: str, parameters: list[Any]) -> list[Any]:
@@ -225,13 +263,16 @@ def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
     for section in reversed(found):  # the node's own section wins over the wildcard
         if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
             raise VerbError(f"{path}: expected 'ros__parameters' below the name of the node")
-        values.update(_flat(section["ros__parameters"], ""))
+        try:
+            values.update(_flat(section["ros__parameters"], ""))
+        except RecursionError:
+            raise VerbError(f"{path}: a section of 'ros__parameters' holds itself") from None
     return values
 
 
 def _read(path: str) -> dict[str, Any]:
     try:
-        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        document = value_of(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise VerbError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     except yaml.YAMLError as error:

@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import json
 import math
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -62,6 +63,7 @@ def dispatch(
     parser: Parser, run: Mapping[str, Callable[[argparse.Namespace], int]], words: Sequence[str]
 ) -> int:
     """Parse and run a sub-verb; the help if there is none. SIGTERM ends it as Ctrl-C does."""
+    _refuse_undecodable(words)
     options = parser.parse_args(list(words))
     if options.sub is None:
         parser.print_help()
@@ -73,6 +75,16 @@ def dispatch(
         return run[options.sub](options)
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
+
+
+def _refuse_undecodable(words: Sequence[str]) -> None:
+    """Text of ROS is UTF-8; only the name of a file may be anything."""
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            if not os.path.exists(word):
+                raise UsageError(f"not UTF-8: {word!a}") from None
 
 
 def seconds(word: str) -> float:

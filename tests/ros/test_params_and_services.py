@@ -89,9 +89,23 @@ def test_a_parameter_file_that_does_not_fit_is_told(verb, tmp_path, text, error)
     assert (answer.code, error in answer.err) == (1, True), answer
 
 
+def test_a_parameter_that_is_not_declared_does_not_keep_the_others_from_being_set(verb, tmp_path):
+    path = tmp_path / "params.yaml"
+    path.write_text("/talker: {ros__parameters: {nope: 3, speed: 1}}", encoding="utf-8")
+    answer = verb("param", "load", "/talker", str(path))
+    assert answer.out == "Set parameter speed successful\n"  # where a double is declared
+    assert answer.err.startswith("Set parameter nope failed: Invalid access to undeclared")
+    assert answer.code == 1
+    several = verb("param", "set", "/talker", "nope", "3", "speed", "1.5")
+    assert (several.out, several.code) == ("speed: Set parameter successful\n", 1)
+
+
 @pytest.mark.parametrize(
     ("words", "error", "code"),
     [
+        (["get", "bad name!", "speed"], "Node not found\n", 1),
+        (["set", "/talker", "name", "a\udcff"], "error: not UTF-8: 'a\\udcff'\n", 2),
+        (["set", "/talker", "use_sim_time", "9" * 20], "Parameter 'use_sim_time' cannot hold", 1),
         (["get", "/tolker", "speed"], "Node not found\nhint: did you mean '/talker'?\n", 1),
         (
             ["get", "/talker", "sped"],
@@ -100,7 +114,7 @@ def test_a_parameter_file_that_does_not_fit_is_told(verb, tmp_path, text, error)
         ),
         (["set", "/talker", "speed"], "error: a value is missing after 'speed'", 2),
     ],
-    ids=["node", "parameter", "value"],
+    ids=["name", "text", "number", "node", "parameter", "value"],
 )
 def test_param_errors(verb, words, error, code):
     answer = verb("param", *words)
@@ -141,6 +155,11 @@ def test_a_call_as_json(verb):
 def test_call_errors(verb, words, error):
     answer = verb("service", "call", "/switch", *words)
     assert (answer.code, error in answer.err) == (1, True), answer
+
+
+def test_a_name_that_no_service_can_have(verb):
+    answer = verb("service", "call", "bad name!", "std_srvs/srv/SetBool")
+    assert (answer.err.startswith("Invalid service name: "), answer.code) == (True, 1), answer
 
 
 def test_interfaces_are_listed_by_kind(verb):

@@ -1,0 +1,83 @@
+"""Values that a person types for messages and parameters, and what is no value."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+from std_msgs.msg import Int32, String
+
+from launcher.graph import parameters
+from launcher.graph.errors import VerbError
+from launcher.graph.from_yaml import fill, parse
+from launcher.graph.yaml_text import value_of
+
+HUGE = 99999999999999999999
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: 2020-13-45",
+        "a: !!int x",
+        'a: !!int ""',
+        "a: !!bool x",
+        "a: !!timestamp x",
+        "a: " + "9" * 5000,
+        "[" * 60_000,
+        "- " * 60_000,
+        "a: \udcff",
+        "{? {a: b}: c}",
+    ],
+    ids=lambda text: ascii(text[:20]),
+)
+def test_text_that_is_no_value_has_one_kind_of_error(text):
+    with pytest.raises(yaml.YAMLError):
+        value_of(text)
+    with pytest.raises(VerbError, match=r"^The passed value is not YAML: "):
+        parse(text)
+
+
+def test_as_many_levels_as_anybody_needs_are_read():
+    value = value_of("[" * 90 + "1" + "]" * 90)
+    for _ in range(90):
+        (value,) = value
+    assert value == 1
+
+
+@pytest.mark.parametrize("message", [Int32, String])
+def test_a_number_that_python_does_not_write_is_refused_in_words(message):
+    with pytest.raises(VerbError, match=r"'data' takes .*, got a number of thousands of digits"):
+        fill(message(), parse("data: 0x" + "f" * 9000))
+
+
+@pytest.mark.parametrize(
+    ("value", "declared", "hint"),
+    [
+        (HUGE, parameters.NOT_SET, "a whole number is from -9223372036854775808 to"),
+        (HUGE, parameters.BOOL, "a whole number is from"),
+        ([1, HUGE], parameters.STRINGS, "a whole number is from"),
+        (10**400, parameters.DOUBLE, "a double is at most"),
+        ([1.5, 10**400], parameters.NOT_SET, "a double is at most"),
+        ([1, 256], parameters.BYTES, "a byte is from 0 to 255"),
+        ([[1]], parameters.NOT_SET, "a parameter is a boolean, number, string, or a list"),
+        (None, parameters.NOT_SET, "a parameter is a boolean"),
+    ],
+)
+def test_a_parameter_that_cannot_hold_a_value_says_so(value, declared, hint):
+    with pytest.raises(VerbError, match=r"^Parameter 'p' cannot hold ") as raised:
+        parameters.parameter("p", value, declared)
+    assert raised.value.hint.startswith(hint)
+
+
+def test_a_number_that_is_too_large_does_not_become_a_string():
+    with pytest.raises(VerbError):
+        parameters.typed_parameter("p", str(HUGE), parameters.NOT_SET)
+    assert parameters.typed_parameter("p", str(HUGE), parameters.STRING).value.string_value
+    assert parameters.typed_parameter("p", str(HUGE), parameters.DOUBLE).value.double_value == 1e20
+
+
+def test_a_section_of_a_parameter_file_that_holds_itself(tmp_path):
+    path = tmp_path / "endless.yaml"
+    path.write_text("/n:\n  ros__parameters: &a\n    b: *a\n", encoding="utf-8")
+    with pytest.raises(VerbError, match="holds itself"):
+        parameters.file_values(str(path), "/n", use_wildcard=False)
