@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
-import os
+import errno
 import random
-import tempfile
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,29 +24,36 @@ class NoFreeDomainError(LauncherError):
 
 @contextlib.contextmanager
 def leased_domain() -> Iterator[int]:
-    """Hold a free domain id; the lock goes with the process, however that ends.
+    """Hold a free domain id; the lease goes with the process, however that ends.
 
     A domain without a lease whose UDP ports somebody has open is left to them. The children that
-    run in the domain have ended before the lease does.
+    run in the domain have ended before the lease does. Raises NoFreeDomainError.
     """
-    with contextlib.ExitStack() as stack:
-        busy = busy_domains()
-        for domain_id in random.sample(_DOMAIN_IDS, k=len(_DOMAIN_IDS)):
-            if domain_id in busy:
-                continue
-            lock = stack.enter_context(_lock_file(domain_id).open("w"))
-            with contextlib.suppress(BlockingIOError):
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    busy = busy_domains()
+    for domain_id in random.sample(_DOMAIN_IDS, k=len(_DOMAIN_IDS)):
+        if domain_id in busy:
+            continue
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as lease:
+            if _take(lease, domain_id):
                 yield domain_id
                 return
     first, last = _DOMAIN_IDS[0], _DOMAIN_IDS[-1]
     raise NoFreeDomainError(f"every ROS domain from {first} to {last} is in use on this machine")
 
 
-def _lock_file(domain_id: int) -> Path:
-    folder = Path(tempfile.gettempdir()) / f"ros-domain-leases-{os.getuid()}"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    return folder / str(domain_id)
+def _take(lease: socket.socket, domain_id: int) -> bool:
+    """Bind the name that stands for the domain; False if another process has it.
+
+    An abstract name belongs to the network namespace, as the ports of the domain do: all users
+    are in it, whatever their TMPDIR, and it needs no file.
+    """
+    try:
+        lease.bind(f"\0ros-domain-lease-{domain_id}")
+    except OSError as error:
+        if error.errno != errno.EADDRINUSE:
+            raise
+        return False
+    return True
 
 
 def busy_domains() -> set[int]:

@@ -17,7 +17,7 @@ from launcher.engine.sweep import RUN_ID_VARIABLE
 
 MOST = 3  # how often it is started before the run goes on without one
 REST_S = 1.0
-GOODBYE_S = 2.0  # a bridge that does not end with the run is killed after this
+GOODBYE_S = 4.0  # a bridge that does not end with the run is killed after this
 
 
 class BridgeLink:

@@ -19,6 +19,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.duration import Duration
 from rclpy.executors import MultiThreadedExecutor
 from std_srvs.srv import Trigger
 
@@ -36,7 +37,7 @@ PERIOD_S = 1.0
 WATCH_S = 0.25  # how often the graph is looked at for participants that come and go
 STEADY_S = 1.0  # a participant that has just come is still telling what it has
 PATIENCE_S = 3.0  # for the launcher's answer about its processes
-GOODBYE_S = 1.5  # whatever hangs at the end is left behind
+GOODBYE_S = 3.0  # whatever hangs at the end is left behind
 STEERING = ("start", "stop", "restart")
 THREADS = 4  # a process that takes its time to stop holds one of them
 
@@ -101,6 +102,8 @@ class Bridge:
         """The last message: nobody looks after the processes any more."""
         self._answering.close()
         self._send(all_stale(self._known, "the run has ended"))
+        # What nobody has taken yet would go with our shared memory.
+        self._publisher.wait_for_all_acked(Duration(seconds=GOODBYE_S / 3))
 
     def _send(self, found: list[Status]) -> None:
         message = DiagnosticArray()

@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import socket
+import subprocess
+import sys
+from pathlib import Path
 
 from launcher.domain_lease import busy_domains, leased_domain
+
+LEASE = """
+import sys
+from launcher import domain_lease
+domain_lease._DOMAIN_IDS = range(int(sys.argv[1]), int(sys.argv[1]) + 1)
+try:
+    with domain_lease.leased_domain():
+        print("got it")
+except domain_lease.NoFreeDomainError as error:
+    print(error)
+"""
 
 
 def test_two_leases_are_unlike():
@@ -18,3 +33,26 @@ def test_a_domain_whose_port_somebody_has_open_is_busy():
         taken.bind(("127.0.0.1", 7400 + 250 * domain_id + 10))
         assert domain_id in busy_domains()
     assert domain_id not in busy_domains()
+
+
+def leased_elsewhere(domain_id: int, folder: Path) -> str:
+    """What somebody hears who wants just this domain, with another folder for temporary files."""
+    env = {**os.environ, "TMPDIR": str(folder), "XDG_RUNTIME_DIR": str(folder)}
+    words = [sys.executable, "-c", LEASE, str(domain_id)]
+    return subprocess.run(words, env=env, capture_output=True, text=True, check=True).stdout
+
+
+def test_another_process_does_not_get_a_leased_domain_and_gets_it_afterwards(tmp_path: Path):
+    with leased_domain() as domain_id:
+        assert "in use on this machine" in leased_elsewhere(domain_id, tmp_path)
+    assert leased_elsewhere(domain_id, tmp_path) == "got it\n"
+
+
+def test_a_lease_is_not_handed_on_to_children(tmp_path: Path):
+    with leased_domain() as domain_id:
+        child = subprocess.Popen(["sleep", "1000"], close_fds=False)
+    try:
+        assert leased_elsewhere(domain_id, tmp_path) == "got it\n"
+    finally:
+        child.kill()
+        child.wait()
