@@ -23,10 +23,13 @@ def load(path: str) -> LaunchDescription:
 
         raise faults.explain(error, path) from _cause(error)
     if not isinstance(description, LaunchDescription):
+        from launcher.language.entries import place_of_return
+
+        place = place_of_return(path, "generate_launch_description")
         raise NoDescriptionError(
             f"generate_launch_description() returned {type(description).__name__}, "
             "not a LaunchDescription",
-            where=f"{path}:1",
+            where=f"{path}:1" if place is None else str(place),
             hint="end it with `return LaunchDescription([...])`",
         )
     return description

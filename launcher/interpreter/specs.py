@@ -29,6 +29,10 @@ def make_spec(
     """The final spec; `generated` holds the content of the parameter files written so far."""
     description = action.process_description
     assert description.final_cmd is not None and description.final_env is not None
+    if not description.final_cmd:
+        from launcher.language.entries import NoCommandError  # most launch files have none
+
+        raise NoCommandError
     sigterm, sigkill = (
         perform_substitutions(context, subs)
         for subs in (action.sigterm_timeout, action.sigkill_timeout)

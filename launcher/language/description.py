@@ -61,7 +61,7 @@ class LaunchDescription(LaunchDescriptionEntity):
     ) -> list[tuple[DeclareLaunchArgument, list[Any] | None]]:
         """(argument, the includes on the way to it); the first declaration of a name counts."""
         search = _ArgumentSearch()
-        search.look_at(self.entities, conditional=conditional_inclusion, includes=None)
+        search.look_at(self, self.entities, conditional=conditional_inclusion, includes=None)
         return list(search.found.values())
 
     @property
@@ -96,12 +96,21 @@ class _ArgumentSearch:
         self._around: list[Origin] = []  # of the descriptions that are being looked into
 
     def look_at(
-        self, entities: Iterable[Any], *, conditional: bool, includes: list[Any] | None
+        self,
+        holder: LaunchDescriptionEntity,
+        entities: Iterable[Any],
+        *,
+        conditional: bool,
+        includes: list[Any] | None,
     ) -> None:
         for entity in entities:
             if isinstance(entity, LaunchDescription):
                 self._look_into(entity, includes)
                 continue
+            if not hasattr(type(entity), "describe_sub_entities"):
+                from launcher.language.entries import wrong_entry  # most launch files have none
+
+                raise wrong_entry(entity, holder, entities)
             # By an attribute: who uses none of these actions need not import them.
             meaning = getattr(entity, "_to_arguments", "")
             if meaning == "resets":
@@ -113,9 +122,10 @@ class _ArgumentSearch:
                 # One list for all nested includes of a branch, as in ROS 2.
                 below = [] if includes is None else includes
                 below.append(entity)
-            self.look_at(entity.describe_sub_entities(), conditional=False, includes=below)
+            known = entity.describe_sub_entities()
+            self.look_at(entity, known, conditional=False, includes=below)
             for _, conditionals in entity.describe_conditional_sub_entities():
-                self.look_at(conditionals, conditional=True, includes=below)
+                self.look_at(entity, conditionals, conditional=True, includes=below)
 
     def _look_into(self, description: LaunchDescription, includes: list[Any] | None) -> None:
         # A file that includes itself would be looked into for ever, in many ways.
@@ -124,7 +134,7 @@ class _ArgumentSearch:
             return
         known = [] if origin is None else [origin]
         self._around += known
-        self.look_at(description.entities, conditional=False, includes=includes)
+        self.look_at(description, description.entities, conditional=False, includes=includes)
         del self._around[len(self._around) - len(known) :]
 
     def _add(

@@ -116,6 +116,10 @@ class Executable:
         """Perform all substitutions; `action` is for subclasses."""
         cmd = [perform_substitutions(context, word) for word in self.__cmd]
         self.__final_cmd = [*self._prefix_words(context, cmd), *cmd]
+        if self.__name is None and not self.__final_cmd:
+            from launcher.language.entries import NoCommandError  # most launch files have none
+
+            raise NoCommandError
         self._label = (
             os.path.basename(self.__final_cmd[0])
             if self.__name is None
@@ -132,7 +136,7 @@ class Executable:
     def _prefix_words(self, context: LaunchContext, cmd: list[str]) -> list[str]:
         if self.__prefix_filter is not None:
             pattern = perform_substitutions(context, self.__prefix_filter)
-            if pattern and re.match(pattern, os.path.basename(cmd[0])) is None:
+            if pattern and re.match(pattern, os.path.basename("".join(cmd[:1]))) is None:
                 return []
         prefix = perform_substitutions(context, self.__prefix)
         if not prefix:

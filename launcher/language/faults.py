@@ -36,7 +36,7 @@ def explain(
     if undecodable is not None:
         undecodable.__cause__ = error
         return undecodable
-    place = _place(error, path, entity)
+    place = getattr(error, "_launcher_place", None) or _place(error, path, entity)
     message = _message(error)
     line = None if place is None else _source_line(place)
     fault = LaunchFileError(

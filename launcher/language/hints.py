@@ -21,6 +21,9 @@ def hint(error: BaseException, message: str, context: LaunchContext | None) -> s
     """One suggestion, if there is a good one."""
     if isinstance(error, LauncherError):
         return error.hint
+    known: str | None = getattr(error, "_launcher_hint", None)
+    if known is not None:
+        return known
     for pattern, suggest in _SUGGESTIONS:
         found = pattern.search(message)
         if found:
@@ -62,7 +65,12 @@ def _no_function(name: str, context: LaunchContext | None) -> str:
     return f"define {name}() that returns a LaunchDescription"
 
 
+def _into_a_list(name: str, context: LaunchContext | None) -> str:
+    return f"a list is wanted, as in [{name}(...)]"
+
+
 _SUGGESTIONS = (
+    (re.compile(r"^TypeError: '([A-Z]\w+)' object is not iterable$"), _into_a_list),
     (_UNKNOWN_KEYWORD, _near_keyword),
     (_MISSING_CONFIGURATION, _near_configuration),
     (_MISSING_VARIABLE, _near_variable),

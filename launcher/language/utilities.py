@@ -107,7 +107,10 @@ def visit_all_entities_and_collect_futures(
     try:
         sub_entities = entity.visit(context)
         if sub_entities is not None:
+            _check_several(entity, sub_entities)
             for sub_entity in sub_entities:
+                if not hasattr(type(sub_entity), "visit"):
+                    raise _wrong_entry(entity, sub_entity, sub_entities)
                 pairs += visit_all_entities_and_collect_futures(sub_entity, context)
     except Exception as error:
         remember_place(error, entity)
@@ -118,6 +121,22 @@ def visit_all_entities_and_collect_futures(
     if future is not None:
         pairs.append((entity, future))
     return pairs
+
+
+def _check_several(entity: LaunchDescriptionEntity, sub_entities: Any) -> None:
+    if is_iterable(sub_entities) and not (isinstance(sub_entities, str) and sub_entities):
+        return
+    if hasattr(type(sub_entities), "__getitem__") and not isinstance(sub_entities, str):
+        return  # the old way to be iterable
+    from launcher.language.entries import not_several  # most launch files have none
+
+    raise not_several(sub_entities, entity)
+
+
+def _wrong_entry(entity: LaunchDescriptionEntity, item: Any, items: Any) -> Exception:
+    from launcher.language.entries import wrong_entry
+
+    return wrong_entry(item, entity, items)
 
 
 def remember_place(error: Exception, entity: Any) -> None:

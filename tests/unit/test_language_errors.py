@@ -22,7 +22,7 @@ def generate_launch_description():
 BROKEN = {
     "syntax": ("    return LaunchDescription([\n", 7, "'[' was never closed", None),
     "raises": ("    return 1 / 0\n", 7, "ZeroDivisionError: division by zero", None),
-    "returns None": ("    pass\n", 1, "returned NoneType, not a LaunchDescription", "return"),
+    "returns None": ("    pass\n", 6, "returned NoneType, not a LaunchDescription", "return"),
     "misspelt keyword": (
         "    return LaunchDescription([\n        Node(executable='x', parametrs=[])])\n",
         8,
@@ -55,6 +55,87 @@ BROKEN = {
         8,
         "the launch file includes itself",
         None,
+    ),
+    "returns a list": (
+        "    some = 1\n    return [LogInfo(msg='x')]\n",
+        8,
+        "returned list, not a LaunchDescription",
+        "return LaunchDescription([...])",
+    ),
+    "None as an entry": (
+        "    return LaunchDescription([\n        LogInfo(msg='first'),\n        None])\n",
+        9,
+        "entry 2 of 2 in LaunchDescription([...]) is no action: None",
+        "leave it out",
+    ),
+    "None in a group in the description": (
+        "    return LaunchDescription([\n        GroupAction([LogInfo(msg='x'),\n"
+        "            None, LogInfo(msg='y')])])\n",
+        9,
+        "entry 2 of 3 in GroupAction([...]) is no action: None",
+        "leave it out",
+    ),
+    "None that was added": (
+        "    made = LaunchDescription()\n    made.add_action(None)\n    return made\n",
+        7,
+        "entry 1 of 1 in LaunchDescription([...]) is no action: None",
+        "leave it out",
+    ),
+    "a list as an entry": (
+        "    return LaunchDescription([\n        [LogInfo(msg='first')]])\n",
+        8,
+        "entry 1 of 1 in LaunchDescription([...]) is no action: a list of actions",
+        "put a star before it",
+    ),
+    "a text as an entry": (
+        "    return LaunchDescription(['hello'])\n",
+        7,
+        "entry 1 of 1 in LaunchDescription([...]) is no action: 'hello'",
+        "LogInfo(msg=...) prints a text",
+    ),
+    "a class of events as an entry": (
+        "    from launch.events import Shutdown\n    return LaunchDescription([Shutdown])\n",
+        8,
+        "is no action: <class 'launch.events.shutdown.Shutdown'>",
+        "take Shutdown from launch.actions",
+    ),
+    "a class of actions as an entry": (
+        "    return LaunchDescription([LogInfo])\n",
+        7,
+        "is no action: <class 'launch.actions.log_info.LogInfo'>",
+        "LogInfo is a class: call it, as in LogInfo(...)",
+    ),
+    "one action instead of a list of them": (
+        "    return LaunchDescription(LogInfo(msg='x'))\n",
+        7,
+        "'LogInfo' object is not iterable",
+        "as in [LogInfo(...)]",
+    ),
+    "a function that returns an action": (
+        "    def setup(context):\n        x = 1\n        return LogInfo(msg='x')\n"
+        "    return LaunchDescription([OpaqueFunction(function=setup)])\n",
+        9,
+        "setup() returned no list of actions: a LogInfo",
+        "return [LogInfo(...)]",
+    ),
+    "a function that returns a text": (
+        "    return LaunchDescription([OpaqueFunction(function=lambda context: 'hello')])\n",
+        7,
+        "<lambda>() returned no list of actions: 'hello'",
+        "return a list of actions",
+    ),
+    "a function that returns None among others": (
+        "    def setup(context):\n        return [LogInfo(msg='x'), None]\n"
+        "    return LaunchDescription([OpaqueFunction(function=setup)])\n",
+        8,
+        "entry 2 of 2 in what setup() returned is no action: None",
+        "leave it out",
+    ),
+    "no command": (
+        "    return LaunchDescription([\n        ExecuteProcess(cmd=[])])\n",
+        8,
+        "a process has an empty command: cmd=[]",
+        "cmd=['sleep', '5']",
     ),
     "loops": (
         "    def again(context):\n"
@@ -140,3 +221,31 @@ def test_what_came_before_the_fault_is_in_the_plan(tmp_path: Path):
     assert [process.spec.label for process in plan.processes] == ["x"]
     assert plan.error is not None
     assert (plan.error.kind, plan.error.stage) == ("SubstitutionFailure", "run")
+
+
+@pytest.mark.parametrize(
+    ("entry", "kind"),
+    [
+        ("None", "AttributeError"),
+        ("OpaqueFunction(function=lambda context: LogInfo(msg='x'))", "TypeError"),
+        ("OpaqueFunction(function=lambda context: 'x')", "AttributeError"),
+        ("ExecuteProcess(cmd=[])", "IndexError"),
+    ],
+)
+def test_what_stands_wrongly_is_still_the_error_that_ros_2_raises(entry, kind, tmp_path: Path):
+    error = planned(tmp_path, f"    return LaunchDescription([{entry}])\n").error
+
+    assert error is not None
+    assert (error.kind, error.stage) == (kind, "run")
+
+
+def test_a_generator_and_an_empty_text_are_lists_of_actions(tmp_path: Path):
+    plan = planned(
+        tmp_path,
+        "    def some(context):\n"
+        "        yield LogInfo(msg='made')\n"
+        "    return LaunchDescription([OpaqueFunction(function=some),\n"
+        "        OpaqueFunction(function=lambda context: '')])\n",
+    )
+
+    assert (plan.error, [text for text, _ in plan.logs]) == (None, ["made"])

@@ -116,6 +116,11 @@ class OpaqueFunction(Action):
         self.__args: list[Any] = [] if args is None else list(args)
         self.__kwargs: dict[str, Any] = {} if kwargs is None else kwargs
 
+    @property
+    def _function_called(self) -> Callable[..., Any]:
+        """Whose result is visited, for messages."""
+        return self.__function
+
     def execute(self, context: LaunchContext) -> Any:
         """Call it."""
         return self.__function(context, *self.__args, **self.__kwargs)

@@ -61,6 +61,11 @@ class GroupAction(Action):
             self.__actions_to_return = [*self._opening(), *self.__actions, *self._closing()]
         return self.__actions_to_return
 
+    @property
+    def _entries_written(self) -> Iterable[Any]:
+        """The actions as they stand in the launch file, for messages."""
+        return self.__actions
+
     def _opening(self) -> list[LaunchDescriptionEntity]:
         sets = [SetLaunchConfiguration(k, v) for k, v in self.__launch_configurations.items()]
         if not self.__scoped:
