@@ -5,9 +5,12 @@ Each is read from a word `PATTERN=...` (or `PATTERN:...`), and is imported when 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
 import signal
+from collections.abc import Callable
+from pathlib import Path
 
 from launcher.commands.run_options import parse_restart, seconds
 from launcher.errors import UsageError
@@ -90,8 +93,13 @@ def parse_cpus(word: str) -> tuple[str, Limits]:
 MOST_CPUS = 8192  # what the kernel can be built for
 
 
-def parse_limit(word: str) -> tuple[str, Limits]:
-    """`PATTERN:NAME=VALUE,...`; VALUE is a number with K, M, G or `unlimited`, or SOFT/HARD."""
+def parse_limit(
+    word: str, *, most_granted: Callable[[str], int] | None = None
+) -> tuple[str, Limits]:
+    """`PATTERN:NAME=VALUE,...`; VALUE is a number with K, M, G or `unlimited`, or SOFT/HARD.
+
+    UsageError also for what is more than `most_granted` of a name says.
+    """
     pattern, text = _split(word, ":", _LIMIT_EXAMPLE)
     rlimits: dict[str, tuple[str, int, int]] = {}
     for part in text.split(","):
@@ -103,8 +111,34 @@ def parse_limit(word: str) -> tuple[str, Limits]:
         limits = _amount(soft, word), _amount(hard if slash else soft, word)
         if limits[1] != UNLIMITED and not 0 <= limits[0] <= limits[1]:
             raise _wrong(word, f"in '{part}' the soft limit is above the hard one", _LIMIT_EXAMPLE)
+        most = (most_granted or _most_granted)(name)
+        if most != UNLIMITED and (limits[1] == UNLIMITED or limits[1] > most):
+            problem = f"'{part}' is more than is allowed here: the hard limit is {most}"
+            raise _wrong(word, problem, _LIMIT_EXAMPLE)
         rlimits[name] = (name, *limits)
     return pattern, Limits(rlimits=tuple(rlimits.values()))
+
+
+def _most_granted(name: str) -> int:
+    """What a process of ours may have at most: our own hard limit, unless we may raise it."""
+    own = resource.getrlimit(getattr(resource, f"RLIMIT_{name.upper()}"))[1]
+    with contextlib.suppress(OSError, ValueError):
+        if name == "nofile":  # nobody gets more, whoever asks
+            own = int(Path("/proc/sys/fs/nr_open").read_text()) if _may_raise() else own
+        elif _may_raise():
+            own = UNLIMITED
+    return own
+
+
+_CAP_SYS_RESOURCE = 24
+
+
+def _may_raise() -> bool:
+    """Whether the kernel lets us raise hard limits; OSError or ValueError if it does not tell."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("CapEff:"):
+            return bool(int(line.split()[1], 16) >> _CAP_SYS_RESOURCE & 1)
+    return False
 
 
 def limit_names() -> list[str]:

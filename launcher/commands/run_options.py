@@ -25,8 +25,15 @@ def parse_restart(word: str) -> tuple[str, RestartPolicy]:
             hint=f"for example: {_RESTART_EXAMPLE}",
         )
     policy = RestartPolicy(mode=modes[mode])
+    given: list[str] = []
     for setting in settings:
         policy = _with_setting(policy, setting, word)
+        given.append(setting.partition("=")[0])
+    twice = [name for name in given if given.count(name) > 1]
+    if twice:
+        raise _wrong_policy(word, f"'{twice[0]}' is given twice")
+    if "delay" in given and "backoff" in given:
+        raise _wrong_policy(word, "'delay' and 'backoff' both say how long it waits; give one")
     return pattern, policy
 
 
@@ -37,16 +44,29 @@ def _with_setting(policy: RestartPolicy, setting: str, word: str) -> RestartPoli
     except KeyError:
         problem = f"there is no '{name}', only {', '.join(_SETTINGS)}"
     except ValueError:
-        problem = f"'{setting}' is not a number as it should be"
-    raise UsageError(f"in '{word}': {problem}", hint=f"for example: {_RESTART_EXAMPLE}")
+        problem = f"'{setting}' is not {_MEANT.get(name, 'a number of seconds')}"
+    raise _wrong_policy(word, problem)
+
+
+def _wrong_policy(word: str, problem: str) -> UsageError:
+    return UsageError(f"in '{word}': {problem}", hint=f"for example: {_RESTART_EXAMPLE}")
+
+
+_MEANT = {
+    "max": "a whole number, 0 or more",
+    "backoff": "two numbers of seconds, the second not below the first, as in 0.5..30",
+}
 
 
 def _backoff(policy: RestartPolicy, text: str) -> RestartPolicy:
     first, _, most = text.partition("..")
+    first_s, most_s = seconds(first), seconds(most)
+    if most_s < first_s:
+        raise ValueError(text)
     return replace(
         policy,
-        delay_s=seconds(first),
-        backoff_max_s=seconds(most),
+        delay_s=first_s,
+        backoff_max_s=most_s,
         jitter=DEFAULT_JITTER,
     )
 

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from launcher.model.limits import Limits
+from launcher.model.limits import UNLIMITED, Limits
 
 _SCRIPT = Path(__file__).with_name("stage.py")
 _COERCED = "LC_CTYPE"  # which Python sets where the locale is C, and the program would inherit
@@ -40,4 +40,13 @@ def _settings(limits: Limits) -> Iterator[str]:
 def refusal(said: bytes) -> tuple[int, str]:
     """(errno, the limit that was refused or "") of what the stage said."""
     number, _, setting = said.decode(errors="replace").partition(" ")
-    return (int(number) if number.isdigit() else errno.EIO), setting
+    return (int(number) if number.isdigit() else errno.EIO), _as_given(setting)
+
+
+def _as_given(setting: str) -> str:
+    """`nofile=unlimited` for `nofile=-1/-1`, as a person would write it."""
+    name, is_limit, amounts = setting.partition("=")
+    if "/" not in amounts:
+        return setting
+    shown = ["unlimited" if one == str(UNLIMITED) else one for one in amounts.split("/")]
+    return f"{name}{is_limit}{'/'.join(dict.fromkeys(shown))}"

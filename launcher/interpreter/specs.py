@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
+from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.language.utilities import perform_substitutions
 from launcher.model.record import replace
 from launcher.model.spec import (
@@ -48,7 +50,7 @@ def make_spec(
         output=action._output_policy,
         output_given=action._output_given,
         restart=_restart_policy(action),
-        stop=_stop_policy(sigterm, sigkill),
+        stop=_stop_policy(action, context, sigterm, sigkill),
         ros=_with_contents(action._ros_identity(), generated),
         sigterm_timeout_given=sigterm,
         sigkill_timeout_given=sigkill,
@@ -63,20 +65,39 @@ def _restart_policy(action: ExecuteLocal) -> RestartPolicy:
     return RestartPolicy(mode=RestartMode.ALWAYS, delay_s=delay_s or 0.0, max_restarts=limit)
 
 
-def _stop_policy(sigterm: str, sigkill: str) -> StopPolicy:
+def _stop_policy(
+    action: ExecuteLocal, context: LaunchContext, sigterm: str, sigkill: str
+) -> StopPolicy:
     default = StopPolicy()
-    return StopPolicy(
-        sigterm_timeout_s=_seconds(sigterm, default.sigterm_timeout_s),
-        sigkill_timeout_s=_seconds(sigkill, default.sigkill_timeout_s),
-    )
+    seconds = []
+    for name, text, subs, default_s in (
+        ("sigterm_timeout", sigterm, action.sigterm_timeout, default.sigterm_timeout_s),
+        ("sigkill_timeout", sigkill, action.sigkill_timeout, default.sigkill_timeout_s),
+    ):
+        value_s, problem = _seconds(text, default_s)
+        if problem is not None:
+            is_for_all = any(isinstance(sub, LaunchConfiguration) for sub in subs)
+            origin = None if is_for_all else action._origin
+            context._host.warn_surprise(f"{name} '{text}' {problem}", origin)
+        seconds.append(value_s)
+    return StopPolicy(sigterm_timeout_s=seconds[0], sigkill_timeout_s=seconds[1])
 
 
-def _seconds(text: str, default_s: float) -> float:
-    # ROS 2 looks at these texts only when it stops the process, so a bad one is no start error.
+def _seconds(text: str, default_s: float) -> tuple[float, str | None]:
+    """(seconds to wait, what is wrong with the text).
+
+    ROS 2 looks at these texts only when it stops the process, so a bad one is no start error.
+    There it ends the escalation, or waits for ever; a stop has to come to an end here.
+    """
     try:
-        return float(text)
+        value_s = float(text)
     except ValueError:
-        return default_s
+        value_s = math.nan
+    if not math.isfinite(value_s):
+        return default_s, f"is no number of seconds to wait; taken as {default_s:g}"
+    if value_s < 0:
+        return 0.0, "is below 0; taken as 0"
+    return value_s, None
 
 
 def _with_contents(

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import json
 import os
 import re
 import resource
+import subprocess
 
+from launcher.engine.staging import refusal, words_before
+from launcher.model.limits import UNLIMITED, Limits
 from tests.process.conftest import Bench
 
 TELL = """
@@ -69,13 +73,25 @@ def test_a_program_that_is_missing_is_told_behind_limits_too(bench: Bench):
     assert done.returncode == 1
 
 
-def test_a_limit_that_is_refused_is_named(bench: Bench):
+def test_a_limit_that_nobody_is_granted_starts_nothing(bench: Bench):
     done = bench.run('sh("echo ran")', "--limit", "sh:nofile=unlimited")
-    out = done.stdout.decode()
-    assert "process could not be started: nofile=-1/-1: Operation not permitted" in out
-    assert "[sh-1] ran" not in out
-    assert "first to die unasked: sh-1 (could not be started: nofile=-1/-1" in out
-    assert done.returncode == 1
+    assert b"'nofile=unlimited' is more than is allowed here" in done.stderr
+    assert b"ran" not in done.stdout
+    assert done.returncode == 2
+
+
+def test_a_limit_that_is_refused_later_is_named_as_it_is_written():
+    read_end, write_end = os.pipe()
+    limits = Limits(rlimits=(("nofile", 5, UNLIMITED),))
+    command = [*words_before(limits, write_end, os.environ), "true"]
+    with subprocess.Popen(command, pass_fds=[write_end]) as stage:
+        os.close(write_end)
+        said = os.read(read_end, 4096)
+        stage.wait(60)
+    os.close(read_end)
+    assert refusal(said) == (errno.EPERM, "nofile=5/unlimited")
+    assert refusal(b"1 nproc=-1/-1") == (errno.EPERM, "nproc=unlimited")
+    assert refusal(b"1 nice=-1") == (errno.EPERM, "nice=-1")
 
 
 def test_restarts_have_the_limits_too_and_leave_no_descriptor(bench: Bench):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from launcher.interpreter.trace import Visit
 from launcher.language.configurations import ALL_NAMES
 from launcher.planner import Plan, make_plan
@@ -140,3 +142,37 @@ def test_what_launch_files_print_does_not_end_up_on_standard_output(tmp_path: Pa
     planned(tmp_path, "    print('hello')\n    return LaunchDescription([])\n")
 
     assert capsys.readouterr() == ("", "hello\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "waits_s", "says"),
+    [
+        ("nan", 5.0, "is no number of seconds to wait; taken as 5"),
+        ("inf", 5.0, "is no number of seconds to wait; taken as 5"),
+        ("x", 5.0, "is no number of seconds to wait; taken as 5"),
+        ("", 5.0, "is no number of seconds to wait; taken as 5"),
+        ("-1", 0.0, "is below 0; taken as 0"),
+    ],
+)
+def test_a_timeout_that_cannot_be_waited_for_is_told_once_and_ends(
+    text, waits_s, says, tmp_path: Path
+):
+    two = "    return LaunchDescription([Node(executable='a'), Node(executable='b')])\n"
+
+    for name, at in (("sigterm_timeout", 0), ("sigkill_timeout", 1)):
+        plan = planned(tmp_path, two, **{name: text})
+
+        assert [one.spec.stop.steps[at][1] for one in plan.processes] == [waits_s] * 2
+        assert [one.text for one in plan.warnings] == [f"{name} '{text}' {says}"]
+
+
+def test_a_bad_timeout_of_one_process_is_told_with_its_line(tmp_path: Path):
+    plan = planned(
+        tmp_path,
+        "    return LaunchDescription([\n        Node(executable='a', sigterm_timeout='soon')])\n",
+    )
+
+    (warning,) = plan.warnings
+    assert warning.text.startswith("sigterm_timeout 'soon' is no number")
+    assert warning.origin is not None
+    assert warning.origin.line == 9

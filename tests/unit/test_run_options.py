@@ -42,10 +42,14 @@ def test_a_whole_restart_policy_is_read():
         ("robot_2=sometimes", "never, on-failure, always"),
         ("=always", "never, on-failure, always"),
         ("a=always,maximum=3", "there is no 'maximum'"),
-        ("a=always,max=three", "'max=three' is not a number"),
-        ("a=always,max=-1", "'max=-1' is not a number"),
+        ("a=always,max=three", "'max=three' is not a whole number"),
+        ("a=always,max=1e9", "'max=1e9' is not a whole number"),
+        ("a=always,max=-1", "'max=-1' is not a whole number"),
+        ("a=always,max=1,window=3,max=2", "'max' is given twice"),
+        ("a=always,backoff=5..1", "'backoff=5..1' is not two .* the second not below the first"),
+        ("a=always,delay=1,backoff=1..5", "'delay' and 'backoff' both say"),
         ("a=always,delay=inf", "'delay=inf' is not a number"),
-        ("a=always,backoff=1", "'backoff=1' is not a number"),
+        ("a=always,backoff=1", "'backoff=1' is not two numbers"),
     ],
 )
 def test_a_wrong_policy_is_refused_with_an_example(word, says):
@@ -138,11 +142,24 @@ def test_a_way_to_stop_is_read(word, polite):
 )
 def test_a_limit_is_read_or_refused(text, soft_and_hard):
     if soft_and_hard is not None:
-        assert parse_limit(f"x:{text}") == ("x", Limits(rlimits=(soft_and_hard,)))
+        limits = Limits(rlimits=(soft_and_hard,))
+        assert parse_limit(f"x:{text}", most_granted=lambda name: -1) == ("x", limits)
         return
     with pytest.raises(UsageError, match="in 'x:") as caught:
         parse_limit(f"x:{text}")
     assert caught.value.hint.startswith("for example: --limit")
+
+
+@pytest.mark.parametrize("text", ["nproc=unlimited", "nproc=0/unlimited", "nproc=4001"])
+def test_a_limit_above_what_is_granted_is_refused_with_that(text):
+    with pytest.raises(UsageError, match="more than is allowed here: the hard limit is 4000"):
+        parse_limit(f"x:{text}", most_granted=lambda name: 4000)
+    assert parse_limit("x:nproc=4000", most_granted=lambda name: 4000)[0] == "x"
+
+
+def test_what_the_kernel_grants_to_nobody_is_refused_on_the_command_line():
+    with pytest.raises(UsageError, match="'nofile=unlimited' is more than is allowed here"):
+        take_run_options(["--limit", "x:nofile=unlimited"])
 
 
 def test_processors_are_read_as_a_list_with_ranges():
