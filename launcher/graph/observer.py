@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -54,7 +56,8 @@ class Observer:
             signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
         )
         self.created_s = time.monotonic()
-        self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
+        with complaints_to_stderr():
+            self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
         if self._scout is not None:
             self._scout.introduce()
         return self
@@ -187,6 +190,27 @@ class Observer:
         while not fact(snapshot := self.snapshot()) and time.monotonic() < end:
             time.sleep(LOOK_S)
         return snapshot
+
+
+@contextlib.contextmanager
+def complaints_to_stderr() -> Iterator[None]:
+    """What Fast DDS has to say of a new participant (a port that somebody just gives up, ...).
+
+    It says it on standard output, in front of what is asked for.
+    """
+    sys.stdout.flush()
+    try:
+        kept = os.dup(1)
+    except OSError:  # there is none
+        yield
+        return
+    try:
+        with contextlib.suppress(OSError):  # no standard error
+            os.dup2(2, 1)
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 def _node(name: str, context: Context, *, is_hidden: bool) -> Any:

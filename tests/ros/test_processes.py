@@ -132,3 +132,16 @@ def test_a_process_knows_its_innermost_number():
     with subprocess.Popen(["true"]) as child:
         child.wait()
     assert innermost_pid(child.pid) == 0
+
+
+def test_what_the_middleware_says_of_a_new_participant_is_no_part_of_the_answer():
+    program = """
+import os
+from launcher.graph.observer import complaints_to_stderr
+print("before")
+with complaints_to_stderr():
+    os.write(1, b"complaint")
+os.write(1, b"answer")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("before\nanswer", "complaint")

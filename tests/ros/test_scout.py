@@ -79,9 +79,10 @@ def test_verbs_find_what_they_need_although_somebody_else_does_not_answer(tmp_pa
             wait_until(lambda: threads_stand_still(silent.pid), "it cannot answer")
             words = ("--spin-time", "3600")
             echo = launcher(env, "topic", "echo", "/chatter", "--once", *words)
-            assert echo.out.startswith("data: msg ")
+            assert "data: msg " in echo.out
             speed = launcher(env, "param", "get", "/talker", "speed", *words)
-            assert speed.out == "Double value is: 1.5\n"
+            # Fast DDS may complain first: of a port that somebody just gives up
+            assert speed.lines[-1] == "Double value is: 1.5"
             switch = launcher(
                 env, "service", "call", "/switch", "std_srvs/SetBool", "{data: true}", *words
             )
