@@ -37,7 +37,7 @@ class ExitCode(enum.IntEnum):
 
 _MEANINGS = {
     ExitCode.OK: "everything ended as expected, a requested stop included",
-    ExitCode.PROCESS_FAILED: "a process died, could not be started, or the launcher itself failed",
+    ExitCode.PROCESS_FAILED: "a process died, was killed or did not start, or the launcher failed",
     ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
     ExitCode.NOT_MET: "smoke: an expectation was not met",
     ExitCode.NOT_READY: "smoke: the system was not ready in time",

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from launcher.doctor.facts import Facts
 from launcher.engine import shared_memory
 from launcher.engine.reactor import Reactor
-from launcher.engine.remnants import Remnants
+from launcher.engine.remnants import Remnants, patience_for
 from launcher.engine.shared_memory import Stale
 
 
@@ -29,6 +29,8 @@ def end_runs(run_ids: Iterable[str]) -> list[str]:
                 ignore=frozenset(),
                 say=lambda _, text: said.append(text),
                 on_done=reactor.stop,
+                on_kill=lambda: None,
+                patience=patience_for(()),
             ).check()
             reactor.run()
     return said

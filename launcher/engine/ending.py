@@ -56,6 +56,7 @@ class Ending:
         self._on_empty = on_empty
         self._stop_signal: int | None = None
         self._remnants: Remnants | None = None
+        self._hurries = 0  # what is left behind has not heard of them
         self.has_begun = False
         self.first_death: str | None = None
 
@@ -85,6 +86,7 @@ class Ending:
             # One that an OnShutdown handler started has not been asked to stop yet.
             is_new = process.machine.state is ProcessState.RUNNING
             self._keeper.advance(process, Stop() if is_new else Hurry())
+        self._hurries += 1
         if self._remnants is not None:
             self._remnants.hurry()
 
@@ -133,7 +135,7 @@ class Ending:
             return
         if not self.has_begun and any(p.held for p in self._processes()):
             return  # a person stopped it, and may start it again
-        from launcher.engine.remnants import Remnants
+        from launcher.engine.remnants import Remnants, patience_for
 
         self.has_begun = True
         self._on_empty()
@@ -143,8 +145,12 @@ class Ending:
             ignore=self._guards.pids | self._stuck_pids(),
             say=self._say,
             on_done=self._reactor.stop,
+            on_kill=self._keeper.note_kill,
+            patience=patience_for(p.machine.stop for p in self._processes()),
         )
         self._remnants.check()
+        for _ in range(self._hurries):
+            self._remnants.hurry()
 
     def clear_after(self, process: Process, pid: int) -> None:
         """End what a process that was stopped, or starts again, left in its session.
@@ -154,14 +160,17 @@ class Ending:
         """
         if self.has_begun or not _has_members(pid):
             return
-        from launcher.engine.remnants import Remnants
+        from launcher.engine.remnants import Remnants, patience_for
 
+        by_hand = process.held  # as with the process itself: the run has not failed
         Remnants(
             self._run_id,
             reactor=self._reactor,
             ignore=self._guards.pids,
             say=lambda level, text: self._chronicle.say(level, process.name, text),
             on_done=lambda: None,
+            on_kill=(lambda: None) if by_hand else self._keeper.note_kill,
+            patience=patience_for((process.machine.stop,)),
             session=pid,
         ).check()
 

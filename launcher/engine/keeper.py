@@ -86,6 +86,10 @@ class Keeper:
     def _was_out_of_memory(self) -> bool:
         return self._oom is not None and self._oom.has_struck()
 
+    def note_kill(self) -> None:
+        """Something of the run had to be killed, which counts for the exit code."""
+        self.has_killed = True
+
     def pace(self, *, stagger_s: float, most: int | None) -> None:
         """From now on let processes start one after the other, as `Pacer` has it."""
         from launcher.engine.pacing import Pacer

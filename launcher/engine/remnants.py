@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from launcher.engine import sweep
 from launcher.engine.machine import (
+    POLITE,
     Action,
     Escalate,
     Hurry,
@@ -26,14 +27,30 @@ FIRST_ROUNDS = 15  # of the chase; every run waits for them at its end, for a mi
 FLITTING = "one that forks in a loop"
 POLL_S = 0.02  # nobody tells us when somebody else's child ends
 # Their parents are gone, and SIGINT is often ignored (what a shell started with `&` ignores it).
-PATIENCE = StopPolicy(sigterm_timeout_s=1.0, sigkill_timeout_s=5.0)
+MOST_S = {signal.SIGINT: 1.0}
+MOST_ELSE_S = 5.0
+
+
+def patience_for(policies: Iterable[StopPolicy]) -> StopPolicy:
+    """How to stop what processes with these policies may have left: as the most patient of them.
+
+    Nobody knows whose it was. Nothing waits longer than what nobody asked about would.
+    """
+    patience = max(policies, key=_polite_s, default=StopPolicy())
+    limited = ((signum, min(s, MOST_S.get(signum, MOST_ELSE_S))) for signum, s in patience.steps)
+    return StopPolicy(polite=tuple(limited)[:-1])
+
+
+def _polite_s(policy: StopPolicy) -> float:
+    return sum(wait_s for _, wait_s in policy.steps[:-1])
 
 
 class Remnants:
     """Grandchildren and daemons that carry the run id, treated as one process that is stopped.
 
-    With `session`, only what the process with this pid left in its session. `on_done` is called
-    when there are none (any more), or when SIGKILL has not helped either.
+    `patience` is how they are stopped. With `session`, only what the process with this pid left
+    in its session. `on_kill` is called when the polite signals have not helped, `on_done` when
+    there are none (any more), or when SIGKILL has not helped either.
     """
 
     def __init__(
@@ -44,6 +61,8 @@ class Remnants:
         ignore: frozenset[int],
         say: Callable[[str, str], None],
         on_done: Callable[[], None],
+        on_kill: Callable[[], None],
+        patience: StopPolicy,
         session: int | None = None,
     ) -> None:
         self._run_id = run_id
@@ -52,7 +71,8 @@ class Remnants:
         self._ignore = ignore
         self._say = say
         self._on_done = on_done
-        self._machine = ProcessMachine(RestartPolicy(), PATIENCE)
+        self._on_kill = on_kill
+        self._machine = ProcessMachine(RestartPolicy(), patience)
         self._clean_looks = 0
         self._last_seen = ""
 
@@ -73,6 +93,7 @@ class Remnants:
         else:
             self._advance(Tick())
         if self._machine.is_stuck:
+            self._on_kill()
             self._say(
                 "ERROR", f"could not be killed: {_reasons(pids) or self._last_seen or FLITTING}"
             )
@@ -106,6 +127,8 @@ class Remnants:
         if isinstance(action, Signal):
             self._signal(action.signum)
         elif isinstance(action, Escalate):
+            if action.to == signal.SIGKILL:
+                self._on_kill()
             left = _names(self._find()) or self._last_seen or FLITTING
             self._say("ERROR", f"left behind and still there, now {action.to.name}: {left}")
 
@@ -113,7 +136,9 @@ class Remnants:
         return sweep.find(self._run_id, ignore=self._ignore, session=self._session)
 
     def _signal(self, signum: int) -> None:
-        sweep.signal_all(self._run_id, signum, ignore=self._ignore, session=self._session)
+        # What stands still notices nothing but SIGKILL.
+        for each in (signum, signal.SIGCONT) if signum in POLITE else (signum,):
+            sweep.signal_all(self._run_id, each, ignore=self._ignore, session=self._session)
 
 
 def _names(pids: list[int]) -> str:

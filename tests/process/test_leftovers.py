@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,6 +28,7 @@ from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
 DEAF = '(trap "" INT TERM; exec sleep {}) & '
+QUICK = 'sigkill_timeout="0.3"'
 EVENTS = "__import__('launch.events.process').events.process"
 EMIT = "__import__('launch.actions').actions.EmitEvent"
 
@@ -39,36 +42,92 @@ def test_what_a_restarted_process_leaves_behind_ends_while_its_successor_runs(be
         f"if [ ! -e again ]; then touch again; {DEAF.format(1001)} exit 1; fi\n"
         "echo successor; exec sleep 1002\n"
     )
-    terminal = bench.terminal(f'sh(". ./node.sh", cwd="{bench.folder}", respawn=True)')
+    terminal = bench.terminal(f'sh(". ./node.sh", cwd="{bench.folder}", respawn=True, {QUICK})')
     terminal.wait_for_all("successor", "stopping what it left behind: sleep [")
     wait_until(lambda: not _sleeping(bench, 1001), "what was left is gone")
     assert _sleeping(bench, 1002)
     terminal.ctrl_c()
-    assert terminal.exit_code() == 0
+    assert terminal.exit_code() == 130, "something was killed"
 
 
 def test_what_a_process_leaves_behind_that_was_stopped_ends_at_once(bench: Bench):
     script = f"{DEAF.format(1001)} echo ready; exec sleep 1000"
     stop = f"{EMIT}(event={EVENTS}.ShutdownProcess(process_matcher=lambda action: action is it))"
-    both = f"*(lambda it: [it, TimerAction(period=0.5, actions=[{stop}])])(sh('{script}'))"
+    both = f"*(lambda it: [it, TimerAction(period=0.5, actions=[{stop}])])"
+    both = f"{both}(sh('{script}', {QUICK}))"
     terminal = bench.terminal(f'sh("exec sleep 1003"), {both}')
     terminal.wait_for_all("ready", "stopping what it left behind: sleep [")
     wait_until(lambda: not _sleeping(bench, 1001), "what was left is gone")
     assert _sleeping(bench, 1003)
     terminal.ctrl_c()
-    assert terminal.exit_code() == 0
+    assert terminal.exit_code() == 130, "something was killed"
 
 
 def test_what_a_process_leaves_behind_that_ended_by_itself_stays_until_the_end(bench: Bench):
     terminal = bench.terminal(
-        f"sh('{DEAF.format(1001)} exit 0'), sh('exec sleep 1002')",
+        f"sh('{DEAF.format(1001)} exit 0', {QUICK}), sh('exec sleep 1002', {QUICK})",
     )
     terminal.wait_for("process has finished cleanly")
     assert _sleeping(bench, 1001)
     terminal.ctrl_c()
-    assert terminal.exit_code() == 0
+    assert terminal.exit_code() == 130, "something was killed"
     assert "stopping what processes left behind: sleep [" in terminal.text
     assert bench.survivors() == []
+
+
+DEAF_DAEMON = """
+setsid sh -c 'trap "" INT TERM; echo deaf; touch deaf; exec sleep 1001' &
+"""
+SIGKILLED = "left behind and still there, now SIGKILL: sleep ["
+
+
+def _leaving(bench: Bench, rest: str, options: str = "") -> str:
+    """A process with a daemon that ignores every polite signal; it goes on with `rest`."""
+    (bench.folder / "daemon.sh").write_text(DEAF_DAEMON + rest)
+    return f'sh(". ./daemon.sh", cwd="{bench.folder}", {options})'
+
+
+def test_what_is_left_behind_is_stopped_with_the_timeouts_of_the_run(bench: Bench):
+    waits = "while [ ! -e deaf ]; do sleep 0.05; done"
+    done = bench.run(_leaving(bench, waits, 'sigterm_timeout="0.2", sigkill_timeout="0.3"'))
+    assert done.returncode == 1, "something was killed"
+    assert SIGKILLED.encode() in done.stdout
+    assert bench.survivors() == []
+    events = (bench.folder / "log" / "latest" / "events.jsonl").read_text().splitlines()
+    finished = json.loads(events[-1])
+    assert (finished["event"], finished["exit_code"]) == ("finished", 1)
+
+
+def test_what_is_left_behind_of_processes_that_are_killed_is_killed_at_once(bench: Bench):
+    terminal = bench.terminal(_leaving(bench, "exec sleep 1002"), "--stop", "*=kill")
+    terminal.wait_for("deaf")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0, "it was asked for"
+    assert "stopping what processes left behind: " in terminal.text
+    assert "still there" not in terminal.text
+    assert bench.survivors() == []
+
+
+def test_presses_that_came_before_count_for_what_is_left_behind(bench: Bench):
+    """The second of them is for the daemon, too, which nobody has found yet."""
+    talks = "trap 'echo asked' INT; trap 'exit 0' TERM; echo ready; while :; do sleep 0.05; done"
+    patient = f'sh("{talks}", sigterm_timeout="60", sigkill_timeout="0.3")'
+    terminal = bench.terminal(f"{_leaving(bench, 'exec sleep 1002')}, {patient}")
+    terminal.wait_for_all("deaf", "ready")
+    terminal.ctrl_c()
+    terminal.wait_for("asked")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 130
+    said = terminal.text.partition("stopping what processes left behind")
+    assert "again, not waiting any longer" in said[0]
+    assert "left behind and still there, now SIGTERM: sleep [" in said[2]
+    assert SIGKILLED in said[2]
+    first, second = re.findall(r"(\d+\.\d+) \[ERROR\] \[launch\]: left behind", _log(bench))
+    assert float(second) - float(first) > 0.2, "only as many steps as there were presses"
+
+
+def _log(bench: Bench) -> str:
+    return (bench.folder / "log" / "latest" / "launch.log").read_text()
 
 
 class Unreachable(Child):
