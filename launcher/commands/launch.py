@@ -158,6 +158,7 @@ def launch(request: Request, options: RunOptions, patience: Patience) -> int:
         try:
             core = _SoundCore(interpreter, description, request, patience)
             core.evaluate()
+            core.refuse_domain()
             if options.required:
                 core.refuse_missing(options)
             code = _supervise(core, options, run_path, request)
@@ -232,6 +233,15 @@ class _SoundCore:
                 self._effects = self._interpreter.start()
         except LaunchFileError as fault:
             raise self._explained(fault) from fault
+
+    def refuse_domain(self) -> None:
+        """UsageError if the environment names a ROS domain in which no node can start."""
+        word = self._interpreter.environment.get("ROS_DOMAIN_ID", "")
+        if not word or (word.isdecimal() and len(word) < 3):
+            return  # nearly always, and nothing is imported for it
+        from launcher.commands import ros_domain
+
+        ros_domain.refuse(word, self._effects)
 
     def refuse_missing(self, options: RunOptions) -> None:
         """UsageError if a required process is not started, and nothing could start it later."""

@@ -138,3 +138,15 @@ def test_a_required_process_may_be_started_later(bench: Bench):
     assert done.returncode == 0
     assert b"late-2 is required and has ended: shutting down" in done.stdout
     assert b"of the whole run" not in done.stdout
+
+
+def test_nodes_in_a_domain_that_is_none_are_not_started(bench: Bench):
+    bench.env["ROS_DOMAIN_ID"] = "233"
+    node = "__import__('launch_ros.actions').actions.Node(executable='true'{})"
+    done = bench.run(f"sh('echo ran'), {node.format('')}")
+    assert b"error: ROS_DOMAIN_ID is '233', with which no node can start (true-2)\n" in done.stderr
+    assert (done.returncode, done.stdout) == (2, b"")
+    of_its_own = node.format(", additional_env={'ROS_DOMAIN_ID': '7'}")
+    done = bench.run(f"sh('echo ran'), {of_its_own}")
+    assert b"[sh-1] ran" in done.stdout
+    assert done.returncode == 0
