@@ -76,8 +76,13 @@ def find_target(
     observer: Observer, name: str, type_name: str | None, spin_time_s: float
 ) -> Target | None:
     """The topic as soon as its publishers are known to rclpy; otherwise as `target_in`."""
+    _await_publishers(observer, full_topic(name), spin_time_s)
+    return target_now(observer, name, type_name)
+
+
+def target_now(observer: Observer, name: str, type_name: str | None = None) -> Target | None:
+    """The topic as rclpy knows it at this moment; otherwise as `target_in`."""
     full = full_topic(name)
-    _await_publishers(observer, full, spin_time_s)
     types = observer.topic_types().get(full, [])
     return _target(full, type_name, types, observer.endpoints(full))
 

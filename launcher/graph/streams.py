@@ -8,28 +8,16 @@ import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from launcher.errors import ExitCode
 from launcher.graph import rates
-from launcher.graph.domains import why_empty
 from launcher.graph.echo import Writer, compiled_filter
-from launcher.graph.errors import VerbError, did_you_mean
-from launcher.graph.listener import (
-    Listener,
-    Target,
-    are_published,
-    await_introduction,
-    find_target,
-    fitted_profile,
-    target_in,
-)
-from launcher.graph.verb import looking, spin_time_s, warn
+from launcher.graph.errors import VerbError
+from launcher.graph.listener import Listener, Target, are_published, full_topic
+from launcher.graph.subscribing import Awaited, subscribe_now
+from launcher.graph.verb import looking, warn
 
-if TYPE_CHECKING:
-    from launcher.graph.observer import Observer
-
-_WAIT_S = 0.5
 SILENCE_S = 3.0
 
 
@@ -53,7 +41,7 @@ def echo(options: Namespace) -> int:
     with until_interrupted(), looking(options, enough, listens=True) as observer:
         listener = Listener(observer, raw=options.raw)
         for name in options.topic_names:
-            _subscribe_now(observer, listener, name, options)
+            subscribe_now(observer, listener, name, options)
         silence = _Silence(options.timeout)
         write = sys.stdout.write
         for sample in listener.samples(silence.tick, warn):
@@ -88,66 +76,14 @@ class _Silence:
         return self._timeout_s is None or time.monotonic() - self._last < self._timeout_s
 
 
-def _subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
-    """Subscribe; VerbError as ros2cli words it if the type cannot be told."""
-    target = _first_target(observer, name, options.message_type, options)
-    if target is None:
-        print(_unpublished(name), flush=True)
-        raise VerbError(
-            "Could not determine the type for the passed topic", hint=_hint(observer, name)
-        )
-    _subscribe(listener, target, options)
-
-
-def _first_target(
-    observer: Observer, name: str, type_name: str | None, options: Namespace
-) -> Target | None:
-    """The topic as it is at the start."""
-    if (look := observer.seen_ahead()) is not None:
-        target = target_in(look, name, type_name)
-        if target is not None:
-            await_introduction(observer, target)
-        return target
-    return find_target(observer, name, type_name, spin_time_s(options))
-
-
-def _hint(observer: Observer, name: str) -> str | None:
-    """For a name that nobody has."""
-    look = observer.seen_ahead() or observer.look()
-    return did_you_mean(name, look.topic_types()) if look.nodes else why_empty(observer.domain_id)
-
-
-def _unpublished(name: str) -> str:
-    return f"WARNING: topic [{name}] does not appear to be published yet"
-
-
-def _subscribe(listener: Listener, target: Target, options: Namespace) -> None:
-    profile, notes = fitted_profile(target, options)
-    for note in notes:
-        print(note)
-    sys.stdout.flush()
-    listener.subscribe(target, profile)
-
-
-def _subscribe_when_published(
-    observer: Observer, listener: Listener, name: str, options: Namespace
-) -> Target:
-    """Wait for the topic as long as it takes."""
-    target = _first_target(observer, name, None, options)
-    if target is None:
-        print(_unpublished(name), flush=True)
-        if hint := _hint(observer, name):
-            warn(f"hint: {hint}")
-    while target is None:
-        target = find_target(observer, name, None, _WAIT_S)
-    _subscribe(listener, target, options)
-    return target
-
-
 class _Clock:
-    """Ends a measurement after `for_s`, and calls `report` once a second until then."""
+    """Ends a measurement after `for_s`, and calls `report` once a second until then.
 
-    def __init__(self, for_s: float | None, report: Callable[[], None]) -> None:
+    Meanwhile it looks for the topics that are awaited.
+    """
+
+    def __init__(self, for_s: float | None, awaited: Awaited, report: Callable[[], None]) -> None:
+        self._awaited = awaited
         self._start = time.monotonic()
         self._end = None if for_s is None else self._start + for_s
         self._next = self._start + 1.0
@@ -155,6 +91,7 @@ class _Clock:
 
     def tick(self) -> bool:
         """Whether to go on."""
+        self._awaited.look()
         now = time.monotonic()
         if now >= self._next:
             self._next += 1.0
@@ -186,15 +123,18 @@ class _Quiet:
 def hz(options: Namespace) -> int:
     """Print rates; 1 if one of them is below `--min` at the end."""
     accepts = compiled_filter(options.filter)
+    names = options.topic_names
     arrivals: dict[str, rates.Arrivals] = {}
-    enough = are_published(options.topic_names)
-    with until_interrupted(), looking(options, enough, listens=True) as observer:
+    quiet: dict[str, _Quiet] = {}
+
+    def found(target: Target) -> None:
+        quiet[target.name] = _Quiet(target.name)
+
+    with until_interrupted(), looking(options, are_published(names), listens=True) as observer:
         listener = Listener(observer, raw=accepts is None)
-        for name in options.topic_names:
-            target = _subscribe_when_published(observer, listener, name, options)
-            arrivals[target.name] = rates.Arrivals(options.window)
-        quiet = {name: _Quiet(name) for name in arrivals}
-        clock = _Clock(options.for_s, lambda: _report_rates(arrivals, quiet, options))
+        arrivals |= {full_topic(name): rates.Arrivals(options.window) for name in names}
+        awaited = Awaited(observer, listener, names, options, found)
+        clock = _Clock(options.for_s, awaited, lambda: _report_rates(arrivals, quiet, options))
         for sample in listener.samples(clock.tick, warn):
             quiet[sample.topic].message()
             if accepts is None or accepts(sample.message):
@@ -258,13 +198,15 @@ def bw(options: Namespace) -> int:
         if found := sizes.due(time.time_ns()):
             print(_bandwidth_line(*found, as_json=options.json))
 
-    enough = are_published([options.topic_name])
-    with until_interrupted(), looking(options, enough, listens=True) as observer:
-        listener = Listener(observer, raw=True)
-        target = _subscribe_when_published(observer, listener, options.topic_name, options)
+    def found(target: Target) -> None:
         if not options.json:
             print(f"Subscribed to [{target.name}]", flush=True)
-        for sample in listener.samples(_Clock(options.for_s, report).tick, warn):
+
+    names = [options.topic_name]
+    with until_interrupted(), looking(options, are_published(names), listens=True) as observer:
+        listener = Listener(observer, raw=True)
+        awaited = Awaited(observer, listener, names, options, found)
+        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick, warn):
             sizes.add(sample.received_ns, len(sample.message))
     return ExitCode.OK
 
@@ -284,11 +226,11 @@ def delay(options: Namespace) -> int:
         if due := delays.due():
             print(_delay_line(*due, as_json=options.json))
 
-    enough = are_published([options.topic_name])
-    with until_interrupted(), looking(options, enough, listens=True) as observer:
+    names = [options.topic_name]
+    with until_interrupted(), looking(options, are_published(names), listens=True) as observer:
         listener = Listener(observer, raw=False)
-        _subscribe_when_published(observer, listener, options.topic_name, options)
-        for sample in listener.samples(_Clock(options.for_s, report).tick, warn):
+        awaited = Awaited(observer, listener, names, options, lambda target: None)
+        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick, warn):
             delays.add(sample.received_ns - _stamp_ns(sample.message))
     return ExitCode.OK
 

@@ -1,0 +1,41 @@
+"""`topic hz`, `bw` and `delay` of topics that nobody publishes, or not yet."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tests.support.verbs import PATIENCE_S
+
+TOPIC = (sys.executable, "-m", "launcher", "topic")
+UNPUBLISHED = "WARNING: topic [{}] does not appear to be published yet\n"
+
+
+@pytest.mark.parametrize("name", ["hz", "bw", "delay"])
+def test_the_wait_for_a_topic_ends_with_the_measurement(verb, name):
+    answer = verb("topic", name, "/nosuch", "--for", "0.3")
+    assert (answer.out, answer.code) == (UNPUBLISHED.format("/nosuch"), 0)
+
+
+def test_a_topic_that_is_missing_is_below_the_minimum_and_hides_no_other(verb):
+    answer = verb("topic", "hz", "/nosuch", "/chatter", "--for", "1", "--min", "1", "--json")
+    assert answer.code == 1
+    (missing, there) = (json.loads(line) for line in answer.lines[-2:])
+    assert (missing["topic"], missing["messages"]) == ("/nosuch", 0)
+    assert (there["topic"], there["mean_rate_hz"] > 1) == ("/chatter", True)
+
+
+def test_a_topic_is_measured_as_soon_as_somebody_publishes_it(verb, env):
+    bw = subprocess.Popen([*TOPIC, "bw", "/later"], env=env, stdout=subprocess.PIPE, text=True)
+    assert bw.stdout is not None
+    assert bw.stdout.readline() == UNPUBLISHED.format("/later")
+    words = ("/later", "std_msgs/msg/String", "data: x", "--rate", "20", "--times", "40")
+    verb("topic", "pub", *words)  # waits for the subscription
+    assert bw.stdout.readline() == "Subscribed to [/later]\n"
+    assert "B/s from" in bw.stdout.readline()
+    bw.terminate()
+    assert bw.wait(timeout=PATIENCE_S) == 0
+    bw.stdout.close()
