@@ -9,7 +9,7 @@ from typing import Any
 
 from launcher.control.peer import Exchange
 from launcher.engine.desk import Desk
-from launcher.engine.lines import for_screen
+from launcher.engine.lines import for_terminal
 from launcher.engine.process import Process
 from launcher.engine.ring import Block, LogRing, texts_of
 from launcher.model.record import Record
@@ -84,7 +84,7 @@ class Logs:
     def _items(self, name: str | None, block: Block) -> Iterable[Item]:
         wall_s = time.time() - (self._desk.reactor.now() - block.heard_s)
         stream = block.stream or None
-        clean = Block(block.stream, block.heard_s, for_screen(block.lines))
+        clean = Block(block.stream, block.heard_s, for_terminal(block.lines))
         for text in texts_of(clean):
             yield {"process": name, "stream": stream, "time": wall_s, "text": text}
 

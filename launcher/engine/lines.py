@@ -95,6 +95,35 @@ def for_screen(lines: bytes) -> bytes:
     return b"\n".join(_closed(_after_return(line)) for line in lines.split(b"\n"))
 
 
+def for_terminal(lines: bytes) -> bytes:
+    """The same for a screen that is a terminal, which obeys more than that (`terminal`)."""
+    text = for_screen(lines)
+    if _is_ordinary(text):
+        return text
+    from launcher.engine.terminal import without_controls
+
+    return without_controls(text)
+
+
+def _is_ordinary(text: bytes) -> bool:
+    """Whether there is nothing in it that a terminal could obey; written out for the same reason.
+
+    Bytes that are no ASCII need a closer look, and so do colours.
+    """
+    return text.isascii() and not (
+        0x1B in text
+        or 0x07 in text
+        or 0x05 in text
+        or 0x11 in text
+        or 0x12 in text
+        or 0x13 in text
+        or 0x14 in text
+        or 0x18 in text
+        or 0x1A in text
+        or 0x7F in text
+    )
+
+
 @functools.cache
 def _escapes() -> re.Pattern[bytes]:
     """What moves the cursor, sets titles or switches character sets, complete or not; not colour.

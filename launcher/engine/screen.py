@@ -9,7 +9,7 @@ import stat
 from collections import deque
 from collections.abc import Callable, Mapping
 
-from launcher.engine.lines import for_screen, with_prefix
+from launcher.engine.lines import for_screen, for_terminal, with_prefix
 from launcher.engine.reactor import Reactor
 
 HIGH_WATER = 1024 * 1024  # bytes that wait; above it the children are not read any more
@@ -58,6 +58,7 @@ class Screen:
         self.colour = colour
         self._plain = plain
         self.is_tty = os.isatty(fd)
+        self._sound = for_terminal if self.is_tty else for_screen
         self.closed = False
         self.dropped_bytes = 0
         self._waiting: deque[bytes] = deque()
@@ -94,6 +95,12 @@ class Screen:
 
     def write_partial(self, source: object, prefix: bytes, partial: bytes, shown: int) -> int:
         """Show the beginning of a line that waits for its end; how much of it is shown now."""
+        if self.is_tty and not partial.isascii():
+            from launcher.engine.terminal import whole_characters
+
+            partial = whole_characters(partial)
+            if len(partial) <= shown:
+                return shown
         is_bar = b"\r" in partial[max(0, shown - 1) :]
         if is_bar and not self.is_tty:
             return shown
@@ -134,7 +141,7 @@ class Screen:
         self._write(b"\n" + block)
 
     def _clean(self, lines: bytes) -> bytes:
-        text = for_screen(lines)
+        text = self._sound(lines)
         if not self._plain or text is lines:
             return text
         from launcher.engine.logfile import without_colour

@@ -123,9 +123,15 @@ def test_colour_on_a_terminal_goes_when_it_is_not_wanted(bench: Bench, words: st
 
 
 def test_nothing_but_colour_steers_the_terminal_not_even_in_the_rest_of_a_prompt(bench: Bench):
-    title, clear = r"\033]0;title\007", r"\033[2J"
-    steps = [f"printf 'name{title}? '", "sleep 0.3", f"printf 'bo{clear}'", "sleep 0.3", "echo b"]
+    title, clear, others = r"\033]0;title\007", r"\033[2J", r"\007\005\177\233\033[8m"
+    steps = [
+        f"printf 'name{title}? '",
+        "sleep 0.3",
+        f"printf 'bo{clear}{others}'",
+        "sleep 0.3",
+        "echo b",
+    ]
     terminal = bench.terminal(f'sh("{"; ".join(steps)}")'.replace("\\", "\\\\"))
     assert terminal.exit_code() == 0
     assert "[sh-1] name? bob\n" in terminal.text
-    assert "\x1b]" not in terminal.raw and "\x1b[2J" not in terminal.raw
+    assert not re.search("\x1b\\]|\x1b\\[2J|\x1b\\[8m|[\x07\x05\x7f\x9b\ufffd]", terminal.raw)

@@ -1,10 +1,20 @@
 """Bytes into lines: nothing lost, nothing torn, nothing that moves the reader's cursor."""
 
+import re
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from launcher.engine.lines import CUT_MARK, LINE_LIMIT, LineBuffer, for_screen, with_prefix
+from launcher.engine.lines import (
+    CUT_MARK,
+    LINE_LIMIT,
+    LineBuffer,
+    for_screen,
+    for_terminal,
+    with_prefix,
+)
+from launcher.engine.terminal import whole_characters
 
 
 def feed_all(chunks: list[bytes]) -> bytes:
@@ -81,6 +91,51 @@ def test_a_line_tells_how_much_of_it_was_shown():
 )
 def test_colour_passes_and_cursor_movement_does_not(written, shown):
     assert for_screen(written) == shown
+
+
+@pytest.mark.parametrize(
+    ("written", "shown"),
+    [
+        (b"bell\x07 who\x05 xon\x11\x12 xoff\x13\x14\n", b"bell who xon xoff\n"),
+        (b"can\x18cel sub\x1a del\x7f\n", b"cancel sub del\n"),
+        (b"nul\0 tab\t bad \xff\xfe\n", b"nul\0 tab\t bad \xff\xfe\n"),
+        (b"csi \x9b2J osc \x9d0;t\x9c\n", b"csi 2J osc 0;t\n"),
+        (b"in \xe2\x82\xac and out \x9b\n", b"in \xe2\x82\xac and out \n"),
+        (b"put together \xc2\xc2\x9b\x9b2J\n", b"put together 2J\n"),
+        (b"put together \xc2\x07\x9b2J\n", b"put together \xc22J\n"),
+        (b"put together \x1b\x07[2J\n", b"put together [2J\n"),
+        ("größe € \u00a0\n".encode(), "größe € \u00a0\n".encode()),
+        (b"\x1b[5mblinks\x1b[0m\n", b"blinks\x1b[0m\n"),
+        (b"\x1b[1;05;31;8mred\x1b[m\n", b"\x1b[1;31mred\x1b[m\n"),
+        (b"\x1b[0;6:1mfast\x1b[m\n", b"\x1b[0mfast\x1b[m\n"),
+        (b"\x1b[38;5;208;48;5;8mx\x1b[m\n", b"\x1b[38;5;208;48;5;8mx\x1b[m\n"),
+        (b"\x1b[38;2;5;6;8;8mx\x1b[m\n", b"\x1b[38;2;5;6;8mx\x1b[m\n"),
+        (b"\x1b[38:5:8mx\x1b[m\n", b"\x1b[38:5:8mx\x1b[m\n"),
+        (b"\x1b[38;8mx\x1b[m\n", b"\x1b[38mx\x1b[m\n"),
+        (b"\x1b[1;3;4;7;9mx\x1b[m\n", b"\x1b[1;3;4;7;9mx\x1b[m\n"),
+    ],
+)
+def test_on_a_terminal_nothing_passes_that_it_would_obey(written, shown):
+    assert for_terminal(written) == shown
+
+
+@given(
+    st.lists(st.sampled_from([b"\xc2", b"\x9b", b"\x1b", b"[", b"5", b"8", b";", b"m", b"\x07"]))
+)
+def test_no_control_is_put_together_out_of_what_is_left(parts):
+    shown = for_terminal(b"".join(parts) + b"\n")
+    assert not set(b"\x07\x9b") & set(shown)
+    for words in re.findall(rb"\x1b\[([0-9;]*)m", shown):
+        assert not {b"5", b"6"} & set(words.split(b";"))
+    assert for_terminal(shown) == shown
+
+
+@pytest.mark.parametrize("sign", ["é", "€", "🤖"])
+def test_a_character_whose_rest_is_still_to_come_waits(sign):
+    whole = f"x{sign}".encode()
+    assert whole_characters(whole) == whole
+    assert {whole_characters(whole[:end]) for end in range(1, len(whole))} == {b"x"}
+    assert whole_characters(b"x\xff") == b"x\xff"
 
 
 def test_every_line_gets_the_prefix():
