@@ -20,6 +20,11 @@ _UNUSUAL = (
     "FASTDDS_DEFAULT_PROFILES_FILE",
     "CYCLONEDDS_URI",
 )
+_RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
+_OFF = (
+    "discovery is off (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF); "
+    "unset it, or set it to LOCALHOST or SUBNET"
+)
 _PROFILES = "DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml"
 _PLAIN_RMW = ("", "rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp", "rmw_cyclonedds_cpp")
 _PLAIN_TRANSPORTS = ("", "DEFAULT", "UDPv4")
@@ -40,11 +45,22 @@ def domain_of(word: str, source: str) -> int:
     return int(word)
 
 
+def _discovery_range(environment: Mapping[str, str]) -> str:
+    """How far discovery goes, as rcl reads the environment."""
+    if environment.get("ROS_LOCALHOST_ONLY") == "1":  # beats the other
+        return "LOCALHOST"
+    word = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or "SUBNET"
+    return word if word in _RANGES else "LOCALHOST"
+
+
+def is_off(environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether nobody is to be found, not even on this machine."""
+    return _discovery_range(environment) == "OFF"
+
+
 def localhost_only(environment: Mapping[str, str] = os.environ) -> bool:
     """Whether the environment keeps discovery on this machine."""
-    if environment.get("ROS_LOCALHOST_ONLY") == "1":
-        return True
-    return environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET") in ("LOCALHOST", "OFF")
+    return _discovery_range(environment) in ("LOCALHOST", "OFF")
 
 
 def is_plain(environment: Mapping[str, str] = os.environ) -> bool:
@@ -54,14 +70,16 @@ def is_plain(environment: Mapping[str, str] = os.environ) -> bool:
         and environment.get("RMW_IMPLEMENTATION", "") in _PLAIN_RMW
         and environment.get("FASTDDS_BUILTIN_TRANSPORTS", "") in _PLAIN_TRANSPORTS
         and environment.get("ROS_SECURITY_ENABLE") != "true"
-        and environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") != "OFF"
+        and not is_off(environment)
         and TABLES[0].exists()
         and not any(Path(name).exists() for name in _PROFILES)
     )
 
 
 def why_empty(domain_id: int) -> str:
-    """The sentence for a graph without nodes, with the domain on which there are some."""
+    """The sentence for a graph without nodes: discovery is off, or where there are some."""
+    if is_off():
+        return f"0 nodes on domain {domain_id}: {_OFF}"
     place = " (localhost only)" if localhost_only() else ""
     sentence = f"0 nodes on domain {domain_id}{place}"
     others = sorted(d for d in participants_by_domain() if d != domain_id)
