@@ -9,7 +9,7 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from launcher.errors import ExitCode, UsageError
+from launcher.errors import ExitCode
 from launcher.graph.verb import (
     Parser,
     add_verb,
@@ -17,6 +17,7 @@ from launcher.graph.verb import (
     looking,
     parser_of,
     print_json,
+    require_rate,
     seconds,
     spin_time_s,
 )
@@ -93,8 +94,13 @@ def _type(options: Namespace) -> int:
 
 
 def _find(options: Namespace) -> int:
+    from launcher.graph.interfaces import full_type, tell_of_unknown
+
     known = _services(options, hidden=options.include_hidden_services)
-    found = [name for name, types in known.items() if options.service_type in types]
+    kind = full_type(options.service_type, "srv")
+    found = [name for name, types in known.items() if kind in types]
+    if not found:
+        tell_of_unknown(kind)
     if options.json:
         print_json(found)
     else:
@@ -108,8 +114,8 @@ def _call(options: Namespace) -> int:
     from launcher.graph.from_yaml import fill, parse
     from launcher.graph.interfaces import load
 
-    if options.rate is not None and options.rate <= 0:
-        raise UsageError("rate must be greater than zero")
+    if options.rate is not None:
+        require_rate(options.rate)
     kind = load(options.service_type, "srv", "The passed service type is invalid")
     request = kind.Request()
     fill(request, parse(sys.stdin.read() if options.stdin else options.values))

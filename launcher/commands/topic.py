@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import argparse
+import math
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from launcher.errors import ExitCode, UsageError
 from launcher.graph.profiles import add_qos_options
-from launcher.graph.verb import Parser, add_verb, dispatch, parser_of, print_json, seconds
+from launcher.graph.verb import (
+    Parser,
+    add_verb,
+    dispatch,
+    parser_of,
+    print_json,
+    require_rate,
+    seconds,
+)
+
+_MOST = 2**31 - 1
 
 
 def main(words: Sequence[str]) -> int:
@@ -137,14 +148,14 @@ def _add_pub(table: Any) -> None:
 
 
 def _positive(word: str) -> int:
-    value = int(word) if word.isdigit() else 0
-    if value < 1:
+    value = int(word) if word.isdecimal() else 0
+    if not 1 <= value <= _MOST:
         raise argparse.ArgumentTypeError("value must be a positive integer")
     return value
 
 
 def _count(word: str) -> int:
-    if not word.isdigit():
+    if not word.isdecimal() or int(word) > _MOST:
         raise argparse.ArgumentTypeError("value must be non-negative integer")
     return int(word)
 
@@ -212,10 +223,13 @@ def _type(options: Namespace) -> int:
 
 def _find(options: Namespace) -> int:
     from launcher.graph import topics
+    from launcher.graph.interfaces import full_type, tell_of_unknown
     from launcher.graph.seeing import seen
 
-    hidden = options.include_hidden_topics
-    found = topics.of_type(seen(options), options.topic_type, hidden=hidden)
+    hidden, kind = options.include_hidden_topics, full_type(options.topic_type)
+    found = topics.of_type(seen(options), kind, hidden=hidden)
+    if not found:
+        tell_of_unknown(kind)
     if options.json:
         print_json(found)
     else:
@@ -243,6 +257,8 @@ def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
 def _hz(options: Namespace) -> int:
     from launcher.graph.streams import hz
 
+    if options.min_hz is not None and not math.isfinite(options.min_hz):
+        raise UsageError(f"--min takes a rate in Hz, not {options.min_hz}")
     if options.min_hz is not None and options.for_s is None:
         raise UsageError("--min needs --for", hint="for example: --for 5 --min 4.5")
     return hz(options)
@@ -263,8 +279,7 @@ def _delay(options: Namespace) -> int:
 def _pub(options: Namespace) -> int:
     from launcher.graph.publish import publish
 
-    if options.rate <= 0:
-        raise UsageError("rate must be greater than zero")
+    require_rate(options.rate)
     return publish(options)
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 from launcher.graph.errors import VerbError
-from launcher.graph.interfaces import all_interfaces, interface_packages, interfaces_of
+from launcher.graph.interfaces import all_interfaces, interface_packages, near_miss
 
 _PRIMITIVES = {"bool", "byte", "char", "float32", "float64", "string", "wstring"} | {
     f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
@@ -25,11 +24,8 @@ def resolve(name: str) -> str:
     short = [full for full in known if name == f"{full.split('/')[0]}/{full.split('/')[2]}"]
     if short:
         return short[0]
-    package = name.split("/")[0]
-    near = difflib.get_close_matches(name, interfaces_of(package) or known, n=1)
-    raise VerbError(
-        f"Unknown interface '{name}'", hint=f"did you mean '{near[0]}'?" if near else None
-    )
+    near = near_miss(name)
+    raise VerbError(f"Unknown interface '{name}'", hint=f"did you mean '{near}'?" if near else None)
 
 
 def definition_path(full: str) -> Path:

@@ -10,7 +10,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from launcher.errors import nearest
 from launcher.graph.errors import VerbError
+from launcher.graph.verb import warn
 
 KINDS = ("msg", "srv", "action")
 _INDEX = Path("share/ament_index/resource_index/rosidl_interfaces")
@@ -66,9 +68,37 @@ def load_message(type_name: str) -> Any:
 
 
 def _near(type_name: str, package: str, name: str, kind: str) -> str | None:
-    known = all_interfaces([kind])
-    tails = {n.rsplit("/", 1)[1]: n for n in known if n.startswith(f"{package}/")}
-    if near := difflib.get_close_matches(name, tails, n=1):
-        return f"did you mean {near[0]}? ({tails[near[0]]})"
-    whole = difflib.get_close_matches(f"{package}/{kind}/{name}", known, n=1)
-    return f"did you mean {whole[0]}?" if whole else f"no such type is installed: {type_name}"
+    near = near_miss(type_name, [kind])
+    if near is None:
+        return f"no such type is installed: {type_name}"
+    last = near.rsplit("/", 1)[1]
+    same_package = near.startswith(f"{package}/") and last != name
+    return f"did you mean {last}? ({near})" if same_package else f"did you mean {near}?"
+
+
+def near_miss(type_name: str, kinds: Iterable[str] = KINDS) -> str | None:
+    """The installed type that was probably meant; None if none has a name that is alike."""
+    package, name = type_name.partition("/")[0], type_name.rpartition("/")[2]
+    known = all_interfaces(kinds)
+    alike = [full for full in known if nearest(name, [full.rsplit("/", 1)[1]])]
+    own = {full.rsplit("/", 1)[1]: full for full in alike if full.startswith(f"{package}/")}
+    if last := nearest(name, own):
+        return own[last]
+    if package == name:  # it came without one
+        return next((full for full in alike if full.endswith(f"/{name}")), None)
+    return next(iter(difflib.get_close_matches(type_name, alike, n=1)), None)
+
+
+def full_type(name: str, kind: str = "msg") -> str:
+    """`std_msgs/msg/String` for `std_msgs/String`; a name without a package is left as it is."""
+    if "/" not in name:
+        return name
+    return f"{name.partition('/')[0]}/{kind}/{name.rpartition('/')[2]}"
+
+
+def tell_of_unknown(full: str) -> None:
+    """A line on stderr if no such type is installed; there may be topics of it all the same."""
+    known = all_interfaces()
+    if full not in known:
+        near = near_miss(full)
+        warn(f"hint: {f'did you mean {near}?' if near else f'no type {full} is installed here'}")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.graph import profiles
 from launcher.graph.errors import VerbError
-from launcher.graph.interfaces import load_message
+from launcher.graph.interfaces import full_type, load_message
 from launcher.graph.look import UNKNOWN_NODE, Look
 from launcher.graph.matching import explain, mismatches
 from launcher.graph.settle import settle
@@ -214,12 +214,6 @@ class Listener:
             direction=Direction.SUBSCRIPTION,
             node="this command",
         )
-
-
-def full_type(name: str) -> str:
-    """`std_msgs/msg/String` for `std_msgs/String`."""
-    package, *_, last = name.split("/")
-    return f"{package}/msg/{last}"
 
 
 def _ignore(message: Any) -> None:

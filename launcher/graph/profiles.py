@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.graph.errors import VerbError
 from launcher.graph.snapshot import INFINITE_NS, Direction, Endpoint
+from launcher.graph.verb import seconds
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
 
 # room for a second of a fast topic while Python is busy elsewhere
 LISTEN_DEPTH = 5000
+MAX_DEPTH = 2**31 - 1
 
 RELIABILITIES = ("system_default", "reliable", "best_effort", "best_available")
 DURABILITIES = ("system_default", "transient_local", "volatile", "best_available")
@@ -40,10 +42,17 @@ PRESETS = (
 def add_qos_options(parser: argparse.ArgumentParser) -> None:
     """`--qos-*`, as ros2cli names them."""
     parser.add_argument("--qos-profile", choices=PRESETS, help="a preset to start from")
-    parser.add_argument("--qos-depth", type=int, metavar="N", help="length of the queue")
+    parser.add_argument("--qos-depth", type=_depth, metavar="N", help="length of the queue")
     for name, choices in POLICIES.items():
         parser.add_argument(f"--qos-{name}", choices=choices)
-    parser.add_argument("--qos-liveliness-lease-duration-seconds", type=float, metavar="S")
+    parser.add_argument("--qos-liveliness-lease-duration-seconds", type=seconds, metavar="S")
+
+
+def _depth(word: str) -> int:
+    """A length that DDS takes; with 0 a queue could keep nothing."""
+    if not word.isdecimal() or not 1 <= int(word) <= MAX_DEPTH:
+        raise argparse.ArgumentTypeError(f"a queue has a length from 1 to {MAX_DEPTH}, not {word}")
+    return int(word)
 
 
 def asked(options: argparse.Namespace) -> bool:

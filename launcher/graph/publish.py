@@ -10,8 +10,8 @@ from typing import Any
 from launcher.errors import ExitCode
 from launcher.graph import profiles
 from launcher.graph.from_yaml import Stamp, fill, parse
-from launcher.graph.interfaces import load_message
-from launcher.graph.listener import full_topic, full_type
+from launcher.graph.interfaces import full_type, load_message
+from launcher.graph.listener import full_topic
 from launcher.graph.matching import explain, mismatches
 from launcher.graph.observer import Observer
 from launcher.graph.snapshot import Direction, Endpoint

@@ -95,6 +95,14 @@ def seconds(word: str) -> float:
     return value
 
 
+def require_rate(rate_hz: float) -> None:
+    """UsageError for what is no rate; of a period above 30 years nobody sees the end."""
+    if rate_hz <= 0:
+        raise UsageError("rate must be greater than zero")
+    if not 1e-9 <= rate_hz < math.inf:
+        raise UsageError(f"no rate in Hz: {rate_hz}")
+
+
 def domain_option(options: argparse.Namespace) -> int:
     """The domain of `-d`, or that of the environment."""
     from launcher.graph.domains import domain_of, environment_domain

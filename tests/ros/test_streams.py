@@ -146,6 +146,11 @@ def test_type_and_find(verb):
     unknown = verb("topic", "type", "/nosuch")
     assert (unknown.out, unknown.code) == ("", 1)
     assert verb("topic", "find", "std_msgs/msg/String").lines == ["/chatter", "/weak"]
+    assert verb("topic", "find", "std_msgs/String").lines == ["/chatter", "/weak"]
+    assert verb("service", "find", "std_srvs/SetBool").lines == ["/switch"]
+    misspelt = verb("topic", "find", "std_msgs/Strnig")
+    assert (misspelt.out, misspelt.code) == ("", 0)  # somebody may have it
+    assert misspelt.err == "hint: did you mean std_msgs/msg/String?\n"
 
 
 def test_pub_prints_what_it_sends(verb):

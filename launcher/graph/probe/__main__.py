@@ -18,7 +18,8 @@ from rclpy.executors import ExternalShutdownException
 from launcher.errors import LauncherError
 from launcher.graph import profiles
 from launcher.graph.errors import VerbError, did_you_mean
-from launcher.graph.listener import full_topic, full_type
+from launcher.graph.interfaces import full_type
+from launcher.graph.listener import full_topic
 from launcher.graph.matching import explain, mismatches
 from launcher.graph.observer import Observer
 from launcher.graph.probe import works

@@ -13,8 +13,8 @@ from typing import Any
 
 from launcher.graph import profiles, rates
 from launcher.graph.errors import VerbError
-from launcher.graph.interfaces import load_message
-from launcher.graph.listener import Listener, Sample, Target, full_topic, full_type
+from launcher.graph.interfaces import full_type, load_message
+from launcher.graph.listener import Listener, Sample, Target, full_topic
 from launcher.graph.matching import explain, faults
 from launcher.graph.observer import Observer
 from launcher.graph.probe.clock import NANOS, moment, wall_offset_ns

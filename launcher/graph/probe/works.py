@@ -15,8 +15,8 @@ from launcher.graph import parameters, profiles
 from launcher.graph.calls import ANSWER_S, Caller, NoAnswerError
 from launcher.graph.errors import VerbError, did_you_mean
 from launcher.graph.from_yaml import fill
-from launcher.graph.interfaces import load, load_message
-from launcher.graph.listener import full_topic, full_type
+from launcher.graph.interfaces import full_type, load, load_message
+from launcher.graph.listener import full_topic
 from launcher.graph.matching import explain, mismatches
 from launcher.graph.picture import Filter, Mode
 from launcher.graph.probe.errands import pause
