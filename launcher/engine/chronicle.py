@@ -40,6 +40,11 @@ class Chronicle:
         self._folder.keep_up()
 
     @property
+    def has_lost_output(self) -> bool:
+        """Whether the screen's disk had no room for something."""
+        return self._screen.dropped_bytes > 0
+
+    @property
     def journal(self) -> Journal:
         """Where the entries go."""
         return self._folder.journal

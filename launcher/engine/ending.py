@@ -63,7 +63,9 @@ class Ending:
     def exit_code(self) -> ExitCode:
         """What the run ends with, as things stand."""
         if self.first_death is None and not self._keeper.has_killed:
-            return ExitCode.OK
+            # As programs have it that cannot write what they were to write.
+            is_lost = self._chronicle.has_lost_output
+            return ExitCode.PROCESS_FAILED if is_lost else ExitCode.OK
         if self._stop_signal is None:
             return ExitCode.PROCESS_FAILED
         is_interrupt = self._stop_signal == signal.SIGINT

@@ -15,6 +15,8 @@ from launcher.engine.reactor import Reactor
 HIGH_WATER = 1024 * 1024  # bytes that wait; above it the children are not read any more
 # The same for a terminal: what waits is shown before the answer to a key, and after a `mute`.
 TERMINAL_HIGH_WATER = 128 * 1024
+# Refusals of a disk: no reason to stop robots. Whatever else cannot be written has no reader.
+FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 LOW_PART = 4  # they are read again when this part of it waits
 
 # Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
@@ -206,12 +208,19 @@ class Screen:
         except BlockingIOError:
             pass
         except OSError as error:
-            if error.errno == errno.ENOSPC:
-                self.dropped_bytes += len(block)  # a full disk is no reason to stop robots
+            if error.errno in FULL:
+                self._drop(block, error)
             else:
                 self._close_output()  # EPIPE, EIO: nobody reads any more
             return b""
         return block
+
+    def _drop(self, block: bytes, error: OSError) -> None:
+        if not self.dropped_bytes:
+            from launcher.engine.complaint import complain
+
+            complain(f"{error.strerror}: output; the run goes on without what finds no room")
+        self.dropped_bytes += len(block)
 
     def _close_output(self) -> None:
         self.closed = True

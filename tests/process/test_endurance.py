@@ -159,7 +159,7 @@ def test_a_screen_on_a_full_disk_does_not_stop_the_run(bench: Bench):
     path, lines = _numbered(bench.folder, 5000)
     command = shlex.join(bench.command(_cat(path, 1)))
     done = _bash(bench, f"exec {command} > /dev/full")
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 1 and done.stderr.count(b"No space left on device") == 1
     run = bench.folder / "log" / "latest"
     assert _printed((run / "cat-1.log").read_bytes()) == {"cat-1": lines}
     assert "bytes of output found no room on their disk" in (run / "launch.log").read_text()

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from tests.process.conftest import Bench
+from tests.process.conftest import TIMEOUT_S, Bench
 
 WRITES = "sh('echo to stdout; echo to stderr >&2', output={})"
 
@@ -135,3 +135,31 @@ def test_nothing_but_colour_steers_the_terminal_not_even_in_the_rest_of_a_prompt
     assert terminal.exit_code() == 0
     assert "[sh-1] name? bob\n" in terminal.text
     assert not re.search("\x1b\\]|\x1b\\[2J|\x1b\\[8m|[\x07\x05\x7f\x9b\ufffd]", terminal.raw)
+
+
+def test_output_that_finds_no_room_is_told_once_and_fails_the_run(bench: Bench):
+    talks = "for i in 1 2 3; do echo $i; sleep 0.05; done"
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            bench.command(f'sh("{talks}")'),
+            env=bench.env,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            timeout=TIMEOUT_S,
+            check=False,
+        )
+    assert done.returncode == 1
+    told = b"error: No space left on device: output; the run goes on without what finds no room\n"
+    assert done.stderr == told
+    run = bench.folder / "log" / "latest"
+    assert (run / "sh-1.log").read_text() == "[sh-1] 1\n[sh-1] 2\n[sh-1] 3\n"
+    log = (run / "launch.log").read_text()
+    assert "process has finished cleanly" in log and "found no room on their disk" in log
+    assert '"exit_code": 1' in (run / "events.jsonl").read_text()
+
+
+def test_output_that_finds_no_room_is_not_told_where_there_is_none_either(bench: Bench):
+    with open("/dev/full", "w") as full:
+        words = bench.command('sh("echo hi")')
+        done = subprocess.run(words, env=bench.env, stdout=full, stderr=full, timeout=TIMEOUT_S)
+    assert done.returncode == 1
