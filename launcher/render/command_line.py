@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import shlex
 import stat
 import tempfile
 from collections.abc import Mapping
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.model.spec import ProcessSpec
+from launcher.render.shell_word import shell_word
 
 _PRIVATE = 0o700
 
@@ -34,7 +34,7 @@ def command_line(
         around = ["-C", spec.cwd, *around]
     if around:
         words = ["env", *around, *words]
-    return " ".join(map(shlex.quote, words))
+    return " ".join(map(shell_word, words))
 
 
 def _environment_words(env: Mapping[str, str], before: Mapping[str, str]) -> list[str]:

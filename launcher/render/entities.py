@@ -24,6 +24,7 @@ from launcher.language.conditions import IfCondition, LaunchConfigurationEquals,
 from launcher.language.conditions import LaunchConfigurationNotEquals as NotEquals
 from launcher.language.substitutions.text import TextSubstitution
 from launcher.language.utilities import normalize_to_list_of_substitutions
+from launcher.render.shell_word import shell_word
 
 # What the entity of an event did, by the event's class.
 _HAPPENINGS = {
@@ -43,9 +44,10 @@ def place(origin: Any) -> str:
 
 
 def short_path(path: str) -> str:
-    """The path, relative to the working directory if it lies below that."""
+    """The path, relative to the working directory if it lies below that; quoted if it must be."""
     here = os.getcwd() + os.sep
-    return path[len(here) :] if path.startswith(here) else path
+    short = path[len(here) :] if path.startswith(here) else path
+    return short if short.isprintable() else shell_word(short)
 
 
 def described(parts: Any) -> str:

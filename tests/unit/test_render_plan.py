@@ -14,6 +14,7 @@ from launcher.model.spec import ProcessSpec
 from launcher.planner import make_plan
 from launcher.render.arguments import describe_arguments
 from launcher.render.command_line import ParameterFiles, command_line
+from launcher.render.entities import short_path
 from launcher.render.plan_tree import plan_tree
 from launcher.render.tree import Branch, draw, visible
 
@@ -236,6 +237,22 @@ def test_a_pasted_command_line_runs_with_words_folder_and_environment(tmp_path, 
 
 def test_a_command_line_without_changes_is_the_words_alone():
     assert command_line(spec(argv=("a", "b c"), env={"X": "1"}), {"X": "1"}, {}) == "a 'b c'"
+
+
+ODD = ["d\udcff r", "a\x1b[1m\nb\t'c' \\x", "\x9b7\u2028end", "\udce4\udcb8 12", "$'x'\r"]
+
+
+@pytest.mark.parametrize("word", ODD)
+def test_a_word_that_cannot_be_printed_is_pasted_as_it_was(word):
+    drawn = visible(command_line(spec(argv=("printf", "%s", word)), {}, {}))
+    assert "$'" in drawn and drawn.isprintable()
+    done = subprocess.run(["bash", "-c", drawn], capture_output=True, check=True)
+    assert done.stdout == os.fsencode(word)
+
+
+def test_a_place_in_a_folder_that_is_no_utf_8_can_be_pasted():
+    assert short_path("/x/d\udcff r/a.launch.py") == r"$'/x/d\377 r/a.launch.py'"
+    assert short_path("/x/ä b.launch.py") == "/x/ä b.launch.py"
 
 
 # ---- drawing
