@@ -94,8 +94,20 @@ def main(words: Sequence[str]) -> int:
         # What we print cannot be written (a full disk); a reader that has gone is told above us.
         if debug or isinstance(error, BrokenPipeError):
             raise
+        if error.filename is None and _folder_is_gone():
+            gone = UsageError("the folder that you are in is no more", hint="cd to another one")
+            print(gone.render(), file=sys.stderr)
+            return gone.exit_code
         print(f"error: {error.strerror}: {error.filename or 'output'}", file=sys.stderr)
         return ExitCode.PROCESS_FAILED
+
+
+def _folder_is_gone() -> bool:
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def _wants_traceback(words: list[str]) -> bool:
@@ -111,11 +123,11 @@ def _wants_traceback(words: list[str]) -> bool:
 
 def _dispatch(words: list[str]) -> int:
     if words[:1] == ["help"]:  # as in the console
-        words = [*words[1:2], "--help"]
+        words = _meant_by_help(words[1:])
     if not words or words[0] in ("-h", "--help"):
         print(overview())
         return ExitCode.OK if words else ExitCode.USAGE
-    if words[0] == "--version":
+    if words[0] in ("--version", "-V"):
         print(importlib.import_module("launcher").__version__)
         return ExitCode.OK
     if words[0].partition("=")[0] == "--run":
@@ -137,6 +149,23 @@ def _dispatch(words: list[str]) -> int:
             _suggest_verb(words[0], error)
         raise
     return code
+
+
+def _meant_by_help(words: list[str]) -> list[str]:
+    """The words that print what `help` and these words ask for; UsageError."""
+    if not words or words[0] == "help" or words[0].startswith("-"):
+        return ["--help"]
+    name = words[0]
+    names = [*(verb.name for verb in VERBS), *CONTROL_VERBS]
+    if name not in names:
+        near = nearest(name, names)
+        hint = f"python -m launcher help {near}" if near else "python -m launcher help"
+        raise UsageError(f"there is no verb '{name}'", hint=hint)
+    below = words[1:2] if name in _WITH_VERBS and not words[-1].startswith("-") else []
+    return [name, *below, "--help"]
+
+
+_WITH_VERBS = ("topic", "node", "param", "service", "interface")  # they have verbs of their own
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:

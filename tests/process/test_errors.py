@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import textwrap
 from pathlib import Path
 
 import pytest
 
+import launcher
 from tests.process.test_plan import Desk, desk
 
 __all__ = ["desk"]  # the fixture, for this module, too
@@ -323,3 +327,20 @@ def test_words_behind_two_dashes_are_no_options(desk: Desk):
     assert done.returncode == 0, done.stderr
     assert desk.started.exists()
     assert not (desk.folder / "log").exists()
+
+
+def test_in_a_folder_that_was_removed_that_is_what_is_said(tmp_path: Path):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    script = 'cd "$1" && rmdir "$1" && exec "$2" -m launcher plan system'
+    root = Path(launcher.__file__).parents[1]
+    done = subprocess.run(
+        ["sh", "-c", script, "sh", str(gone), sys.executable],
+        env={**os.environ, "PYTHONPATH": str(root)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    said = "error: the folder that you are in is no more\nhint: cd to another one\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", said)

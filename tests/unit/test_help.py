@@ -1,0 +1,57 @@
+"""`help`, `-V` and their likes on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+import launcher
+from launcher.cli import CONTROL_VERBS, VERBS, main, overview
+
+Said = tuple[str, str, object]  # on stdout, on stderr, exit code
+
+
+@pytest.fixture
+def say(capsys) -> Callable[..., Said]:
+    """Runs a command line in this process."""
+
+    def said(*words: str) -> Said:
+        try:
+            code: object = main(words)
+        except SystemExit as end:  # argparse, having printed its help
+            code = end.code
+        out, err = capsys.readouterr()
+        return out, err, code
+
+    return said
+
+
+@pytest.mark.parametrize("words", [["help"], ["help", "help"], ["help", "-h"], ["--help"], ["-h"]])
+def test_help_alone_is_the_overview(say, words):
+    assert say(*words) == (overview() + "\n", "", 0)
+
+
+@pytest.mark.parametrize("name", [*(verb.name for verb in VERBS), *CONTROL_VERBS])
+def test_help_and_a_verb_is_the_help_of_the_verb(say, name):
+    out, err, code = say("help", name)
+    assert (out, err, code) == say(name, "--help")
+    assert out.startswith("usage: ") and code == 0
+
+
+def test_help_goes_down_to_a_verb_of_a_verb_and_runs_no_program(say):
+    assert say("help", "topic", "echo") == say("topic", "echo", "--help")
+    assert say("help", "run", "group_gp1", "robot_1") == say("help", "run")
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [("tpoic", "python -m launcher help topic"), ("bogus", "python -m launcher help")],
+)
+def test_help_of_a_verb_that_there_is_not_says_so(say, name, hint):
+    assert say("help", name) == ("", f"error: there is no verb '{name}'\nhint: {hint}\n", 2)
+
+
+@pytest.mark.parametrize("word", ["-V", "--version"])
+def test_the_version_is_printed_alone(say, word):
+    assert say(word) == (f"{launcher.__version__}\n", "", 0)
