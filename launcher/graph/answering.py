@@ -32,6 +32,7 @@ class Answering:
         self._answer = answer
         self._socket = _listening(path)
         self._is_closed = False
+        self._lock = threading.Lock()  # who looks after it must not make it anew behind its end
         self._thread = threading.Thread(target=self._serve, name="graph answers", daemon=True)
         self._thread.start()
 
@@ -62,18 +63,19 @@ class Answering:
 
     def look_after(self) -> None:
         """Listen anew if the socket has been removed; not before its folder is there again."""
-        if os.path.lexists(self._path) or not self._path.parent.is_dir():
-            return
-        with contextlib.suppress(ControlError):
+        with self._lock, contextlib.suppress(ControlError):
+            if self._is_closed or os.path.lexists(self._path) or not self._path.parent.is_dir():
+                return
             old, self._socket = self._socket, _listening(self._path)
             _shut(old)
 
     def close(self) -> None:
         """Stop."""
-        self._is_closed = True
-        with contextlib.suppress(OSError):
-            self._path.unlink()
-        _shut(self._socket)
+        with self._lock:
+            self._is_closed = True
+            with contextlib.suppress(OSError):
+                self._path.unlink()
+            _shut(self._socket)
         self._thread.join(PATIENCE_S)
 
 

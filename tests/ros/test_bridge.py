@@ -118,12 +118,25 @@ def _is_bridge(pid: int) -> bool:
         return False
 
 
+def refusal(env: Mapping[str, str]) -> str:
+    """What the observer says instead of the graph."""
+    (path,) = Path(env["XDG_RUNTIME_DIR"]).rglob(f"*{ask.SUFFIX}")
+    question = json.dumps(ask.question(int(env["ROS_DOMAIN_ID"]), os.environ))
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
+        connection.connect(str(path))
+        connection.sendall(f"{question}\n".encode())
+        return connection.makefile().readline()
+
+
 def answers(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> ask.Look:
     """What the observer of the run says, as soon as it knows all."""
     for name in ("XDG_RUNTIME_DIR", "TMPDIR", "ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
         monkeypatch.setenv(name, env[name])
     domain_id = int(env["ROS_DOMAIN_ID"])
-    wait_until(lambda: ask.look_of_a_run(domain_id), "the observer answers")
+    try:
+        wait_until(lambda: ask.look_of_a_run(domain_id), "the observer answers")
+    except AssertionError as error:
+        raise AssertionError(f"{error}; {refusal(env)}") from error
     wait_until(lambda: (look := ask.look_of_a_run(domain_id)) and look.nodes, "it knows nodes")
     look = ask.look_of_a_run(domain_id)
     assert look is not None
