@@ -263,9 +263,9 @@ class Interpreter:
             many = entities if is_iterable(entities) else (entities,)
             for entity in [entity for entity in many if entity is not None]:
                 if not is_a_subclass(entity, LaunchDescriptionEntity):
-                    raise RuntimeError(
-                        f"expected a LaunchDescriptionEntity from event_handler, got '{entity}'"
-                    )
+                    from launcher.language.entries import from_handler
+
+                    raise from_handler(entity, handler, event)
                 visit_all_entities_and_collect_futures(entity, self.context)
             self.context._pop_locals()
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 
-from launcher.language.origin import Origin
+from launcher.language.origin import Origin, is_own_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,6 +36,17 @@ class NotSeveralError(TypeError):
 
     def __init__(self, message: str, hint: str, place: Origin | None) -> None:
         super().__init__(message)
+        self._launcher_hint = hint
+        self._launcher_place = place
+
+
+class FromHandlerError(RuntimeError):
+    """An event handler yielded something that is no entity."""
+
+    ros_type = "RuntimeError"
+
+    def __init__(self, item: Any, hint: str, place: Origin | None) -> None:
+        super().__init__(f"expected a LaunchDescriptionEntity from event_handler, got '{item}'")
         self._launcher_hint = hint
         self._launcher_place = place
 
@@ -76,6 +87,15 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     )
 
 
+def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
+    """The error about `item`, which a handler yielded for an event."""
+    function = getattr(handler, "_function_called", None)
+    place = None if function is None else return_place(function)
+    if place is None:
+        place = getattr(getattr(event, "action", None), "_origin", None)
+    return FromHandlerError(item, _repair(item, handler), place)
+
+
 def not_several(result: Any, holder: Any) -> TypeError | AttributeError:
     """The error about a function, or an action's `execute`, that returned no list of entities."""
     function = getattr(holder, "_function_called", None)
@@ -93,7 +113,7 @@ def return_place(function: Any) -> Origin | None:
     while isinstance(function, functools.partial):
         function = function.func
     code = getattr(function, "__code__", None)
-    if code is None or code.co_filename.startswith("<"):
+    if code is None or code.co_filename.startswith("<") or is_own_file(code.co_filename):
         return None
     place = place_of_return(code.co_filename, code.co_name, after=code.co_firstlineno)
     return place or Origin(code.co_filename, code.co_firstlineno)

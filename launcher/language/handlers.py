@@ -45,6 +45,7 @@ class OnActionEventBase(BaseEventHandler):
         super().__init__(matcher=self.__is_target, **kwargs)
         self.__on_event = on_event if callable(on_event) else None
         self.__actions_on_event: list[Any] = [] if callable(on_event) else _entities(on_event)
+        self._function_called = self.__on_event  # for messages
 
     def __is_target(self, event: Event) -> bool:
         if not isinstance(event, self.__target_event_cls):

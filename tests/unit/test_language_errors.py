@@ -131,6 +131,22 @@ BROKEN = {
         "entry 2 of 2 in what setup() returned is no action: None",
         "leave it out",
     ),
+    "an event as what a process does at its end": (
+        "    from launch.events import Shutdown\n    return LaunchDescription([\n"
+        "        ExecuteProcess(cmd=['true'], on_exit=Shutdown())])\n",
+        9,
+        "expected a LaunchDescriptionEntity from event_handler, got '<launch.events.shutdown",
+        "take Shutdown from launch.actions",
+    ),
+    "a handler's function that returns a text": (
+        "    from launch.event_handlers import OnProcessExit\n"
+        "    def ended(event, context):\n        return [LogInfo(msg='x'), 'text']\n"
+        "    return LaunchDescription([ExecuteProcess(cmd=['true']),\n"
+        "        RegisterEventHandler(OnProcessExit(on_exit=ended))])\n",
+        9,
+        "expected a LaunchDescriptionEntity from event_handler, got 'text'",
+        "LogInfo(msg=...) prints a text",
+    ),
     "no command": (
         "    return LaunchDescription([\n        ExecuteProcess(cmd=[])])\n",
         8,
