@@ -76,6 +76,25 @@ CONTROL_VERBS = (
     "runs",
 )
 
+# Verbs of ros2cli that are not built; launcher.commands.absent says what there is instead.
+ABSENT_VERBS = (
+    "action",
+    "bag",
+    "component",
+    "control",
+    "daemon",
+    "extension_points",
+    "extensions",
+    "lifecycle",
+    "multicast",
+    "pkg",
+    "plugin",
+    "security",
+    "test",
+    "trace",
+    "wtf",
+)
+
 
 def main(words: Sequence[str]) -> int:
     """Run one command line (without the program's name); the exit code."""
@@ -137,6 +156,8 @@ def _dispatch(words: list[str]) -> int:
         return steered
     verb = next((v for v in VERBS if v.name == words[0]), None)
     if verb is None:
+        if words[0] in ABSENT_VERBS:
+            importlib.import_module("launcher.commands.absent").refuse(words)
         verb, rest = VERBS[0], words
     else:
         rest = words[1:]

@@ -1,0 +1,40 @@
+"""Verbs of ros2cli that do not exist here are no launch targets, unless something is called so."""
+
+from __future__ import annotations
+
+import pytest
+
+from launcher import cli
+from launcher.commands.absent import INSTEAD
+from tests.support.verbs import in_process
+
+
+def test_every_absent_verb_has_its_sentence_and_none_of_them_exists():
+    assert set(cli.ABSENT_VERBS) == INSTEAD.keys()
+    assert not INSTEAD.keys() & {*cli.CONTROL_VERBS, *(verb.name for verb in cli.VERBS)}
+
+
+@pytest.mark.parametrize(
+    "words", [["action", "list"], ["bag", "record", "-a"], ["pkg"], ["help", "wtf"]], ids=" ".join
+)
+def test_an_absent_verb_is_told_with_what_there_is_instead(words):
+    answer = in_process(*words)
+    verb = "wtf" if words[0] == "help" else words[0]
+    assert (answer.out, answer.code) == ("", 2)
+    assert answer.err == (
+        f"error: ros2cli's verb '{verb}' does not exist here\nhint: {INSTEAD[verb]}\n"
+    )
+
+
+def test_a_launch_file_of_that_name_is_launched(tmp_path, monkeypatch):
+    (tmp_path / "launch").mkdir()
+    file = tmp_path / "launch" / "bag.launch.py"
+    file.write_text(
+        "from launch import LaunchDescription\n"
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([])\n",
+        encoding="utf-8",
+    )
+    monkeypatch.chdir(tmp_path)
+    answer = in_process("bag", "--show-args")
+    assert (answer.code, "does not exist here" in answer.err) == (0, False), answer
