@@ -5,14 +5,22 @@ from __future__ import annotations
 import json
 import re
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from launcher.errors import UsageError
 from launcher.graph.errors import VerbError
 from launcher.graph.listener import Sample
-from launcher.graph.to_yaml import Style, dump, is_list, to_csv, to_json_plain, to_plain, to_yaml
+from launcher.graph.to_yaml import (
+    Style,
+    dump,
+    is_list,
+    to_csv,
+    to_json_plain,
+    to_plain,
+    yaml_pieces,
+)
 
 Check = Callable[[Any], bool]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
@@ -93,7 +101,7 @@ class Writer:
 
     def text(self, sample: Sample) -> str:
         """What is printed for a message, with its line end."""
-        return self.text_of(sample, self.value(sample))
+        return "".join(self.pieces(sample, self.value(sample)))
 
     def value(self, sample: Sample) -> Any:
         """What of a message is asked for."""
@@ -101,14 +109,16 @@ class Writer:
             return sample.message
         return field_of(sample.message, self.field)
 
-    def text_of(self, sample: Sample, value: Any) -> str:
-        """The same for a value that is known already."""
+    def pieces(self, sample: Sample, value: Any) -> Iterator[str]:
+        """The same for a value that is known already, so that long arrays are not held as text."""
         if self.json:
-            return json.dumps(self._document(sample, value), ensure_ascii=False) + "\n"
-        text = self._info(sample) + self._body(value)
-        if not self.prefixed:
-            return text
-        return "".join(f"[{sample.topic}] {line}\n" for line in text.splitlines())
+            yield json.dumps(self._document(sample, value), ensure_ascii=False) + "\n"
+        elif self.prefixed:
+            text = self._info(sample) + "".join(self._body(value))
+            yield "".join(f"[{sample.topic}] {line}\n" for line in text.splitlines())
+        else:
+            yield self._info(sample)
+            yield from self._body(value)
 
     def _document(self, sample: Sample, value: Any) -> dict[str, Any]:
         message = list(value) if self.raw else self._plain(value)
@@ -135,9 +145,11 @@ class Writer:
             return "".join(f"{sample.info[name]}," for name in _INFO)
         return f"{dump(sample.info, sort=True)}---\n"
 
-    def _body(self, value: Any) -> str:
+    def _body(self, value: Any) -> Iterator[str]:
         if not hasattr(value, "SLOT_TYPES"):
-            return f"{value}\n" if self.csv else f"{value}\n---\n"
-        if self.csv:
-            return f"{to_csv(value, self.style)}\n"
-        return f"{to_yaml(value, self.style)}---\n"
+            yield f"{value}\n" if self.csv else f"{value}\n---\n"
+        elif self.csv:
+            yield f"{to_csv(value, self.style)}\n"
+        else:
+            yield from yaml_pieces(value, self.style)
+            yield "---\n"

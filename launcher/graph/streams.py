@@ -49,7 +49,8 @@ def echo(options: Namespace) -> int:
             value = writer.value(sample)
             if accepts and not options.raw and not accepts(value):
                 continue
-            write(writer.text_of(sample, value))
+            for piece in writer.pieces(sample, value):
+                write(piece)
             if options.once:
                 break
     return ExitCode.OK

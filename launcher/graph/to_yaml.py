@@ -5,11 +5,13 @@ from __future__ import annotations
 import array
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import yaml
 from rosidl_parser import definition
+
+from launcher.graph.long_arrays import LONG, LongArray, csv_text, with_arrays
 
 DEFAULT_LENGTH = 128
 _SEQUENCES = (list, tuple, array.array)
@@ -23,6 +25,8 @@ class Style:
     no_arr: bool = False
     no_str: bool = False
     flow: bool = False
+    # where long arrays of numbers are put aside, to be written without PyYAML
+    aside: dict[str, LongArray] | None = None
 
 
 WHOLE = Style()
@@ -41,12 +45,24 @@ def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
 
+def _token(dumper: yaml.SafeDumper, array: LongArray) -> yaml.ScalarNode:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", array.token)
+
+
 _Dumper.add_representer(str, _text)
+_Dumper.add_representer(LongArray, _token)
 
 
 def to_yaml(message: Any, style: Style = WHOLE) -> str:
     """A message as a YAML document."""
-    return dump(to_plain(message, style), flow=style.flow)
+    return "".join(yaml_pieces(message, style))
+
+
+def yaml_pieces(message: Any, style: Style = WHOLE) -> Iterator[str]:
+    """The same piece by piece, of which none is much longer than the message without arrays."""
+    arrays: dict[str, LongArray] = {}
+    text = dump(to_plain(message, replace(style, aside=arrays)), flow=style.flow)
+    return with_arrays(text, arrays, flow=style.flow)
 
 
 def dump(plain: Any, *, flow: bool = False, sort: bool = False) -> str:
@@ -102,6 +118,10 @@ def _plain_sequence(values: Any, kind: Any, style: Style) -> Any:
         return _shape(values, kind)
     shown = values if style.length is None else values[: style.length]
     if isinstance(shown, array.array) or _is_array(shown):
+        if style.aside is not None and len(shown) >= LONG:
+            held = LongArray(shown, ["'...'"] if len(shown) < len(values) else [])
+            style.aside[held.token] = held
+            return held
         plain = shown.tolist()  # a hundred times faster than value by value
     else:
         plain = [_plain(value, None, style) for value in shown]
@@ -155,6 +175,9 @@ def _csv(value: Any, kind: Any, style: Style) -> str:
 
 
 def _csv_items(values: Any, style: Style) -> Iterator[str]:
+    if isinstance(values, array.array) and style.length is None and values:
+        yield csv_text(values)
+        return
     for index, value in enumerate(values):
         if style.length is not None and index >= style.length:
             yield "..."
