@@ -178,7 +178,7 @@ def _meant_by_help(words: list[str]) -> list[str]:
         return ["--help"]
     name = words[0]
     names = [*(verb.name for verb in VERBS), *CONTROL_VERBS]
-    if name not in names:
+    if name not in (*names, *ABSENT_VERBS):
         near = nearest(name, names)
         hint = f"python -m launcher help {near}" if near else "python -m launcher help"
         raise UsageError(f"there is no verb '{name}'", hint=hint)
