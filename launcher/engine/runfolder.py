@@ -83,8 +83,7 @@ class RunFolder:
     def _make(self, path: Path) -> None:
         try:
             path.mkdir(parents=True, exist_ok=self.path is not None)  # a node may make it anew, too
-            self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-            fcntl.flock(self._lock, fcntl.LOCK_EX)
+            self._hold(path)
         except OSError as error:
             self._give_up(error)
             return
@@ -94,9 +93,26 @@ class RunFolder:
         except OSError as error:
             self._on_trouble(f"no link to this run: {error.strerror}: {path.parent / 'latest'}")
 
+    def _hold(self, path: Path) -> None:
+        """Lock the events file, as a sign that the run goes on."""
+        before = self._lock
+        self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+        if before >= 0:
+            os.close(before)
+
+    def _hold_on(self, path: Path) -> None:
+        """A rotation takes the lock away with the older file."""
+        with contextlib.suppress(OSError):  # then the next time
+            if not os.path.samestat(os.stat(path / EVENTS), os.fstat(self._lock)):
+                self._hold(path)
+
     def keep_up(self) -> bool:
         """Make the folder anew if somebody has removed it; whether that was so, and succeeded."""
-        if self.path is None or self._broken or os.path.exists(self.path / EVENTS):
+        if self.path is None or self._broken:
+            return False
+        if os.path.exists(self.path / EVENTS):
+            self._hold_on(self.path)
             return False
         self._close_files()
         self._make(self.path)

@@ -77,6 +77,24 @@ def test_a_run_that_goes_on_and_a_folder_that_is_not_ours_are_not_pruned(tmp_pat
     last.close()
 
 
+def test_a_run_that_goes_on_is_not_pruned_after_its_events_were_rotated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(LogFile.__init__, "__kwdefaults__", {"limit_bytes": 200, "backups": 1})
+    running, last = folder_in(tmp_path), folder_in(tmp_path)
+    assert running.path is not None
+    for _ in range(9):
+        running.journal.note("resources", text="x" * 100)
+        running.journal.flush()
+    running.keep_up()
+    last.prune(keep=1)
+    assert running.path.exists()
+    running.close()
+    last.prune(keep=1)
+    assert not running.path.exists()
+    last.close()
+
+
 def test_everything_is_in_the_merged_file_and_in_the_process_s_own(tmp_path: Path):
     folder = folder_in(tmp_path)
     screen = OutputPolicy.named("screen")
