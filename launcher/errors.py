@@ -86,7 +86,7 @@ class LauncherError(Exception):
                 lines.append("    " + " " * (self.column - 1) + "^")
         if self.hint:
             lines.append(f"hint: {self.hint}")
-        return _printable("\n".join(lines))
+        return printable("\n".join(lines))
 
 
 # Of `difflib`'s measure: `kil` is near `kill` (0.86), `bogus` is not near `logs` (0.67).
@@ -103,7 +103,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return near[0] if near else next(mixed_up, None)
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
     """The text with control characters as escapes, so that it cannot steer the terminal."""
     if text.isprintable():
         return text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-from launcher.errors import LauncherError
+from launcher.errors import LauncherError, printable
 
 
 class VerbError(LauncherError):
@@ -13,7 +13,7 @@ class VerbError(LauncherError):
 
     def render(self) -> str:
         """The sentence, and the hint on a line of its own."""
-        return "\n".join([self.message, *([f"hint: {self.hint}"] if self.hint else [])])
+        return printable("\n".join([self.message, *([f"hint: {self.hint}"] if self.hint else [])]))
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:

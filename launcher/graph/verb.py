@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from launcher.errors import ExitCode, UsageError
+from launcher.graph.terminal import harmless
 
 if TYPE_CHECKING:
     from launcher.graph.look import Look
@@ -72,7 +73,8 @@ def dispatch(
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.default_int_handler)
     try:
-        return run[options.sub](options)
+        with harmless():
+            return run[options.sub](options)
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
 

@@ -1,0 +1,47 @@
+"""What nodes say cannot steer a terminal, and goes into a pipe as it is."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from launcher.graph.terminal import without_commands
+from tests.support.terminal import Terminal
+from tests.support.verbs import in_process, launcher
+
+LAUNCHER = (sys.executable, "-m", "launcher")
+EVIL = "\x1b]0;owned\x07\x9b2J\r\tgood\x7f"
+SHOWN = "\\x1b]0;owned\\x07\\x9b2J\\x0d\tgood\\x7f"
+
+
+def test_line_ends_tabs_and_letters_stay():
+    assert without_commands(EVIL) == SHOWN
+    assert without_commands("ä\n\t漢\u3000🤖") == "ä\n\t漢\u3000🤖"
+
+
+@pytest.fixture
+def evil(env):
+    """A parameter with commands to a terminal for its value."""
+    assert in_process("param", "set", "/talker", "name", EVIL).code == 0
+    yield ("param", "get", "/talker", "name", "--hide-type")
+    assert in_process("param", "set", "/talker", "name", "sample").code == 0
+
+
+def test_a_value_steers_no_terminal_and_goes_into_a_pipe_as_it_is(env, evil):
+    assert launcher(env, *evil).out == EVIL.replace("\r", "\n") + "\n"  # read as text
+    with Terminal([*LAUNCHER, *evil], env=env) as terminal:
+        assert terminal.exit_code() == 0
+        assert "\x1b" not in terminal.raw
+        assert SHOWN.replace("\t", " ") in terminal.text.expandtabs(1)
+
+
+@pytest.mark.parametrize("shape", [["--field", "data"], ["--csv"], ["--json"], []], ids=str)
+def test_a_message_steers_no_terminal(env, shape):
+    words = ("topic", "echo", "/evil", "std_msgs/msg/String", "--once", *shape)
+    data = 'data: "' + EVIL.encode("unicode_escape").decode() + '"'
+    with Terminal([*LAUNCHER, *words], env=env) as terminal:
+        assert in_process("topic", "pub", "/evil", "std_msgs/msg/String", data, "-t", "1").code == 0
+        assert terminal.exit_code() == 0
+        assert "owned" in terminal.raw
+        assert not set("\x1b\x07\x9b\x7f") & set(terminal.raw)
