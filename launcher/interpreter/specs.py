@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 from launcher.language.substitutions.configuration import LaunchConfiguration
@@ -92,8 +91,8 @@ def _seconds(text: str, default_s: float) -> tuple[float, str | None]:
     try:
         value_s = float(text)
     except ValueError:
-        value_s = math.nan
-    if not math.isfinite(value_s):
+        value_s = float("nan")
+    if not abs(value_s) < float("inf"):  # nan is not, either; importing math would take its time
         return default_s, f"is no number of seconds to wait; taken as {default_s:g}"
     if value_s < 0:
         return 0.0, "is below 0; taken as 0"
