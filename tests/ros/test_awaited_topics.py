@@ -21,7 +21,7 @@ def test_the_wait_for_a_topic_ends_with_the_measurement(verb, name):
 
 
 def test_a_topic_that_is_missing_is_below_the_minimum_and_hides_no_other(verb):
-    answer = verb("topic", "hz", "/nosuch", "/chatter", "--for", "1", "--min", "1", "--json")
+    answer = verb("topic", "hz", "/nosuch", "/chatter", "--for", "2", "--min", "1", "--json")
     assert answer.code == 1
     (missing, there) = (json.loads(line) for line in answer.lines[-2:])
     assert (missing["topic"], missing["messages"]) == ("/nosuch", 0)
