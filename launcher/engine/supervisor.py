@@ -97,11 +97,7 @@ class Supervisor:
         warn = functools.partial(self._say, "WARNING", "launch")
         self._guards = Guards(reactor, run_id, warn)
         self._relay = Relay(
-            reactor,
-            screen,
-            self._folder,
-            watched=self._is_watched,
-            watcher=self._output,
+            reactor, screen, self._folder, watched=self._is_watched, watcher=self._output
         )
         self._keeper = Keeper(
             reactor,
