@@ -16,8 +16,10 @@ ANSWER_S = 5.0
 _CONNECT_S = 1.0  # between the discovery of a service and its being ready
 _SEEN_AHEAD_S = 5.0  # the same where only the scout has discovered it
 # A service of rmw_fastrtps drops its answer to a client that it has not discovered 0.1 s after the
-# question; the others need as long to ask a new participant for what it has.
+# question; the others need as long to ask a new participant for what it has, and on a busy
+# machine longer.
 _KNOWN_TO_OTHERS_S = 0.2
+ASK_AGAIN_S = 1.0
 _LOOK_S = 0.005
 
 
@@ -93,11 +95,29 @@ class Caller:
         future = self.start(kind, name, request)
         self.wait_until_done([future], limit_s)
         if not future.done():
-            raise NoAnswerError(
-                f"service '{name}' did not answer within {limit_s:g} s",
-                hint="its node may be busy or stopped: node ps",
-            )
+            raise _silence(name, limit_s)
         return future.result()
+
+    def ask(self, kind: Any, name: str, request: Any) -> Any:
+        """As `call`, for what may be carried out twice: asked again, should the answer be lost."""
+        deadline = time.monotonic() + self.answer_s
+        futures: list[Any] = []
+        while (left_s := deadline - time.monotonic()) > 0:
+            futures.append(self.start(kind, name, request))
+            answered = self.wait_for_one(futures, min(left_s, ASK_AGAIN_S))
+            if answered is not None:
+                return answered.result()
+        raise _silence(name, self.answer_s)
+
+    def wait_for_one(self, futures: list[Any], limit_s: float) -> Any:
+        """The first of them that is done; None at the limit."""
+        deadline = time.monotonic() + limit_s
+        while True:
+            done = next((future for future in futures if future.done()), None)
+            left_s = deadline - time.monotonic()
+            if done is not None or left_s <= 0:
+                return done
+            self._executor.spin_once(timeout_sec=min(left_s, 0.1))
 
     def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
         """Return when all are done, or at the limit."""
@@ -107,6 +127,13 @@ class Caller:
             if left_s <= 0:
                 return
             self._executor.spin_once(timeout_sec=min(left_s, 0.1))
+
+
+def _silence(name: str, limit_s: float) -> NoAnswerError:
+    return NoAnswerError(
+        f"service '{name}' did not answer within {limit_s:g} s",
+        hint="its node may be busy or stopped: node ps",
+    )
 
 
 def full_node(name: str) -> str:

@@ -86,7 +86,7 @@ def prepare(caller: Caller, node: str) -> None:
 def list_names(caller: Caller, node: str, prefixes: list[str] | None = None) -> list[str]:
     """Names of a node's parameters, sorted."""
     request = ListParameters.Request(prefixes=prefixes or [])
-    answer = caller.call(ListParameters, f"{node}/list_parameters", request)
+    answer = caller.ask(ListParameters, f"{node}/list_parameters", request)
     return sorted(answer.result.names)
 
 
@@ -111,7 +111,7 @@ def require_names(caller: Caller, node: str, names: list[str]) -> None:
 def get(caller: Caller, node: str, names: list[str]) -> list[Any]:
     """ParameterValues in the order of the names; fewer if a name is not declared."""
     request = GetParameters.Request(names=names)
-    return list(caller.call(GetParameters, f"{node}/get_parameters", request).values)
+    return list(caller.ask(GetParameters, f"{node}/get_parameters", request).values)
 
 
 def descriptor_lines(descriptor: Any) -> Iterator[str]:
@@ -221,7 +221,7 @@ def declared_types(caller: Caller, node: str, names: list[str]) -> dict[str, int
 
 def _descriptors(caller: Caller, node: str, names: list[str]) -> list[Any]:
     request = DescribeParameters.Request(names=names)
-    return list(caller.call(DescribeParameters, f"{node}/describe_parameters", request).descriptors)
+    return list(caller.ask(DescribeParameters, f"{node}/describe_parameters", request).descriptors)
 
 
 def set_all(caller: Caller, node: str, parameters: list[Any]) -> list[Any]:

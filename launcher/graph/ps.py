@@ -148,18 +148,22 @@ def _probe(caller: Caller, nodes: set[str], patience_s: float) -> dict[str, str]
     from rcl_interfaces.srv import GetParameterTypes
 
     services = dict(caller.observer.node.get_service_names_and_types())
-    asked: dict[str, Any] = {}
+    # A node without parameter services cannot be asked.
+    silent = sorted(node for node in nodes if f"{node}/get_parameter_types" in services)
     found: dict[str, str] = {}
-    for node in sorted(nodes):
-        name = f"{node}/get_parameter_types"
-        if name not in services:
-            continue  # a node without parameter services cannot be asked
-        try:
-            asked[node] = caller.start(GetParameterTypes, name, GetParameterTypes.Request())
-        except NoAnswerError:
-            found[node] = UNKNOWN
-    caller.wait_until_done(list(asked.values()), patience_s)
-    return {**found, **{node: OK if f.done() else BUSY for node, f in asked.items()}}
+    asked: list[tuple[str, Any]] = []
+    for _ in range(2):  # an answer may be lost
+        for node in silent:
+            name, request = f"{node}/get_parameter_types", GetParameterTypes.Request()
+            try:
+                asked.append((node, caller.start(GetParameterTypes, name, request)))
+                found[node] = BUSY
+            except NoAnswerError:
+                found.setdefault(node, UNKNOWN)
+        caller.wait_until_done([future for _, future in asked], patience_s / 2)
+        found |= {node: OK for node, future in asked if future.done()}
+        silent = [node for node in silent if found[node] == BUSY]
+    return found
 
 
 def _row(

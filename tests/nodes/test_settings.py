@@ -33,9 +33,8 @@ def test_parameters_tell_type_range_and_unit(domain):
     service = "/dispatcher/describe_parameters"
     client = domain.listener.create_client(DescribeParameters, service)
     domain.wait_until(client.service_is_ready, "the parameter service is there")
-    future = client.call_async(DescribeParameters.Request(names=["dispatch_rate_hz"]))
-    domain.wait_until(future.done, "the parameter is described")
-    (descriptor,) = future.result().descriptors
+    answer = domain.ask(client, DescribeParameters.Request(names=["dispatch_rate_hz"]))
+    (descriptor,) = answer.descriptors
 
     assert descriptor.description == "Assignments [Hz]"
     assert descriptor.read_only

@@ -98,6 +98,22 @@ class Domain:
             lambda: set(names) <= set(self.listener.get_node_names()), f"graph shows {names}"
         )
 
+    def ask(self, client: Any, request: Any) -> Any:
+        """The answer of a service.
+
+        Asked again each second: it drops its answer to a client that it has not discovered yet.
+        """
+        begun_s = time.monotonic()
+        futures: list[Any] = []
+
+        def is_answered() -> bool:
+            if len(futures) <= time.monotonic() - begun_s:
+                futures.append(client.call_async(request))
+            return any(future.done() for future in futures)
+
+        self.wait_until(is_answered, f"{client.srv_name} answers")
+        return next(future for future in futures if future.done()).result()
+
     def shared_memory(self) -> set[Path]:
         """Files in /dev/shm that the nodes have brought with them; call it while they run."""
         for node in self.nodes:
