@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 
 from tests.process.conftest import Bench
 
@@ -105,7 +104,7 @@ def test_a_budget_from_a_file_warns_once_and_lets_the_process_run(bench: Bench):
     script = "import os, time; files = [os.dup(0) for _ in range(200)]; time.sleep(4)"
     done = bench.run(f'py("{script}; print(os.nice(0))")', "--budgets", str(file))
     assert done.stdout.count(b"[WARNING] [python-1]: python-1 uses 20") == 1
-    assert f"[python-1] {os.nice(0) + 3}\n".encode() in done.stdout
+    assert b"[python-1] 3\n" in done.stdout
     assert done.returncode == 0
 
 
