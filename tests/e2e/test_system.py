@@ -7,11 +7,11 @@ import signal
 import subprocess
 from pathlib import Path
 
+from launcher.engine.shared_memory import FOLDER, held
 from launcher.pytest_plugin import Launch
-from tests.e2e.conftest import REPOSITORY, World
+from tests.e2e.conftest import MARK, REPOSITORY, World
+from tests.support.terminal import marked_processes
 from tests.support.waiting import wait_until
-
-DEV_SHM = Path("/dev/shm")
 
 FIRST_LINES = (
     "[dispatcher]: Assigned task pick_shelf_A3 to robot_1",
@@ -24,14 +24,18 @@ FIRST_LINES = (
 )
 
 
-def fast_dds_files() -> set[str]:
-    return {path.name for path in DEV_SHM.glob("*fastrtps*")}
+def shared_memory_of(world: World) -> set[Path]:
+    """What the fleet holds in /dev/shm, without ports that all domains share."""
+    pids = {process.pid for process in marked_processes(MARK, world.mark).values()}
+    names = {name for name, pid in held().items() if pid in pids}
+    return {FOLDER / name for name in names if not re.search(r"_port7[0-3]\d\d$", name)}
 
 
 def test_the_fleet_comes_up_and_ctrl_c_ends_it_cleanly_with_nothing_left(world: World):
-    before = fast_dds_files()
     terminal = world.launcher("system")
     terminal.wait_for_all(*FIRST_LINES)
+    files = shared_memory_of(world)
+    assert len(files) >= 5 and all(path.exists() for path in files)
     terminal.ctrl_c()
     assert terminal.exit_code() == 0, terminal.text
     assert "failed to terminate" not in terminal.text
@@ -39,8 +43,7 @@ def test_the_fleet_comes_up_and_ctrl_c_ends_it_cleanly_with_nothing_left(world: 
     assert "process has died" not in terminal.text
     assert terminal.text.count("process has finished cleanly [pid ") == 5
     assert world.survivors() == []
-    # Other tests' nodes may come and go; files of a clean stop would stay.
-    wait_until(lambda: not fast_dds_files() - before, "no fresh file in /dev/shm")
+    assert not [path for path in files if path.exists()]
 
 
 def test_each_process_has_a_prefix_in_a_colour_of_its_own(world: World):
