@@ -194,8 +194,8 @@ class Watches:
         """How often messages came in a span of time."""
         watch = self._watch(request)
         from_s, until_s = request.optional_number("from"), request.optional_number("until")
-        start_ns = 0 if from_s is None else int(from_s * NANOS)
-        end_ns = time.monotonic_ns() if until_s is None else int(until_s * NANOS)
+        start_ns = 0 if from_s is None else round(from_s * NANOS)
+        end_ns = time.monotonic_ns() if until_s is None else round(until_s * NANOS)
         times_ns = [at_ns for at_ns in watch.times_ns if start_ns <= at_ns <= end_ns]
         forgotten = watch.count > KEPT_TIMES and watch.times_ns[0] > start_ns
         return {
