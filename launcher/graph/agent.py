@@ -24,15 +24,14 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
-from lifecycle_msgs.msg import TransitionEvent
-from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from launcher.graph.transitions import LifecycleNodeClient, Step
+
 LOOK_S = 0.1  # how often the services that requests wait for are looked at
-QUEUE_DEPTH = 10
 
 Answer = dict[str, Any]
 
@@ -45,8 +44,9 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
         self._write = write
         self._inbox: deque[Answer] = deque()
         self._waiting: list[tuple[Any, Callable[[], None]]] = []
+        self._lifecycle_nodes: dict[str, LifecycleNodeClient] = {}
         self._wake = self.create_guard_condition(self._take_requests)
-        self.create_timer(LOOK_S, self._send_what_can_be_sent)
+        self.create_timer(LOOK_S, self._look)
 
     def hand_in(self, request: Answer) -> None:
         """Take a request; may be called from another thread."""
@@ -61,30 +61,24 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
             ](request)
 
     def _watch(self, request: Answer) -> None:
-        node = request["node"]
-
-        def tell(message: TransitionEvent) -> None:
-            self._write(
-                {
-                    "node": node,
-                    "transition": message.transition.label,
-                    "start_state": message.start_state.label,
-                    "goal_state": message.goal_state.label,
-                }
-            )
-
-        self.create_subscription(TransitionEvent, f"{node}/transition_event", tell, QUEUE_DEPTH)
+        self._lifecycle_node(request["node"])
 
     def _change_state(self, request: Answer) -> None:
-        client = self.create_client(ChangeState, f"{request['node']}/change_state")
-        message = ChangeState.Request()
-        message.transition.id = request["transition_id"]
-        message.transition.label = request["transition"]
+        number, label = request["transition_id"], request["transition"]
+        self._lifecycle_node(request["node"]).request(
+            number, label, lambda error: self._write({"id": request["id"], "error": error})
+        )
 
-        def answer(response: ChangeState.Response) -> Answer:
-            return {"error": None if response.success else "the node refused the transition"}
+    def _lifecycle_node(self, name: str) -> LifecycleNodeClient:
+        if name not in self._lifecycle_nodes:
 
-        self._call(client, message, request["id"], answer)
+            def tell(step: Step, label: str) -> None:
+                start, goal = step
+                states = {"start_state": start, "goal_state": goal}
+                self._write({"node": name, "transition": label, **states})
+
+            self._lifecycle_nodes[name] = LifecycleNodeClient(self, name, tell)
+        return self._lifecycle_nodes[name]
 
     def _load(self, request: Answer) -> None:
         try:
@@ -123,6 +117,11 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
 
         self._waiting.append((client, send))
         self._send_what_can_be_sent()
+
+    def _look(self) -> None:
+        self._send_what_can_be_sent()
+        for node in self._lifecycle_nodes.values():
+            node.look()
 
     def _send_what_can_be_sent(self) -> None:
         ready = [pair for pair in self._waiting if pair[0].service_is_ready()]

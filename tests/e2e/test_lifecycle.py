@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import pytest
+
 from launcher.pytest_plugin import Launch
 
 NODE = """
@@ -27,6 +29,47 @@ try:
 except (KeyboardInterrupt, ExternalShutdownException):
     pass
 """
+
+# Makes transitions as a lifecycle node does, but publishes none of them: our subscription would
+# not have been discovered. `{answers}`: whether our client has been.
+SILENT_NODE = """
+import threading
+import rclpy
+from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+
+GOALS = {1: ("configuring", "inactive"), 3: ("activating", "active")}
+rclpy.init()
+node = rclpy.create_node("pump")
+state, over = "unconfigured", threading.Event()
+
+def change(request, response):
+    global state
+    between, state = GOALS[request.transition.id]
+    node.get_logger().info(between)
+    response.success = True
+    if not {answers}:
+        over.wait()
+    return response
+
+def tell(request, response):
+    response.current_state.label = state
+    return response
+
+group = ReentrantCallbackGroup()
+node.create_service(ChangeState, "pump/change_state", change, callback_group=group)
+node.create_service(GetState, "pump/get_state", tell, callback_group=group)
+try:
+    rclpy.spin(node, MultiThreadedExecutor(4))
+except (KeyboardInterrupt, ExternalShutdownException):
+    over.set()
+"""
+NODES = {
+    "all is heard": NODE,
+    "events are lost": SILENT_NODE.replace("{answers}", "True"),
+    "events and answers are lost": SILENT_NODE.replace("{answers}", "False"),
+}
 
 LAUNCH = """
 from launch import LaunchDescription
@@ -57,11 +100,12 @@ def generate_launch_description():
 """
 
 
+@pytest.mark.parametrize("what", NODES)
 def test_a_lifecycle_node_is_configured_and_activated_by_events(
-    launched_system: Launch, tmp_path: Path
+    launched_system: Launch, tmp_path: Path, what: str
 ):
     node = tmp_path / "pump.py"
-    node.write_text(NODE)
+    node.write_text(NODES[what])
     file = tmp_path / "pump.launch.py"
     file.write_text(LAUNCH.replace("{python}", sys.executable).replace("{node}", str(node)))
 
@@ -74,6 +118,7 @@ def test_a_lifecycle_node_is_configured_and_activated_by_events(
         ("launch", "pump is active"),
     ):
         system.wait_for_log("*" if process == "pump" else process, text)
+    assert sum("pump is active" in line for line in system.logs("launch")) == 1
     ending = system.shutdown()
     assert (ending.returncode, ending.left_processes) == (0, ())
 

@@ -23,7 +23,7 @@ MAY_IMPORT = {
     "control": {"errors", "model", "engine"},
     "console": {"errors", "control"},
     "doctor": {"model", "engine"},
-    "graph": {"errors", "control"},
+    "graph": {"errors", "control", "model"},
     "domain_lease": {"errors"},
     "smoke": {"errors", "engine", "control", "graph", "domain_lease"},
     "pytest_plugin": {"errors", "smoke"},
