@@ -139,9 +139,11 @@ class Observer:
 
     def snapshot(self) -> Snapshot:
         """What is known now; discovery may still be on its way."""
-        endpoints = self.all_endpoints()
+        # Names first: a node that is discovered meanwhile would be shown without its endpoints.
+        nodes = tuple(self.node_names())
+        endpoints = [e for e in self.all_endpoints() if e.node in nodes]
         return Snapshot(
-            nodes=tuple(self.node_names()),
+            nodes=nodes,
             endpoints=tuple(endpoints),
             ghosts=tuple(sorted(self._ghosts(endpoints))),
         )
