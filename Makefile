@@ -15,14 +15,29 @@ export PIP_BUILD_CONSTRAINT := requirements/build.txt
 LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-url --no-annotate \
         -c requirements/build.txt
 
-.PHONY: run test lint types unit browser smoke env dev picture drill overflow lock clean
+.PHONY: run test check lint types unit browser smoke env dev picture drill overflow lock clean
 
 ## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
 run: $(VENV)/.run
 	@exec tools/foreground $(PY) -m launcher system $(ARGS)
 
-## test: lint, types and every test
-test: lint types unit
+# Tests of the machine's shared memory and processes run after the others, by themselves.
+define run_tests
+	$(PY) -m pytest -n auto -m "($(1)) and not alone" $(2)
+	$(PY) -m pytest -m "($(1)) and alone" $(2)
+endef
+
+## test: lint, types, and the tests that show that each part works
+test: lint types
+	$(call run_tests,unit or basic)
+
+## check: lint, types and every test that needs no browser
+check: lint types
+	$(call run_tests,unit or basic or thorough,--hypothesis-profile=search)
+
+## unit: the tests without processes
+unit: $(VENV)/.dev
+	$(PY) -m pytest -n 2 -m unit tests/unit $(ARGS)
 
 lint: $(VENV)/.dev
 	$(PY) -m ruff check .
@@ -30,9 +45,6 @@ lint: $(VENV)/.dev
 
 types: $(VENV)/.dev
 	$(PY) -m mypy
-
-unit: $(VENV)/.dev
-	$(PY) -m pytest $(ARGS)
 
 ## browser: the tests that look at the graph's page in a real Chromium
 browser: $(VENV)/.dev

@@ -1,10 +1,90 @@
-"""What holds for all tests."""
+"""Tiers, workers, and an environment of its own for each worker.
+
+Every test belongs to one tier: `unit`, `basic`, `thorough` or `browser` (see CONTRIBUTING.md).
+"""
 
 from __future__ import annotations
 
+import os
 import signal
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
+
+from launcher.domain_lease import leased_domain
+
+TIERS = ("unit", "basic", "thorough", "browser")
+UNIT_TESTS = Path(__file__).parent / "unit"
+# A fixture of these takes long, and serves all tests of the file.
+TOGETHER = (
+    "tests/nodes/test_fleet.py",
+    "tests/process/test_plan_leaks.py",
+    "tests/ros/test_probe.py",
+    "tests/ros/test_processes.py",
+    "tests/smoke/test_ros_kinds.py",
+    "tests/unit/",  # short tests: handing them out one by one would take longer than they do
+)
+WORKERS_PER_CORE, MAX_WORKERS = 3, 12  # most of the time a test waits
+
+# Examples that hypothesis tries: `make check` searches, the other tiers repeat the same ones.
+settings.register_profile("repeat", max_examples=10, derandomize=True, deadline=None, database=None)
+settings.register_profile(
+    "search", max_examples=100, derandomize="CI" in os.environ, deadline=None, print_blob=True
+)
 
 
-def pytest_configure() -> None:
-    """Hear SIGINT, and let children hear it, although a shell has started us with `&`."""
+def pytest_configure(config: pytest.Config) -> None:
+    # A shell that starts us with `&` has SIGINT ignored, and children would inherit that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    if config.getoption("--hypothesis-profile", None) is None:
+        settings.load_profile("repeat")
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    return min(WORKERS_PER_CORE * len(os.sched_getaffinity(0)), MAX_WORKERS)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:
+    config.option.loadscopereorder = False
+    return Scheduling(config, log)
+
+
+class Scheduling(LoadScopeScheduling):
+    """Hands out tests one by one in their order, but those of `TOGETHER` by file."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return file if file.startswith(TOGETHER) else nodeid
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        tiers = [tier for tier in TIERS if item.get_closest_marker(tier)]
+        if not tiers:
+            item.add_marker("unit" if UNIT_TESTS in item.path.parents else "basic")
+        elif len(tiers) > 1:
+            raise pytest.UsageError(f"{item.nodeid} belongs to more than one tier: {tiers}")
+    # Short tests come last: they keep all workers busy while the last long ones run.
+    items.sort(key=lambda item: item.get_closest_marker("unit") is not None)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _environment_of_the_worker() -> Iterator[None]:
+    """A ROS domain, and folders for sockets, logs and histories, that no other worker uses."""
+    with (
+        leased_domain() as domain_id,
+        tempfile.TemporaryDirectory(prefix="t-") as folder,  # short: it holds sockets
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        patch.setenv("ROS_DOMAIN_ID", str(domain_id))
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        for name in ("XDG_RUNTIME_DIR", "XDG_STATE_HOME", "ROS_LOG_DIR"):
+            path = Path(folder, name.lower())
+            path.mkdir(mode=0o700)
+            patch.setenv(name, str(path))
+        yield

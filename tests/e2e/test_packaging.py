@@ -37,7 +37,13 @@ def sources(tmp_path: Path) -> Path:
     return target
 
 
-@pytest.mark.parametrize("options", [(), ("--symlink-install",)], ids=["plain", "symlink"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param((), id="plain"),
+        pytest.param(("--symlink-install",), id="symlink", marks=pytest.mark.thorough),
+    ],
+)
 def test_colcon_builds_the_workspace_and_its_nodes_run(sources: Path, world: World, options):
     workspace = sources.parent.parent
     colcon = Path(sys.executable).with_name("colcon")
@@ -66,6 +72,7 @@ def test_colcon_builds_the_workspace_and_its_nodes_run(sources: Path, world: Wor
     assert installed == {path.name for path in (REPOSITORY / "launch").iterdir() if path.is_file()}
 
 
+@pytest.mark.thorough
 def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
     sources: Path, world: World, tmp_path: Path
 ):

@@ -7,6 +7,8 @@ import signal
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from launcher.engine.shared_memory import FOLDER, held
 from launcher.pytest_plugin import Launch
 from tests.e2e.conftest import MARK, REPOSITORY, World
@@ -46,6 +48,7 @@ def test_the_fleet_comes_up_and_ctrl_c_ends_it_cleanly_with_nothing_left(world: 
     assert not [path for path in files if path.exists()]
 
 
+@pytest.mark.thorough
 def test_each_process_has_a_prefix_in_a_colour_of_its_own(world: World):
     terminal = world.launcher("system")
     terminal.wait_for_all("[dispatcher]: ", "[monitor]: ", "[robot_1]: ", "[robot_2]: ")
@@ -55,6 +58,7 @@ def test_each_process_has_a_prefix_in_a_colour_of_its_own(world: World):
     assert len(prefixes) == len({colour for colour, _ in prefixes}) >= 4
 
 
+@pytest.mark.thorough
 def test_every_line_of_a_node_is_whole_and_behind_its_prefix(world: World):
     terminal = world.launcher("system", "enable_debug:=true", "--no-console")
     terminal.wait_for_all("[debug_logger]: /fleet/tasks: ", "[debug_logger]: /fleet/status: ")
@@ -102,6 +106,7 @@ def test_a_misspelt_argument_is_refused_before_anything_starts(world: World):
     assert not Path(world.env["ROS_LOG_DIR"]).exists()
 
 
+@pytest.mark.thorough
 def test_sigterm_stops_everything_in_order(world: World):
     terminal = world.launcher("system")
     terminal.wait_for("[robot_1]: Received task ")
@@ -110,6 +115,7 @@ def test_sigterm_stops_everything_in_order(world: World):
     assert world.survivors() == []
 
 
+@pytest.mark.thorough
 def test_a_killed_launcher_leaves_no_process_behind(world: World):
     terminal = world.launcher("system")
     terminal.wait_for("[robot_1]: Received task ")
@@ -126,6 +132,7 @@ def test_make_run_ends_with_exit_code_0_on_ctrl_c(world: World):
     assert world.survivors() == []
 
 
+@pytest.mark.thorough
 def test_sigterm_to_make_run_without_a_terminal_ends_the_fleet(world: World):
     # As a container's or a CI's stop does it.
     make = subprocess.Popen(
@@ -142,6 +149,7 @@ def test_sigterm_to_make_run_without_a_terminal_ends_the_fleet(world: World):
     make.communicate(timeout=60)
 
 
+@pytest.mark.thorough
 def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
     shell = world.terminal("bash", "--norc", "-i")
     shell.type("PS1='$ '; make run\n")
@@ -158,6 +166,7 @@ def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
     assert world.survivors() == [line for line in world.survivors() if "bash" in line]
 
 
+@pytest.mark.thorough
 def test_a_killed_node_is_told_and_its_shared_memory_freed(launched_system: Launch):
     fleet = launched_system("system", probe=False)
     fleet.wait_for_log("robot_1", "Task ")

@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 
 from launcher.cli import VERBS, main
 from launcher.errors import LauncherError
+from tests.support.examples import examples
 
 LAUNCH_FILE = """
 from launch import LaunchDescription
@@ -153,8 +154,7 @@ def called(line: list[str]) -> tuple[int | None, str]:
 
 
 @settings(
-    max_examples=400,
-    deadline=None,
+    max_examples=examples(400),
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(line=lines)

@@ -12,6 +12,7 @@ from launcher.errors import LauncherError
 from launcher.frontends.parser import Parser
 from launcher.frontends.xml import XmlParser
 from launcher.frontends.yaml import YamlParser
+from tests.support.examples import examples
 
 XML_SEED = """<?xml version="1.0"?>
 <!DOCTYPE launch [<!ENTITY pkg "demo">]>
@@ -79,22 +80,19 @@ def mutated(draw: st.DrawFn, seed: str) -> str:
     return text
 
 
-@pytest.mark.timeout(120)
-@settings(max_examples=250, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(250), suppress_health_check=list(HealthCheck))
 @given(mutated(XML_SEED))
 def test_mutated_xml_loads_or_ends_in_a_launcher_error(text: str) -> None:
     load_or_refuse(XmlParser, text)
 
 
-@pytest.mark.timeout(120)
-@settings(max_examples=250, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(250), suppress_health_check=list(HealthCheck))
 @given(mutated(YAML_SEED))
 def test_mutated_yaml_loads_or_ends_in_a_launcher_error(text: str) -> None:
     load_or_refuse(YamlParser, text)
 
 
-@pytest.mark.timeout(120)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100))
 @given(st.text(max_size=60))
 def test_any_text_ends_in_a_launcher_error(text: str) -> None:
     load_or_refuse(Parser, text)

@@ -11,13 +11,6 @@ pytest.importorskip("rclpy")
 from tests.support.domain import Domain, private_domain
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _only_this_host() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        yield
-
-
 @pytest.fixture
 def domain(tmp_path) -> Iterator[Domain]:
     """A domain for one test."""

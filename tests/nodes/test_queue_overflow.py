@@ -6,7 +6,11 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 from tests.support.node_process import REPOSITORY
+
+pytestmark = pytest.mark.thorough
 
 
 def test_the_slow_robot_loses_tasks_at_a_high_rate():

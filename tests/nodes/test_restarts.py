@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from group_gp1 import qos, topics
 from group_gp1.messages import TaskAssignment
+
+pytestmark = pytest.mark.thorough
 
 ROOMY = 100  # depth that keeps everything that is sent until both sides are connected
 

@@ -19,6 +19,7 @@ BAD = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "parameter", "value"), BAD.values(), ids=BAD.keys())
 def test_a_bad_value_is_refused_with_a_sentence(domain, name, parameter, value):
     node = domain.start(name, **{parameter: value})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from group_gp1 import qos, topics
 from group_gp1.messages import RobotStatus, Status
 from launcher.pytest_plugin import Launch
@@ -10,6 +12,7 @@ SILENT = "robot_1 has not reported in 5.0 s"
 BACK = "robot_1 is reporting again after"
 
 
+@pytest.mark.thorough
 def test_a_killed_robot_is_missed_after_five_seconds_and_welcomed_back(launched_system: Launch):
     fleet = launched_system("system", probe=False)
     fleet.wait_for_log("monitor", "Fleet report -- robot_1: [1-9]")  # surely heard while it lives
@@ -39,6 +42,7 @@ def test_a_robot_that_never_reported_is_missed_five_seconds_after_the_start(doma
     assert 2.5 <= warned_s - first_report_s <= 4.5
 
 
+@pytest.mark.thorough
 def test_a_flood_of_statuses_does_not_hold_the_silence_check_back(domain):
     monitor = domain.start("monitor", robot_ids="[robot_8]", silence_timeout_s=2.0)
     say = domain.publisher(topics.STATUS, qos.STATUS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import time
 from dataclasses import dataclass
@@ -10,7 +11,6 @@ import pytest
 
 from group_gp1 import qos, topics
 from group_gp1.messages import TaskAssignment
-from tests.support.domain import private_domain
 
 NODES = (
     "dispatcher",
@@ -35,15 +35,6 @@ class End:
     output: str
 
 
-@pytest.fixture(scope="module", params=SIGNALS, ids=lambda signum: signum.name)
-def idle_ends(request, tmp_path_factory) -> dict[str, End]:
-    """All nodes, up and known to each other, one after the other told to stop."""
-    with private_domain(tmp_path_factory.mktemp("ros_log")) as domain:
-        nodes = [domain.start(name) for name in NODES]
-        domain.wait_for_nodes(*NODES)
-        return {node.name: end(node, request.param) for node in nodes}
-
-
 def end(node, signum) -> End:
     start_s = time.monotonic()
     node.signal(signum)
@@ -51,12 +42,15 @@ def end(node, signum) -> End:
     return End(code=code, took_s=time.monotonic() - start_s, output=node.output)
 
 
-@pytest.mark.parametrize("name", NODES)
-def test_an_idle_node_stops_at_once_and_quietly(idle_ends, name):
-    assert idle_ends[name].code == 0, idle_ends[name].output
-    assert "Traceback" not in idle_ends[name].output
-    assert "Exception" not in idle_ends[name].output
-    assert idle_ends[name].took_s < PATIENCE_S
+@pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
+def test_idle_nodes_stop_at_once_and_quietly(domain, signum):
+    nodes = [domain.start(name) for name in NODES]
+    domain.wait_for_nodes(*NODES)
+    ends = {node.name: end(node, signum) for node in nodes}
+
+    assert {name: x.code for name, x in ends.items()} == dict.fromkeys(NODES, 0)
+    assert [x.output for x in ends.values() if re.search("Traceback|Exception", x.output)] == []
+    assert max(x.took_s for x in ends.values()) < PATIENCE_S
 
 
 @pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
@@ -74,6 +68,7 @@ def test_a_robot_stops_in_the_middle_of_its_task(domain, signum):
     assert max(x.took_s for x in ends) < PATIENCE_S
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
 @pytest.mark.parametrize("name", ["dispatcher", "monitor", "robot_1", "qos_probe"])
 def test_a_node_stops_quietly_while_it_starts(domain, name, signum):
@@ -86,6 +81,7 @@ def test_a_node_stops_quietly_while_it_starts(domain, name, signum):
     assert ended.output == ""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["dispatcher", "monitor", "robot_2"])
 def test_a_second_signal_does_not_disturb_the_end(domain, name):
     node = domain.start(name)

@@ -19,6 +19,8 @@ from launcher.engine.screen import Screen
 from launcher.engine.spawn import spawn
 from launcher.model.spec import ProcessSpec
 
+pytestmark = pytest.mark.thorough
+
 MANY = 40
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 from tests.process.conftest import Bench
 from tests.support.console_runs import TICKS
 
@@ -52,6 +54,7 @@ def test_the_scroll_back_and_the_mouse_stay_the_terminals_own(bench: Bench):
     assert any("process started with pid" in row for row in glass.scrolled)
 
 
+@pytest.mark.thorough
 def test_ctrl_backslash_stops_the_run_as_it_does_in_any_terminal(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
@@ -96,6 +99,7 @@ BURST = """
 """
 
 
+@pytest.mark.thorough
 def test_a_burst_of_10_000_lines_stays_whole_and_in_order_above_the_prompt(bench: Bench):
     glass = bench.glass(BURST)
     glass.wait_for_prompt()

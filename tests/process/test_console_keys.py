@@ -55,6 +55,7 @@ def test_lines_typed_before_come_back_in_the_next_run(bench: Bench):
     assert again.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_ctrl_r_finds_a_line_and_enter_runs_it(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
@@ -78,6 +79,7 @@ def test_ctrl_r_finds_a_line_and_enter_runs_it(bench: Bench):
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_the_sign_is_there_again_after_a_line_that_was_too_long(bench: Bench):
     glass = bench.glass(TICKS, columns=40)
     glass.wait_for_prompt()
@@ -93,6 +95,7 @@ def test_the_sign_is_there_again_after_a_line_that_was_too_long(bench: Bench):
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_each_line_of_a_paste_is_a_line_of_its_own(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
@@ -103,6 +106,7 @@ def test_each_line_of_a_paste_is_a_line_of_its_own(bench: Bench):
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_a_paste_of_300_lines_is_answered_line_by_line(bench: Bench):
     glass = bench.glass('py("input()", name="quiet"),')
     glass.wait_for_prompt()
@@ -125,6 +129,7 @@ def test_a_paste_of_300_lines_is_answered_line_by_line(bench: Bench):
     glass.exit_code()
 
 
+@pytest.mark.thorough
 def test_lines_typed_ahead_are_answered_in_their_order(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
@@ -148,6 +153,7 @@ def test_lines_typed_ahead_are_answered_in_their_order(bench: Bench):
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("typed", [b"\xff\r", b"caf\xe9\r", b"\xff\xfe\x00\r", b"\x00\r"], ids=repr)
 def test_bytes_that_are_no_text_leave_the_console_as_it_is(bench: Bench, typed: bytes):
     glass = bench.glass(TICKS)
@@ -164,6 +170,7 @@ FLOOD = """
 """
 
 
+@pytest.mark.thorough
 def test_a_flood_on_a_slow_terminal_can_be_muted(bench: Bench):
     glass = bench.glass(FLOOD)
     glass.bytes_per_s, glass.emulates = 400_000, False
@@ -177,6 +184,7 @@ def test_a_flood_on_a_slow_terminal_can_be_muted(bench: Bench):
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_an_unwritable_history_is_kept_in_memory(bench: Bench):
     bench.env["XDG_STATE_HOME"] = "/proc/none"
     glass = bench.glass(TICKS)

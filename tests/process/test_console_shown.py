@@ -28,6 +28,7 @@ def test_top_is_live_above_the_prompt_until_a_key_is_pressed(bench: Bench):
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_ctrl_c_ends_what_is_watched_and_not_the_run(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
@@ -79,6 +80,7 @@ RUDE = """
 """
 
 
+@pytest.mark.thorough
 def test_old_lines_cannot_steer_the_terminal(bench: Bench):
     glass = bench.glass(RUDE)
     glass.wait_for_prompt()
@@ -116,6 +118,7 @@ PATIENT = """
 """
 
 
+@pytest.mark.thorough
 def test_a_question_stays_above_the_prompt_while_others_write_until_it_is_answered(bench: Bench):
     glass = bench.glass(PATIENT)
     glass.wait_for_prompt()
@@ -149,6 +152,7 @@ BAR = """
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("words", [(), ("--no-console",)], ids=["console", "no console"])
 @pytest.mark.parametrize(
     "form", [r"\\rdone {n} of 3", r"done {n} of 3\\r"], ids=["before", "behind"]
@@ -178,6 +182,7 @@ WIDE = """
 """
 
 
+@pytest.mark.thorough
 def test_a_narrow_terminal_shows_what_fits_and_wide_characters_stay_whole(bench: Bench):
     glass = bench.glass(WIDE, columns=20, rows=10)
     glass.wait_for_prompt()
@@ -189,6 +194,7 @@ def test_a_narrow_terminal_shows_what_fits_and_wide_characters_stay_whole(bench:
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_fifty_processes_are_counted_and_each_can_be_scrolled_to(bench: Bench):
     many = "".join(f'py("input()", name="worker_{n}"),' for n in range(50))
     glass = bench.glass(many, columns=80)
@@ -212,6 +218,7 @@ def test_fifty_processes_are_counted_and_each_can_be_scrolled_to(bench: Bench):
     glass.exit_code(60.0)
 
 
+@pytest.mark.thorough
 def test_no_color_means_none_of_the_console_either(bench: Bench):
     bench.env["NO_COLOR"] = "1"
     glass = bench.glass(TICKS)

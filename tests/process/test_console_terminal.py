@@ -44,6 +44,7 @@ def test_no_console_is_started_where_nobody_wants_one(bench: Bench):
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_a_dumb_terminal_gets_no_console(bench: Bench):
     bench.env["TERM"] = "dumb"
     glass = bench.glass(TICKS)
@@ -53,6 +54,7 @@ def test_a_dumb_terminal_gets_no_console(bench: Bench):
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_without_a_terminal_on_both_sides_there_is_no_console(bench: Bench):
     command = bench.command(TICKS)
     ours, theirs = pty.openpty()
@@ -72,6 +74,7 @@ def test_without_a_terminal_on_both_sides_there_is_no_console(bench: Bench):
     os.close(theirs)
 
 
+@pytest.mark.thorough
 def test_a_run_in_the_background_leaves_the_terminal_alone(bench: Bench):
     words = " ".join(bench.command(TICKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
@@ -101,6 +104,7 @@ def test_a_killed_launcher_leaves_the_terminal_as_it_was_and_says_so(bench: Benc
     assert "half a li" not in glass.text
 
 
+@pytest.mark.thorough
 def test_a_shell_can_be_used_after_its_launcher_was_killed(bench: Bench):
     words = " ".join(bench.command(TICKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
@@ -113,6 +117,7 @@ def test_a_shell_can_be_used_after_its_launcher_was_killed(bench: Bench):
         shell.wait_for(" icanon", "still here")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("signum", [signal.SIGKILL, signal.SIGSEGV], ids=lambda one: one.name)
 def test_a_dead_console_costs_one_warning_and_no_line(bench: Bench, signum: signal.Signals):
     count = 'py("import time\\nfor n in range(400): print(n, flush=True); time.sleep(0.005)"),'
@@ -134,6 +139,7 @@ def test_a_dead_console_costs_one_warning_and_no_line(bench: Bench, signum: sign
     assert bench.survivors() == []
 
 
+@pytest.mark.thorough
 def test_a_console_that_cannot_work_costs_one_warning(bench: Bench, tmp_path: Path):
     broken = tmp_path / "broken" / "prompt_toolkit"
     broken.mkdir(parents=True)
@@ -152,6 +158,7 @@ FLOOD = """
 """
 
 
+@pytest.mark.thorough
 def test_a_stopped_console_holds_the_run_up_and_loses_nothing(bench: Bench):
     glass = bench.glass(FLOOD)
     glass.wait_for_prompt()
@@ -183,6 +190,7 @@ if "launcher.console" in sys.orig_argv:
 """
 
 
+@pytest.mark.thorough
 def test_a_fault_in_the_console_gives_the_terminal_back(bench: Bench, tmp_path: Path):
     folder = tmp_path / "fault"
     folder.mkdir()
@@ -198,6 +206,7 @@ def test_a_fault_in_the_console_gives_the_terminal_back(bench: Bench, tmp_path: 
     assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_a_run_that_is_over_before_its_console_is_ready_says_nothing_of_it(bench: Bench):
     glass = bench.glass('py("import time\\ntime.sleep(0.4)", name="short"),')
     before = glass.settings()
@@ -247,6 +256,7 @@ ASKS = """
 """
 
 
+@pytest.mark.thorough
 def test_what_is_half_typed_and_half_said_is_there_once_after_ctrl_z_and_fg(bench: Bench):
     words = " ".join(bench.command(ASKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
@@ -270,6 +280,7 @@ def test_what_is_half_typed_and_half_said_is_there_once_after_ctrl_z_and_fg(benc
         shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the end")
 
 
+@pytest.mark.thorough
 def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
     words = " ".join(bench.command(TICKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
@@ -288,6 +299,7 @@ def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
         shell.wait_for("exit code 0")
 
 
+@pytest.mark.thorough
 def test_a_job_that_somebody_stopped_draws_its_prompt_anew_in_the_foreground(bench: Bench):
     words = " ".join(bench.command(TICKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:

@@ -74,6 +74,7 @@ def test_what_did_not_work_is_1_and_what_makes_no_sense_is_2(steering: SteeringB
         assert run.shell("stop", "cat").returncode == 1
 
 
+@pytest.mark.thorough
 def test_without_a_run_that_is_said(steering: SteeringBench):
     with steering.steer('sh("true")', "--no-control") as run:
         run.exit_code()
@@ -140,6 +141,7 @@ def test_top_is_drawn_again_scrolls_and_leaves_the_terminal_as_it_was(steering: 
             assert glass.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_top_gives_the_terminal_back_when_it_is_suspended_or_terminated(steering: SteeringBench):
     with steering.steer(CAT) as run:
         assert run.socket
@@ -162,6 +164,7 @@ def test_top_gives_the_terminal_back_when_it_is_suspended_or_terminated(steering
             shell.wait_until(lambda: "1" in shell.rows, "cooked mode")
 
 
+@pytest.mark.thorough
 def test_top_through_a_pipe_is_one_table_with_the_busiest_first(steering: SteeringBench):
     busy = 'sh("while :; do :; done", name="busy")'
     with steering.steer(f"{CAT}, {busy}") as run:
@@ -189,6 +192,7 @@ def test_a_process_of_a_run_means_its_own_run(steering: SteeringBench):
             assert '"name": "one-1"' not in two.screen
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("verb", CONTROL_VERBS)
 def test_every_command_has_help(steering: SteeringBench, verb: str):
     done = subprocess.run(
@@ -201,6 +205,7 @@ def test_every_command_has_help(steering: SteeringBench, verb: str):
     assert done.stdout.startswith(f"usage: python -m launcher {verb}")
 
 
+@pytest.mark.thorough
 def test_a_verb_is_explained_and_fingers_are_understood(steering: SteeringBench):
     with steering.steer(CAT) as run:
         manual = run.shell("kill", "--help").stdout

@@ -9,15 +9,19 @@ import socket
 import threading
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from launcher.control.client import connect
 from launcher.control.protocol import REQUEST_LIMIT
 from tests.process.conftest import SteeringBench
+from tests.support.examples import examples
 from tests.support.raw_client import Raw, error_of
 from tests.support.steered import PATIENCE_S, Steered
 from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.thorough
 
 CAT = 'sh("exec cat", name="cat")'
 
@@ -56,8 +60,7 @@ REQUESTS = st.fixed_dictionaries(
 @example([b"\n" * 60_000])
 @example([b'{"verb":"ps"}\n' * 4000])
 @settings(
-    max_examples=150,
-    deadline=None,
+    max_examples=examples(150),
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 def test_no_words_harm_a_run(run: Steered, words: list[bytes]):

@@ -141,6 +141,7 @@ def put_in_the_way(obstacle: str, root: Path) -> None:
         os.chown(place, NOBODY, NOBODY)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("obstacle", OBSTACLES)
 def test_a_run_without_a_place_for_its_socket_says_so_once_and_goes_on(
     steering: SteeringBench, obstacle: str
@@ -193,6 +194,7 @@ def test_another_version_is_told_which_one_is_spoken(run: Steered):
         assert client.read()["ok"]  # it may go on in ours
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("line", "code"),
     [
@@ -258,6 +260,7 @@ def test_of_two_runs_one_has_to_be_picked(steering: SteeringBench):
     assert json.loads(one.shell("ps", "--json").stdout)["processes"][0]["name"] == "cat-1"
 
 
+@pytest.mark.thorough
 def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
     path = run.socket
     run.process.send_signal(signal.SIGSTOP)
@@ -275,6 +278,7 @@ def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
     assert run.row("cat")["state"] == "RUNNING"
 
 
+@pytest.mark.thorough
 def test_what_changes_something_finds_no_run_in_another_folder_by_itself(run: Steered):
     assert run.socket
     with tempfile.TemporaryDirectory(prefix="session-") as session:
@@ -292,6 +296,7 @@ def test_what_changes_something_finds_no_run_in_another_folder_by_itself(run: St
         assert run.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_a_socket_that_was_removed_is_made_again_and_that_is_said_once(run: Steered):
     for _ in range(2):
         path = run.socket

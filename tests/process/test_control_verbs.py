@@ -165,6 +165,7 @@ def test_a_process_whose_turn_has_not_come_is_stopped_before_it(steering: Steeri
         assert run.screen.count("[sleeper-2]: process was not started: stopped") == 2
 
 
+@pytest.mark.thorough
 def test_one_that_is_stopped_before_its_next_turn_is_not_told_of_its_last_end(
     steering: SteeringBench,
 ):
@@ -227,6 +228,7 @@ def test_a_line_is_sent_to_standard_input(steering: SteeringBench):
         run.wait_for("[cat-1] hello there\n")
 
 
+@pytest.mark.thorough
 def test_a_slow_stop_keeps_nobody_waiting(steering: SteeringBench):
     with steering.steer(f"{STUBBORN}, {SLEEPER}") as run:
         run.wait_for("ready")
@@ -239,6 +241,7 @@ def test_a_slow_stop_keeps_nobody_waiting(steering: SteeringBench):
             assert "(SIGTERM)" in second["text"][0]
 
 
+@pytest.mark.thorough
 def test_several_at_once_are_answered_together_and_partly(steering: SteeringBench):
     with steering.steer(f"{SLEEPER}, {CAT}") as run:
         run.tell("stop", "cat")
@@ -294,6 +297,7 @@ def test_what_is_typed_ahead_for_a_process_happens_in_that_order(run: Steered):
     run.wait_for_log("cat", "here")
 
 
+@pytest.mark.thorough
 def test_a_signal_typed_ahead_is_over_before_the_next_start(run: Steered):
     pid = pid_of(run, "cat")
     killed, started = answers_in_order(run, ("kill", {"signal": "KILL"}), ("start", {}))
@@ -301,6 +305,7 @@ def test_a_signal_typed_ahead_is_over_before_the_next_start(run: Steered):
     assert pid_of(run, "cat") != pid
 
 
+@pytest.mark.thorough
 def test_a_signal_helps_a_stop_that_takes_too_long(steering: SteeringBench):
     deaf = """sh("trap '' INT TERM; echo ready; while :; do sleep 0.1; done", name="cat",
                  sigterm_timeout="1000")"""
@@ -322,6 +327,7 @@ def test_a_signal_zero_only_asks_whether_it_is_there(run: Steered):
         run.tell("kill", "cat", signal="0")
 
 
+@pytest.mark.thorough
 def test_a_stop_that_a_person_asked_for_is_no_failure_even_if_it_takes_a_sigkill(
     steering: SteeringBench,
 ):

@@ -18,6 +18,8 @@ from launcher.engine.shared_memory import FOLDER, SETTLING_S, free, held
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.alone
+
 NODE = "import rclpy; rclpy.init(); n = rclpy.create_node('n'); print('ready', flush=True); input()"
 
 

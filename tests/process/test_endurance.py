@@ -9,9 +9,12 @@ import time
 from pathlib import Path
 
 import psutil
+import pytest
 
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.thorough
 
 PATIENCE_S = 60.0
 MB = 1024 * 1024

@@ -13,6 +13,8 @@ import pytest
 import launcher
 from tests.process.test_plan import Desk, desk
 
+pytestmark = pytest.mark.thorough
+
 __all__ = ["desk"]  # the fixture, for this module, too
 
 # name -> (text of the launch file, what is said, the suggestion)

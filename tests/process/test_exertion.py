@@ -14,6 +14,8 @@ import pytest
 from launcher.engine.exertion import Exertion
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.thorough
+
 BUSY = "while True: pass"
 IN_A_THREAD = f"""
 import signal, threading

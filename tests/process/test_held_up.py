@@ -22,6 +22,8 @@ from launcher.model.spec import OutputPolicy, ProcessSpec
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.thorough
+
 # ---- the relay alone, with pipes whose other ends are ours
 
 

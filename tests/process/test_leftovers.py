@@ -88,6 +88,7 @@ def _leaving(bench: Bench, rest: str, options: str = "") -> str:
     return f'sh(". ./daemon.sh", cwd="{bench.folder}", {options})'
 
 
+@pytest.mark.thorough
 def test_what_is_left_behind_is_stopped_with_the_timeouts_of_the_run(bench: Bench):
     waits = "while [ ! -e deaf ]; do sleep 0.05; done"
     done = bench.run(_leaving(bench, waits, 'sigterm_timeout="0.2", sigkill_timeout="0.3"'))
@@ -99,6 +100,7 @@ def test_what_is_left_behind_is_stopped_with_the_timeouts_of_the_run(bench: Benc
     assert (finished["event"], finished["exit_code"]) == ("finished", 1)
 
 
+@pytest.mark.thorough
 def test_what_is_left_behind_of_processes_that_are_killed_is_killed_at_once(bench: Bench):
     terminal = bench.terminal(_leaving(bench, "exec sleep 1002"), "--stop", "*=kill")
     terminal.wait_for("deaf")
@@ -109,6 +111,7 @@ def test_what_is_left_behind_of_processes_that_are_killed_is_killed_at_once(benc
     assert bench.survivors() == []
 
 
+@pytest.mark.thorough
 def test_presses_that_came_before_count_for_what_is_left_behind(bench: Bench):
     """The second of them is for the daemon, too, which nobody has found yet."""
     talks = "trap 'echo asked' INT; trap 'exit 0' TERM; echo ready; while :; do sleep 0.05; done"
@@ -202,6 +205,7 @@ def stage(tmp_path: Path) -> Iterator[Stage]:
     one.close()
 
 
+@pytest.mark.thorough
 def test_a_process_that_sigkill_does_not_end_is_named_and_the_run_ends_without_it(stage: Stage):
     stage.keeper.advance(stage.process, Start())
     stage.reactor.call_later(0, lambda: stage.ending.stop_all("the test"))

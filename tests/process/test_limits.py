@@ -10,6 +10,8 @@ import re
 import resource
 import subprocess
 
+import pytest
+
 from launcher.engine.staging import refusal, words_before
 from launcher.model.limits import UNLIMITED, Limits
 from tests.process.conftest import Bench
@@ -41,6 +43,7 @@ def test_limits_hold_for_those_who_are_meant_and_for_nobody_else(bench: Bench):
     assert f"[sh-2] {nice}\n[sh-2] {files}\n" in out
 
 
+@pytest.mark.thorough
 def test_a_process_with_limits_has_the_environment_and_the_command_of_one_without(bench: Bench):
     for name in ("LC_ALL", "LC_CTYPE", "LANG"):
         bench.env.pop(name, None)
@@ -60,6 +63,7 @@ def test_a_process_with_limits_has_the_environment_and_the_command_of_one_withou
     assert any(b"SigIgn" in line for line in said[0])
 
 
+@pytest.mark.thorough
 def test_a_program_that_is_missing_is_told_behind_limits_too(bench: Bench):
     folder = bench.folder / "script"
     folder.write_text("no interpreter is named here\n")
@@ -94,6 +98,7 @@ def test_a_limit_that_is_refused_later_is_named_as_it_is_written():
     assert refusal(b"1 nice=-1") == (errno.EPERM, "nice=-1")
 
 
+@pytest.mark.thorough
 def test_restarts_have_the_limits_too_and_leave_no_descriptor(bench: Bench):
     actions = 'sh("ulimit -n; ls /proc/$PPID/fd | wc -l; exit 1")'
     restart = ["--restart", "sh=always,max=20", "--limit", "sh:nofile=77"]
@@ -104,6 +109,7 @@ def test_restarts_have_the_limits_too_and_leave_no_descriptor(bench: Bench):
     assert min(counts[-7:]) <= max(counts[2:9]), counts
 
 
+@pytest.mark.thorough
 def test_a_stop_during_the_stage_ends_the_process(bench: Bench):
     done = bench.run('sh("exec sleep 1000")', "--nice", "*=1", "--timeout", "0")
     assert done.returncode == 0
@@ -144,6 +150,7 @@ time.sleep(1.5)
 """
 
 
+@pytest.mark.thorough
 def test_no_more_than_the_given_number_start_at_the_same_time(bench: Bench):
     (bench.folder / "node.py").write_text(BUSY_START.format(folder=str(bench.folder)))
     node = f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/node.py"], output="screen")'
@@ -154,6 +161,7 @@ def test_no_more_than_the_given_number_start_at_the_same_time(bench: Bench):
     assert max(together) <= 2
 
 
+@pytest.mark.thorough
 def test_those_who_wait_for_their_turn_do_not_start_after_a_stop(bench: Bench):
     terminal = bench.terminal(
         '*[sh("echo ready; exec sleep 1000") for _ in range(5)]', "--stagger", "60"
@@ -167,6 +175,7 @@ def test_those_who_wait_for_their_turn_do_not_start_after_a_stop(bench: Bench):
     assert bench.survivors() == []
 
 
+@pytest.mark.thorough
 def test_one_that_is_always_busy_does_not_keep_the_others_from_starting(bench: Bench):
     actions = 'sh("while :; do :; done"), sh("echo second")'
     done = bench.run(actions, "--max-starting", "1", "--required", "sh-2")

@@ -106,6 +106,7 @@ def _assert_coloured(text: str, expected: tuple[bool, bool, str]) -> None:
     assert ("\x1b[31mred" in last) is process
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("words", PIPED)
 def test_colour_in_a_pipe_comes_only_when_it_is_asked_for(bench: Bench, words: str):
     actions = _coloured(bench, words)
@@ -115,6 +116,7 @@ def test_colour_in_a_pipe_comes_only_when_it_is_asked_for(bench: Bench, words: s
     assert log.count("] red") == 2
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("words", ON_A_TERMINAL)
 def test_colour_on_a_terminal_goes_when_it_is_not_wanted(bench: Bench, words: str):
     terminal = bench.terminal(_coloured(bench, words))

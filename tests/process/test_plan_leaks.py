@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.thorough
+
 CASES = Path(__file__).resolve().parents[1] / "launch_cases"
 ROUNDS = 4
 GROWTH_KIB = 4096  # of resident memory from the second round to the last; a round is 386 plans

@@ -55,6 +55,7 @@ def test_no_deadline_of_the_engine_is_made_of_the_wall_clock():
     assert readers <= WALL_CLOCK_READERS
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("signum", [signal.SIGTERM, signal.SIGHUP])
 def test_a_clean_stop_by_a_signal_is_0_and_143_where_something_had_to_be_killed(bench, signum):
     ready = 'sh("echo ready; exec sleep 1000")'
@@ -107,6 +108,7 @@ while True:
 """
 
 
+@pytest.mark.thorough
 def test_a_daemon_that_ignores_everything_is_named_and_killed(bench: Bench):
     ready = bench.folder / "ready"
     script = f"trap '' INT TERM HUP; : > {ready}; while :; do sleep 0.1; done"
@@ -134,6 +136,7 @@ class Hopper:
         return len(self._sizes) > 10 and self._sizes[-10] == self._sizes[-1] > 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rest_s", ["0.002", "0"])
 def test_one_that_forks_in_a_loop_and_always_leaves_its_session_is_caught(bench: Bench, rest_s):
     hopper = Hopper(bench.folder, rest_s)
@@ -143,6 +146,7 @@ def test_one_that_forks_in_a_loop_and_always_leaves_its_session_is_caught(bench:
     assert bench.survivors() == []
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rest_s", ["0.002", "0"])
 def test_one_that_forks_in_a_loop_does_not_survive_a_killed_launcher(bench: Bench, rest_s: str):
     hopper = Hopper(bench.folder, rest_s)
@@ -168,6 +172,7 @@ except ControlError as error:
 """
 
 
+@pytest.mark.thorough
 def test_a_console_that_is_starting_does_not_outlive_its_launcher():
     with subprocess.Popen(
         [sys.executable, "-c", ORPHAN], stdout=subprocess.PIPE, text=True
@@ -176,6 +181,7 @@ def test_a_console_that_is_starting_does_not_outlive_its_launcher():
     assert output == f"process {launcher_process.pid} has ended\n"
 
 
+@pytest.mark.thorough
 def test_one_that_breeds_when_it_is_stopped_leaves_nothing(bench: Bench):
     (bench.folder / "breeder.py").write_text(BREEDER)
     breeder = f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/breeder.py"], output="screen")'
@@ -213,6 +219,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("what", REFUSED)
 def test_what_cannot_be_started_is_told_with_its_reason_and_the_others_run(bench: Bench, what: str):
     done = bench.run(f'ExecuteProcess({what}), sh("echo hello")')
@@ -222,6 +229,7 @@ def test_what_cannot_be_started_is_told_with_its_reason_and_the_others_run(bench
     assert b"Traceback" not in done.stderr
 
 
+@pytest.mark.thorough
 def test_a_core_dump_is_told_where_the_system_made_one(bench: Bench):
     script = f"cd {bench.folder}; ulimit -c unlimited; kill -ABRT $$"
     child = subprocess.Popen(["sh", "-c", script])  # the same death, as the system tells it
@@ -250,6 +258,7 @@ for _ in range(20):
 """
 
 
+@pytest.mark.thorough
 def test_a_traceback_that_comes_slowly_is_not_torn_by_the_lines_of_others(bench: Bench):
     (bench.folder / "slow.py").write_text(SLOW_TRACEBACK)
     slow = f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/slow.py"], output="screen")'
@@ -260,6 +269,7 @@ def test_a_traceback_that_comes_slowly_is_not_torn_by_the_lines_of_others(bench:
     assert all(line.startswith("[python-1] ") for n in starts for line in lines[n : n + 4])
 
 
+@pytest.mark.thorough
 def test_odd_names_break_neither_lines_nor_log_files(bench: Bench):
     names = [
         "a/b",
@@ -282,6 +292,7 @@ def test_odd_names_break_neither_lines_nor_log_files(bench: Bench):
     assert not list(bench.folder.glob("log/*up*"))
 
 
+@pytest.mark.thorough
 def test_a_flood_does_not_hold_up_a_stop(bench: Bench):
     process = bench.start(f'*[sh("{FLOOD}") for _ in range(6)]')
     assert process.stdout is not None
@@ -294,6 +305,7 @@ def test_a_flood_does_not_hold_up_a_stop(bench: Bench):
     assert bench.survivors() == []
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("stdin", ["/dev/null", "an empty file"])
 def test_a_standard_input_that_has_nothing_does_no_harm(bench: Bench, stdin: str):
     empty = bench.folder / "empty"

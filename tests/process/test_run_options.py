@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from tests.process.conftest import Bench
 
 
@@ -61,6 +63,7 @@ def test_a_broken_launch_file_leaves_no_run_folder(bench: Bench):
     assert not (bench.folder / "log").exists()
 
 
+@pytest.mark.thorough
 def test_a_process_over_its_budget_is_restarted(bench: Bench):
     done = bench.run(
         'py("import os, time; files = [os.dup(0) for _ in range(200)]; time.sleep(60)")',
@@ -73,6 +76,7 @@ def test_a_process_over_its_budget_is_restarted(bench: Bench):
     assert done.stdout.count(b"process started with pid") >= 2
 
 
+@pytest.mark.thorough
 def test_the_run_ends_with_a_process_over_its_budget_and_has_failed(bench: Bench):
     done = bench.run(
         'py("x = bytearray(150_000_000); import time; time.sleep(60)"), sh("exec sleep 1000")',
@@ -90,6 +94,7 @@ def test_a_budget_that_cannot_be_read_is_refused_before_anything_starts(bench: B
     assert b"started" not in done.stdout
 
 
+@pytest.mark.thorough
 def test_what_processes_use_is_in_the_journal(bench: Bench):
     bench.run('sh("exec sleep 2.5")')
     lines = (bench.folder / "log/latest/events.jsonl").read_text().splitlines()
@@ -98,6 +103,7 @@ def test_what_processes_use_is_in_the_journal(bench: Bench):
     assert samples[0]["processes"]["sh-1"]["rss_bytes"] > 0
 
 
+@pytest.mark.thorough
 def test_a_budget_from_a_file_warns_once_and_lets_the_process_run(bench: Bench):
     file = bench.folder / "budgets.yaml"
     file.write_text("python:\n  fds: 100\n  for: 0\n  nice: 3\n")

@@ -93,6 +93,7 @@ def test_a_log_folder_that_cannot_be_made_is_said_once_and_changes_nothing_else(
     assert b"[sh-1] hello\n" in done.stdout
 
 
+@pytest.mark.thorough
 def test_colour_is_off_in_a_pipe_and_on_by_force(bench: Bench):
     actions = 'sh("echo $RCUTILS_COLORIZED_OUTPUT")'
     assert b"[sh-1] 0\n" in bench.run(actions).stdout
@@ -172,6 +173,7 @@ def test_a_run_in_which_nothing_ever_lives_ends_by_itself(bench: Bench, actions:
     assert done.returncode == (1 if "Execute" in actions else 0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("closed", ["<&-", "<&- >&-", "<&- >&- 2>&-", "2>&-"])
 def test_closed_standard_files_do_no_harm(bench: Bench, closed: str):
     words = shlex.join(bench.command('sh("echo hello")'))

@@ -18,6 +18,8 @@ from launcher.engine.shared_memory import FOLDER, Ledger, free, held, stale
 from launcher.engine.sweep import RUN_ID_VARIABLE
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.alone
+
 RUN_ID = f"{os.getpid()}-shm"
 NODE = """
 import os, sys, rclpy

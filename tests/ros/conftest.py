@@ -62,16 +62,15 @@ def env(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
     with (
         ros_domain(tmp_path_factory.mktemp("ros_log")) as env,
         talking(env, "tests.support.sample_nodes"),
-        pytest.MonkeyPatch.context() as patch,
     ):
-        for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOG_DIR"):
-            patch.setenv(name, env[name])
         yield env
 
 
-@pytest.fixture(scope="session")
-def verb(env: dict[str, str]) -> Verb:
+@pytest.fixture
+def verb(env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
     """`verb("topic", "list")` runs that command in the shared domain."""
+    for name in ("ROS_DOMAIN_ID", "ROS_LOG_DIR"):
+        monkeypatch.setenv(name, env[name])
     return in_process
 
 

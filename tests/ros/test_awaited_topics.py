@@ -10,6 +10,8 @@ import pytest
 
 from tests.support.verbs import PATIENCE_S
 
+pytestmark = pytest.mark.thorough
+
 TOPIC = (sys.executable, "-m", "launcher", "topic")
 UNPUBLISHED = "WARNING: topic [{}] does not appear to be published yet\n"
 

@@ -154,6 +154,7 @@ def test_diagnostics_tell_each_process_and_its_death(run: Steered, monitor: Moni
     monitor.wait("run", ERROR, "1 of 2 processes run; look at left-1")
 
 
+@pytest.mark.thorough
 def test_what_changes_is_told_before_its_turn(run: Steered, monitor: Monitor):
     monitor.wait("right-2", OK, "running")
     for _ in range(3):
@@ -189,6 +190,7 @@ def test_the_run_ends_as_if_the_bridge_were_not_there(domain, tmp_path, monitor:
         assert "left behind" not in run.screen
 
 
+@pytest.mark.thorough
 def test_a_killed_launcher_takes_the_bridge_with_it(run: Steered, monitor: Monitor):
     monitor.wait("left-1", OK, "running")
     pid = bridge_pid(run)
@@ -196,6 +198,7 @@ def test_a_killed_launcher_takes_the_bridge_with_it(run: Steered, monitor: Monit
     wait_until(lambda: not _is_bridge(pid), "the bridge has ended")
 
 
+@pytest.mark.thorough
 def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: Steered, monitor: Monitor):
     monitor.wait("left-1", OK, "running")
     for count in range(1, 4):
@@ -211,6 +214,7 @@ def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: Steered, moni
     assert run.exit_code() == 0
 
 
+@pytest.mark.thorough
 def test_two_runs_in_one_domain_are_seen_and_steered_apart(
     run: Steered, domain, tmp_path, monitor: Monitor
 ):
@@ -226,6 +230,7 @@ def test_two_runs_in_one_domain_are_seen_and_steered_apart(
         assert monitor.last["launcher: left-1"].level == OK
 
 
+@pytest.mark.thorough
 def test_its_socket_is_made_again_when_somebody_tidies_up(
     run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
@@ -235,6 +240,7 @@ def test_its_socket_is_made_again_when_somebody_tidies_up(
     assert answers(domain, monkeypatch).nodes == ("/launcher",)
 
 
+@pytest.mark.thorough
 def test_what_a_killed_bridge_had_in_shared_memory_is_freed(run: Steered, monitor: Monitor):
     monitor.wait("left-1", OK, "running")
     pid = bridge_pid(run)
@@ -292,6 +298,7 @@ def test_an_observer_that_does_not_answer_is_passed_over(domain, monkeypatch):
     assert not (folder / "1-a.graph").exists()  # nobody is behind it any more
 
 
+@pytest.mark.thorough
 def test_strange_questions_harm_nobody(
     run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
@@ -314,6 +321,7 @@ def _send(client: socket.socket, noise: bytes) -> None:
         return  # it has heard enough
 
 
+@pytest.mark.thorough
 def test_a_killed_node_is_a_ghost_for_who_was_there_before(
     run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 
+import pytest
+
 from launcher.errors import ExitCode
 from tests.ros.conftest import ros_domain
 from tests.support.domain import private_domain
@@ -15,6 +17,7 @@ from tests.support.verbs import PATIENCE_S, launcher
 from tests.support.waiting import wait_until
 
 
+@pytest.mark.thorough
 def test_the_probe_that_hears_nothing_is_explained(tmp_path):
     with private_domain(tmp_path) as domain:
         domain.start("robot_1")

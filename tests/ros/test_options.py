@@ -16,6 +16,8 @@ import yaml
 from tests.support.verbs import PATIENCE_S
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.thorough
+
 PUB = ("topic", "pub", "/opts", "std_msgs/msg/String", "data: hi", "-w", "0")
 
 

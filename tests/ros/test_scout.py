@@ -17,6 +17,8 @@ from tests.ros.test_wire import threads_stand_still
 from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.thorough
+
 PATIENCE_S = 30.0
 
 

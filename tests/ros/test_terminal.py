@@ -8,7 +8,9 @@ import pytest
 
 from launcher.graph.terminal import without_commands
 from tests.support.terminal import Terminal
-from tests.support.verbs import in_process, launcher
+from tests.support.verbs import launcher
+
+pytestmark = pytest.mark.thorough
 
 LAUNCHER = (sys.executable, "-m", "launcher")
 EVIL = "\x1b]0;owned\x07\x9b2J\r\tgood\x7f"
@@ -21,11 +23,11 @@ def test_line_ends_tabs_and_letters_stay():
 
 
 @pytest.fixture
-def evil(env):
+def evil(verb):
     """A parameter with commands to a terminal for its value."""
-    assert in_process("param", "set", "/talker", "name", EVIL).code == 0
+    assert verb("param", "set", "/talker", "name", EVIL).code == 0
     yield ("param", "get", "/talker", "name", "--hide-type")
-    assert in_process("param", "set", "/talker", "name", "sample").code == 0
+    assert verb("param", "set", "/talker", "name", "sample").code == 0
 
 
 def test_a_value_steers_no_terminal_and_goes_into_a_pipe_as_it_is(env, evil):
@@ -37,11 +39,11 @@ def test_a_value_steers_no_terminal_and_goes_into_a_pipe_as_it_is(env, evil):
 
 
 @pytest.mark.parametrize("shape", [["--field", "data"], ["--csv"], ["--json"], []], ids=str)
-def test_a_message_steers_no_terminal(env, shape):
+def test_a_message_steers_no_terminal(verb, env, shape):
     words = ("topic", "echo", "/evil", "std_msgs/msg/String", "--once", *shape)
     data = 'data: "' + EVIL.encode("unicode_escape").decode() + '"'
     with Terminal([*LAUNCHER, *words], env=env) as terminal:
-        assert in_process("topic", "pub", "/evil", "std_msgs/msg/String", data, "-t", "1").code == 0
+        assert verb("topic", "pub", "/evil", "std_msgs/msg/String", data, "-t", "1").code == 0
         assert terminal.exit_code() == 0
         assert "owned" in terminal.raw
         assert not set("\x1b\x07\x9b\x7f") & set(terminal.raw)

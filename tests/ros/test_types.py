@@ -7,6 +7,8 @@ import yaml
 
 from tests.ros.test_options import going_on
 
+pytestmark = pytest.mark.thorough
+
 MESSAGES = {
     "std_msgs/msg/ByteMultiArray": {"data": ["\0", "A", "\xff"]},
     "std_msgs/msg/UInt8MultiArray": {"data": [0, 1, 255]},

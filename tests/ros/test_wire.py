@@ -42,6 +42,7 @@ def test_who_has_looked_is_forgotten_at_once(env, observer):
     wait_until(lambda: observer.participants() == before, "nobody else is known")
 
 
+@pytest.mark.thorough
 def test_many_looks_at_a_time_are_all_complete(env):
     from concurrent.futures import ThreadPoolExecutor
 
@@ -52,6 +53,7 @@ def test_many_looks_at_a_time_are_all_complete(env):
     assert looks[0].nodes.count("/twin") == 2
 
 
+@pytest.mark.thorough
 def test_more_endpoints_than_one_request_can_name(empty_domain):
     domain_id = int(empty_domain["ROS_DOMAIN_ID"])
     with Observer(domain_id, name="busy") as busy:
@@ -81,6 +83,7 @@ def test_a_participant_that_cannot_answer_is_told(tmp_path):
         assert "/talker" in by_wire(int(env["ROS_DOMAIN_ID"])).nodes
 
 
+@pytest.mark.thorough
 def test_where_discovery_is_unusual_the_verbs_say_the_same(env):
     plain = launcher(env, "topic", "list", "-t")
     unusual = launcher({**env, "ROS_STATIC_PEERS": "127.0.0.1"}, "topic", "list", "-t")

@@ -10,6 +10,7 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+REPOSITORY = Path(__file__).resolve().parents[2]
 TIMEOUT_S = 120
 HEAD = """
 import sys
@@ -32,6 +33,12 @@ DONE = 'sh("done", "echo done"),'
 DEAF = 'sh("deaf", "trap : INT TERM; echo deaf; while :; do sleep 0.1; done"),'
 # SIGTERM and SIGKILL come soon.
 IMPATIENT = ("sigterm_timeout:=0.3", "sigkill_timeout:=0.3")
+
+
+def talking(name: str = "talker") -> str:
+    """The action of a real node, tests.smoke.talking_node."""
+    command = f'[sys.executable, "-m", "tests.smoke.talking_node", "{name}"]'
+    return f'ExecuteProcess(cmd={command}, name="{name}", cwd="{REPOSITORY}", output="screen"),'
 
 
 class Bench:

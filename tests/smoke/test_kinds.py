@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.smoke.bench import DONE, PATIENT, SHORT, Bench
 
 _BROKEN = """
@@ -65,6 +67,7 @@ def test_errors_and_tracebacks(bench: Bench):
     assert bench.judged("no tracebacks *")["seen"].endswith("KeyError: 'dock'")
 
 
+@pytest.mark.thorough
 def test_use_of_resources(bench: Bench):
     bench.write(PATIENT, BUSY, LARGE)
     bench.smoke(
@@ -83,6 +86,7 @@ def test_use_of_resources(bench: Bench):
     }
 
 
+@pytest.mark.thorough
 def test_restarts(bench: Bench):
     bench.write(RESTLESS)
     bench.expect(
@@ -98,6 +102,7 @@ def test_restarts(bench: Bench):
     assert list(bench.outcomes().values()) == ["met", "violated", "met", "met"]
 
 
+@pytest.mark.thorough
 def test_what_is_left_in_shared_memory(bench: Bench, tmp_path: Path):
     name = f"smoke-test-{tmp_path.name}-{tmp_path.parent.name}"
     script = (

@@ -121,6 +121,7 @@ def test_a_system_is_waited_for_steered_and_looked_at(folder: pytest.Pytester):
     result.assert_outcomes(passed=2)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("launch", "told"),
     [
@@ -162,6 +163,7 @@ def test_what_ros_knows_is_waited_for_and_asked(folder: pytest.Pytester):
     folder.runpytest_subprocess("-q").assert_outcomes(passed=1)
 
 
+@pytest.mark.thorough
 def test_a_failed_test_shows_the_last_lines_and_keeps_the_evidence(folder: pytest.Pytester):
     folder.makepyfile(
         """
@@ -183,6 +185,7 @@ def test_a_failed_test_shows_the_last_lines_and_keeps_the_evidence(folder: pytes
     assert {"launcher.out", "events.jsonl", "launch.log", "graph.json", "graph.svg"} <= kept
 
 
+@pytest.mark.thorough
 def test_a_misspelt_name_is_told_with_those_that_there_are(folder: pytest.Pytester):
     folder.makepyfile(
         """
@@ -207,6 +210,7 @@ def test_a_misspelt_name_is_told_with_those_that_there_are(folder: pytest.Pytest
     result.stdout.fnmatch_lines(["*maybe: no process is called tellr; there are: teller-1, *"])
 
 
+@pytest.mark.thorough
 def test_a_launch_file_that_does_not_load_is_shown(folder: pytest.Pytester):
     (folder.path / "bad.launch.py").write_text("import nonsense\n", encoding="utf-8")
     folder.makepyfile(
@@ -242,6 +246,7 @@ def test_what_is_left_behind_fails_the_test(folder: pytest.Pytester):
     result.stdout.fnmatch_lines([f"*left behind: {left}"])
 
 
+@pytest.mark.thorough
 def test_a_run_without_launched_systems_imports_nothing_of_them(folder: pytest.Pytester):
     folder.makepyfile(
         """

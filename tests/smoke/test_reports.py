@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import pytest
 from junitparser import Error, Failure, JUnitXml
 
 from tests.smoke.bench import PATIENT, SHORT, Bench
@@ -35,6 +36,7 @@ def test_junit_has_one_case_for_each_expectation(bench: Bench):
     assert {case.classname for case in cases.values()} == {"tested.launch.py"}
 
 
+@pytest.mark.thorough
 def test_junit_has_an_error_where_the_run_itself_failed(bench: Bench):
     bench.write(PATIENT)
     path = bench.folder / "out.xml"
@@ -74,6 +76,7 @@ def test_the_evidence_is_complete(bench: Bench):
     assert "\x1b" not in told
 
 
+@pytest.mark.thorough
 def test_evidence_that_nobody_asked_for_is_kept_of_a_bad_run_alone(bench: Bench, tmp_path: Path):
     bench.environment["ROS_LOG_DIR"] = str(tmp_path)
     bench.write(PATIENT)
@@ -87,6 +90,7 @@ def test_evidence_that_nobody_asked_for_is_kept_of_a_bad_run_alone(bench: Bench,
     assert "--junit /dev/full could not be written: No space left on device" in bad.stdout
 
 
+@pytest.mark.thorough
 def test_repeats_tell_what_is_flaky(bench: Bench):
     # Every second run has another line.
     bench.write(
@@ -103,6 +107,7 @@ def test_repeats_tell_what_is_flaky(bench: Bench):
     assert (bench.evidence / "run-3" / "report.json").exists()
 
 
+@pytest.mark.thorough
 def test_a_baseline_is_written_once_and_held_afterwards(bench: Bench):
     bench.write(PATIENT)
     path = bench.folder / "baseline.json"
@@ -122,6 +127,7 @@ def test_a_baseline_is_written_once_and_held_afterwards(bench: Bench):
     assert 'name="baseline: memory patient"' in (bench.folder / "out.xml").read_text("utf-8")
 
 
+@pytest.mark.thorough
 def test_no_baseline_is_made_of_a_bad_run(bench: Bench):
     bench.write(SHORT)
     path = bench.folder / "baseline.json"

@@ -2,21 +2,9 @@
 
 from __future__ import annotations
 
-import signal
-from pathlib import Path
-
-import psutil
 import pytest
 
-from tests.smoke.bench import Bench
-
-REPOSITORY = Path(__file__).resolve().parents[2]
-
-
-def talking(name: str = "talker") -> str:
-    command = f'[sys.executable, "-m", "tests.smoke.talking_node", "{name}"]'
-    return f'ExecuteProcess(cmd={command}, name="{name}", cwd="{REPOSITORY}", output="screen"),'
-
+from tests.smoke.bench import Bench, talking
 
 EXPECTATIONS = """
     for: 10 s
@@ -96,83 +84,3 @@ def test_a_failure_guesses_why(judged: Bench, name: str, guess: str):
 def test_the_graph_is_among_the_evidence(judged: Bench):
     assert '"/talker"' in (judged.evidence / "graph.json").read_text("utf-8")
     assert "/steady" in (judged.evidence / "graph.svg").read_text("utf-8")
-
-
-def test_two_runs_do_not_see_each_other(tmp_path: Path):
-    benches = [Bench(tmp_path / name) for name in ("one", "two")]
-    for bench, other in zip(benches, reversed(benches), strict=True):
-        bench.folder.mkdir()
-        bench.write(talking(bench.folder.name))
-        bench.expect(
-            f"""
-            for: 5 s
-            expect:
-              - {{name: own, node: /{bench.folder.name}}}
-              - {{name: other, node: /{other.folder.name}, absent: true}}
-              - {{name: steady, topic: /steady, publishers: 1}}
-            """
-        )
-    runs = [bench.start() for bench in benches]
-    told = [run.communicate(timeout=120)[0] for run in runs]
-    assert [run.returncode for run in runs] == [0, 0], told
-
-
-def test_a_killed_node_leaves_nothing_in_shared_memory(tmp_path: Path):
-    bench = Bench(tmp_path)
-    bench.write(talking())
-    bench.expect(
-        """
-        # The launcher looks once a second what a process has in shared memory.
-        scenario: [{after: ready, at: 2 s, do: kill talker, name: kill}]
-        expect:
-          - {name: there, node: /talker}
-          - {name: gone, node: /talker, absent: true, after: kill, within: 5 s}
-          - {name: clean, shared_memory: clean}
-        """
-    )
-    done = bench.smoke()
-    assert done.returncode == 0, done.stdout
-
-
-def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
-    bench = Bench(tmp_path)
-    bench.write(talking())
-    run = bench.start("--expect-node=/talker", "--for=5")
-    assert run.stdout is not None
-    told = ""
-    while "ready" not in told:
-        told = run.stdout.readline()
-    (probe,) = [
-        p for p in psutil.Process(run.pid).children() if "launcher.graph.probe" in p.cmdline()
-    ]
-    probe.suspend()
-    told, _ = run.communicate(timeout=120)
-    assert run.returncode == 1
-    assert "the ROS probe did not answer" in told
-    assert not probe.is_running()
-
-
-def test_the_graph_is_drawn_even_if_nothing_of_it_is_expected(tmp_path: Path):
-    bench = Bench(tmp_path)
-    bench.launch_file = REPOSITORY / "launch" / "system.launch.py"
-    done = bench.smoke(
-        "--no-file", "--for=4", "--expect-log=monitor: Fleet report", "--clean-shared-memory"
-    )
-    assert done.returncode == 0, done.stdout
-    assert '"/monitor"' in (bench.evidence / "graph.json").read_text("utf-8")
-    assert "/fleet/status" in (bench.evidence / "graph.svg").read_text("utf-8")
-
-
-def test_the_graph_is_drawn_of_a_run_that_is_interrupted(tmp_path: Path):
-    bench = Bench(tmp_path)
-    bench.write(talking())
-    run = bench.start("--for=60", "--expect-log=talking")
-    assert run.stdout is not None
-    told = ""
-    while "log talking" not in told:
-        told = run.stdout.readline()
-    run.send_signal(signal.SIGINT)
-    run.communicate(timeout=120)
-    assert run.returncode == 130
-    assert '"/talker"' in (bench.evidence / "graph.json").read_text("utf-8")
-    assert "/steady" in (bench.evidence / "graph.svg").read_text("utf-8")

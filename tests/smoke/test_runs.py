@@ -7,6 +7,8 @@ import re
 import signal
 from pathlib import Path
 
+import pytest
+
 from launcher.smoke.remains import processes_of
 from tests.smoke.bench import DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
 from tests.support.waiting import wait_until
@@ -31,6 +33,7 @@ def test_an_expectation_that_is_not_met_is_three_and_explained(bench: Bench):
     assert "here I am" in done.stdout
 
 
+@pytest.mark.thorough
 def test_a_death_that_nobody_expected_is_one(bench: Bench):
     bench.write(PATIENT, SHORT)
     done = bench.smoke("--for=1", "--expect-alive=patient")
@@ -38,12 +41,14 @@ def test_a_death_that_nobody_expected_is_one(bench: Bench):
     assert "short-2 died at" in done.stdout
 
 
+@pytest.mark.thorough
 def test_an_expected_death_is_none(bench: Bench):
     bench.write(PATIENT, SHORT)
     done = bench.smoke("--for=1", "--expect-exit=short=3")
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.thorough
 def test_a_system_that_dies_at_once(bench: Bench):
     bench.write(SHORT)
     done = bench.smoke("--for=60", "--expect-log=short: last words", "--expect-alive=short")
@@ -65,6 +70,7 @@ def test_a_system_that_never_comes_up(bench: Bench):
     assert "not ready after 1.0 s: giving up" in done.stdout
 
 
+@pytest.mark.thorough
 def test_a_system_that_is_not_up_when_it_is_to_be_stopped(bench: Bench):
     bench.write(PATIENT)
     done = bench.smoke("--for=1", "--expect-node=/nowhere")
@@ -72,6 +78,7 @@ def test_a_system_that_is_not_up_when_it_is_to_be_stopped(bench: Bench):
     assert "not ready after 1.0 s, when it was to be stopped" in done.stdout
 
 
+@pytest.mark.thorough
 def test_a_launch_file_that_hangs_and_hears_no_signal(bench: Bench):
     bench.launch_file.write_text(
         "import signal, time\n"
@@ -86,6 +93,7 @@ def test_a_launch_file_that_hangs_and_hears_no_signal(bench: Bench):
     assert "the launcher did not end and had to be killed" in done.stdout
 
 
+@pytest.mark.thorough
 def test_a_system_that_hangs_on_shutdown(bench: Bench):
     bench.write(DEAF)
     done = bench.smoke("--for=1", "--max-shutdown=5", "--expect-log=deaf", *IMPATIENT)
@@ -93,6 +101,7 @@ def test_a_system_that_hangs_on_shutdown(bench: Bench):
     assert "deaf-1 needed SIGKILL" in bench.judged("clean shutdown 5 s")["seen"]
 
 
+@pytest.mark.thorough
 def test_force_at_the_stop_is_told_even_if_nobody_asks(bench: Bench):
     bench.write(DEAF)
     done = bench.smoke("--for=1", "--expect-log=deaf", *IMPATIENT)
@@ -113,6 +122,7 @@ def test_a_bad_launch_file_is_two_and_its_error_is_shown(bench: Bench):
     assert "ZeroDivisionError: division by zero" in path.read_text(encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_a_folder_for_the_evidence_that_cannot_be_made_is_two(bench: Bench, tmp_path: Path):
     bench.write(DEAF)
     (tmp_path / "taken").write_text("", encoding="utf-8")
@@ -121,6 +131,7 @@ def test_a_folder_for_the_evidence_that_cannot_be_made_is_two(bench: Bench, tmp_
     assert "--artifacts" in done.stderr and "File exists" in done.stderr
 
 
+@pytest.mark.thorough
 def test_two_runs_side_by_side_have_unlike_domains(bench: Bench, tmp_path: Path):
     other = Bench(tmp_path / "other")
     other.folder.mkdir()
@@ -156,6 +167,7 @@ def test_the_system_of_a_killed_run_is_stopped(bench: Bench):
     wait_until(lambda: not processes_of(launcher), "everything of its run ends")
 
 
+@pytest.mark.thorough
 def test_a_reader_that_has_seen_enough_does_not_change_the_result(bench: Bench):
     bench.write(PATIENT)
     run = bench.start("--for=1", "--expect-log=never")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 from tests.smoke.bench import DONE, PATIENT, Bench
 
 CLOCK = 'sh("clock_{0}", "while :; do echo tick {0}; sleep 0.1; done"),'
@@ -32,6 +34,7 @@ def test_a_killed_process_is_started_again(bench: Bench):
     assert steps["again"] >= steps["kill"] + 1.0
 
 
+@pytest.mark.thorough
 def test_a_paused_process_says_nothing(bench: Bench):
     bench.write(*TWO)
     bench.expect(
@@ -76,6 +79,7 @@ def test_a_step_for_a_process_that_nobody_starts_is_refused_at_once(bench: Bench
     assert not bench.evidence.exists()
 
 
+@pytest.mark.thorough
 def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
     bench.write(PATIENT, DONE)
     bench.expect(
@@ -92,6 +96,7 @@ def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
     assert bench.judged("step waiting")["seen"] == "no line with 'never' came"
 
 
+@pytest.mark.thorough
 def test_chaos_does_the_same_with_the_same_seed(bench: Bench):
     bench.write(*TWO, CLOCK.format(3))
     words = ("--for=2.5", "--chaos=restart one of clock_* every 500 ms", "--seed=7")
@@ -104,6 +109,7 @@ def test_chaos_does_the_same_with_the_same_seed(bench: Bench):
     assert strokes[0][:common] == strokes[1][:common]
 
 
+@pytest.mark.thorough
 def test_restart_policies_act_on_what_chaos_kills(bench: Bench):
     bench.write(*TWO, DONE)
     done = bench.smoke(

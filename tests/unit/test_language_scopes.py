@@ -22,6 +22,7 @@ from launcher.language.actions.group import GroupAction
 from launcher.language.context import LaunchContext
 from launcher.language.ros.names import make_namespace_absolute, prefix_namespace
 from launcher.language.ros.scope import PushROSNamespace
+from tests.support.examples import examples
 from tests.unit.interpreting import interpreting
 
 NAMES = st.sampled_from(["a", "b", "c"])
@@ -66,7 +67,7 @@ def states_around(entity: Any, *, before: list[Any]) -> tuple[Any, Any]:
     return seen[0], seen[1]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150))
 @given(before=st.lists(changes, max_size=4), inside=st.lists(entities, max_size=5))
 def test_nothing_leaves_a_scoped_group(before: list[Any], inside: list[Any]):
     first, last = states_around(GroupAction(inside), before=before)
@@ -74,7 +75,7 @@ def test_nothing_leaves_a_scoped_group(before: list[Any], inside: list[Any]):
     assert first == last
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100))
 @given(before=st.lists(changes, max_size=4), inside=st.lists(changes, max_size=5))
 def test_an_unscoped_group_is_the_same_as_its_actions(before: list[Any], inside: list[Any]):
     _, grouped = states_around(GroupAction(inside, scoped=False), before=before)
@@ -83,7 +84,7 @@ def test_an_unscoped_group_is_the_same_as_its_actions(before: list[Any], inside:
     assert grouped == plain
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60))
 @given(before=st.lists(changes, max_size=6), inside=st.lists(entities, max_size=3))
 def test_a_run_gives_the_environment_back(before: list[Any], inside: list[Any]):
     environment = dict(os.environ)

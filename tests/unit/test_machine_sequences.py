@@ -28,6 +28,7 @@ from launcher.engine.machine import (
     Withdrawn,
 )
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
+from tests.support.examples import examples
 
 KILL = signal.SIGKILL
 SEQUENCES = 10_000
@@ -154,7 +155,7 @@ COMMANDS: tuple[MachineEvent | int | str, ...] = (
 )
 
 
-@settings(max_examples=SEQUENCES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(SEQUENCES), suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.binary(max_size=48),
     st.sampled_from(POLICIES),

@@ -21,6 +21,7 @@ from launcher.graph.from_yaml import fill, parse
 from launcher.graph.interfaces import load_message
 from launcher.graph.to_yaml import Style, to_csv, to_json_plain, to_plain, to_yaml
 from tests.support.any_message import messages, same
+from tests.support.examples import examples
 from tests.support.interfaces import PACKAGE, install
 
 KINDS = f"{PACKAGE}/msg/Kinds"
@@ -54,7 +55,7 @@ def filled(text: str) -> Any:
 def test_values_of_every_kind_survive_the_way_to_yaml_and_back():
     cls = load_message(KINDS)
 
-    @settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=examples(80), suppress_health_check=list(HealthCheck))
     @given(messages(cls))
     def round_trip(message: Any) -> None:
         again = cls()

@@ -15,6 +15,7 @@ from launcher.graph.from_yaml import fill, parse
 from launcher.graph.interfaces import all_interfaces, load, load_message
 from launcher.graph.to_yaml import Style, to_csv, to_json_plain, to_plain, to_yaml
 from tests.support.any_message import messages, same
+from tests.support.examples import examples
 
 MESSAGES = all_interfaces(["msg"])
 SERVICES = all_interfaces(["srv"])
@@ -29,7 +30,7 @@ def test_there_are_many_types_to_try():
 def test_a_message_survives_the_way_to_yaml_and_back(name):
     cls = load_message(name)
 
-    @settings(max_examples=4, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=examples(4), suppress_health_check=list(HealthCheck))
     @given(messages(cls))
     def round_trip(message: Any) -> None:
         again = cls()

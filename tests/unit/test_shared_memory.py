@@ -24,6 +24,7 @@ from launcher.engine.shared_memory import (
     held,
     stale,
 )
+from tests.support.examples import examples
 
 SEGMENT = "fastrtps_0123456789abcdef"
 OTHER = "fastrtps_fedcba9876543210"
@@ -226,7 +227,7 @@ def test_a_found_item_knows_whether_it_is_a_port():
 NAMES = st.sampled_from([SEGMENT, OTHER, PORT, "fastrtps_port7413", "fastdds_0000000000000001"])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 @given(present=st.sets(NAMES), locked=st.sets(NAMES), visible=st.booleans())
 def test_cleaning_never_touches_what_is_locked(present: set[str], locked: set[str], visible: bool):
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:

@@ -16,6 +16,7 @@ from launcher.smoke.kinds import KINDS
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = json_schema()
+VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 
 GOOD = {
     "nothing": "",
@@ -116,14 +117,13 @@ def is_loaded(text: str) -> bool:
 
 
 def fits_schema(text: str) -> bool:
-    validator = jsonschema.Draft202012Validator(SCHEMA)
-    return bool(validator.is_valid(yaml.safe_load(text)))
+    return bool(VALIDATOR.is_valid(yaml.safe_load(text)))
 
 
 @pytest.mark.parametrize("text", GOOD.values(), ids=GOOD)
 def test_a_good_file_is_good_for_the_loader_and_the_schema(text: str):
     loader.parse(text, "x.yaml")
-    jsonschema.validate(yaml.safe_load(text), SCHEMA, jsonschema.Draft202012Validator)
+    VALIDATOR.validate(yaml.safe_load(text))
 
 
 @pytest.mark.parametrize("text", BAD.values(), ids=BAD)
