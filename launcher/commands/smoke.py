@@ -33,7 +33,7 @@ Starts the launch file in a ROS domain of its own, looks whether what is expecte
 it, and looks what is left. docs/smoke.md tells how expectations are written.
 
 options:
-  --for S              watch for S seconds from the start (default: as the expectations need)
+  --for S              watch for S seconds once it is ready (default: as the expectations need)
   --expect FILE        the expectations (default: NAME.expect.yaml beside the launch file)
   --no-file            only the expectations that options give
   --ready-within S     give up if the system is not ready by then

@@ -67,7 +67,7 @@ class Seed:
 
 
 TOP_FIELDS = (
-    Field(name="for", type=DURATION, doc="how long the system is watched, from its start"),
+    Field(name="for", type=DURATION, doc="how long the system is watched once it is ready"),
     Field(name="ready_within", type=DURATION, doc="how long it may take to be ready"),
     Field(name="arguments", type=Arguments(), doc="launch arguments"),
     Field(name="options", type=Words(), doc="options of the launcher"),

@@ -97,7 +97,11 @@ class SharedMemory:
                 (self._folder / name).unlink()
 
     def left(self) -> tuple[str, ...]:
-        """Those names that are still there although no process has them mapped."""
+        """Those names that are still there although no process has them mapped.
+
+        Ports are no fault of the run, see `free_ports`.
+        """
+        self.free_ports()
         there = {name for name in self._names if (self._folder / name).exists()}
         return tuple(sorted(there - self._in_use(there)))
 

@@ -82,14 +82,14 @@ class Runner:
             self._words,
             folder=self._folder,
             probe=self._script.needs_ros(),
-            longest_s=max(run_time_s, self._script.ready_limit_s()) + STOP_ROOM_S,
+            longest_s=run_time_s + self._script.ready_limit_s() + STOP_ROOM_S,
         )
         self._narrator.begin(self._script, self._words, run_time_s)
         self._system.start()  # leaves nothing if it fails
         self._picture = Picture(self._system, self._folder, is_wanted=self._keeps_graph)
         try:
             self._narrator.started(self._system)
-            self._watch(run_time_s)
+            self._watch()
             self._look_once_more()
         except KeyboardInterrupt as interrupt:
             self._interrupted = code_of(interrupt)
@@ -106,7 +106,14 @@ class Runner:
 
     # ---- watching
 
-    def _watch(self, run_time_s: float) -> None:
+    def _end_s(self, facts: Facts) -> float:
+        """When the watching ends: `for` counts from when the system is ready."""
+        if facts.ready_s is None:
+            return INFINITY
+        script = self._script
+        return script.run_time_s() if script.for_s is None else facts.ready_s + script.for_s
+
+    def _watch(self) -> None:
         system = self._system
         expectations = self._script.expectations
         if system.probe is not None:
@@ -114,19 +121,20 @@ class Runner:
             self._script = replace(self._script, expectations=expectations)
             Questions(system, self._is_over).begin(expectations)
         actor = Actor(system, self._is_over)
-        while system.is_alive and self._now_s < run_time_s and not self._gave_up:
+        while system.is_alive and not self._gave_up:
             facts = system.facts()
-            if self._has_seen_enough(facts):
+            end_s = self._end_s(facts)
+            if self._now_s >= end_s or self._has_seen_enough(facts):
                 break
             self._check_ready(facts)
             self._act(actor, facts)
-            self._look(facts, run_time_s)
-            if self._now_s >= run_time_s - PICTURE_S:
+            self._look(facts, end_s)
+            if self._now_s >= end_s - PICTURE_S:
                 self._picture.begin()
             self._is_over.wait(LOOK_S)
-        self._check_ready(system.facts(), run_time_s)
+        self._check_ready(system.facts())
 
-    def _check_ready(self, facts: Facts, run_time_s: float = INFINITY) -> None:
+    def _check_ready(self, facts: Facts) -> None:
         """Ready: what has to be there at the start is there, and a process runs."""
         if facts.ready_s is not None or self._gave_up:
             return
@@ -137,23 +145,19 @@ class Runner:
         elif facts.now_s > limit_s:
             self._gave_up = True
             self._narrator.say(self._now_s, f"not ready after {seconds_text(limit_s)}: giving up")
-        elif facts.now_s >= run_time_s and self._system.is_alive:
-            self._gave_up = True
-            end = f"after {seconds_text(run_time_s)}, when it was to be stopped"
-            self._narrator.say(self._now_s, f"not ready {end}")
 
     def _is_present(self, facts: Facts) -> bool:
         wanted = (replace(e, within=None) for e in self._script.presence())
         return all(judge(e, facts).outcome is Outcome.MET for e in wanted)
 
-    def _look(self, facts: Facts, run_time_s: float) -> None:
+    def _look(self, facts: Facts, end_s: float) -> None:
         """Tell what is decided by now; thousands of expectations do not make the run longer."""
         if facts.now_s < self._next_look_s:
             return
         for expectation in self._script.expectations:
             if expectation.name in self._decided:
                 continue
-            if self._now_s >= run_time_s:
+            if self._now_s >= end_s:
                 break
             verdict = judge(expectation, facts)
             if verdict.outcome is not Outcome.OPEN:

@@ -34,22 +34,24 @@ def test_a_task_that_a_restarted_robot_does_again_is_counted_once(domain):
 
 
 def test_tasks_of_a_restarted_dispatcher_are_counted_as_new_ones(domain):
-    statuses = domain.record(topics.STATUS, qos.STATUS)
     monitor = domain.start("monitor", robot_ids="[robot_1]")
-    start_fast_robot(domain)
+    robot = start_fast_robot(domain)
     domain.wait_for_line(monitor, "robot_1 is reporting")
+    assigned = 0
     for _ in range(2):  # the second one counts its tasks from 1 again
-        before = len(done_ids(statuses))
+        before = len(robot.matching("complete"))
         dispatcher = start_fast_dispatcher(domain)
-        domain.wait_until(lambda n=before: len(done_ids(statuses)) >= n + 6, "six tasks are done")
-        dispatcher.stop()
-        assigned = len(dispatcher.matching("Assigned task"))
         domain.wait_until(
-            lambda n=before + assigned: len(done_ids(statuses)) == n, "the queue is empty"
+            lambda n=before: len(robot.matching("complete")) >= n + 6, "six tasks are done"
+        )
+        dispatcher.stop()
+        assigned += len(dispatcher.matching("Assigned task"))
+        domain.wait_until(
+            lambda n=assigned: len(robot.matching("complete")) == n, "the queue is empty"
         )
 
-    total = len(done_ids(statuses))
-    domain.wait_for_line(monitor, f"Fleet report -- robot_1: {total} tasks")
+    # Statuses may be lost; each repeats the last ten tasks until the next one.
+    domain.wait_for_line(monitor, f"Fleet report -- robot_1: {assigned} tasks")
 
 
 def start_fast_robot(domain):

@@ -1,10 +1,9 @@
-"""SIGINT and SIGTERM: every node ends at once, quietly, with exit code 0."""
+"""SIGINT and SIGTERM: every node ends by itself, quietly, with exit code 0."""
 
 from __future__ import annotations
 
 import re
 import signal
-import time
 from dataclasses import dataclass
 
 import pytest
@@ -23,7 +22,6 @@ NODES = (
 )
 ROBOTS = ("robot_1", "robot_2", "robot_3")
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-PATIENCE_S = 5.0  # then a launcher goes on to the next signal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,31 +29,28 @@ class End:
     """How a node ended."""
 
     code: int
-    took_s: float
     output: str
 
 
 def end(node, signum) -> End:
-    start_s = time.monotonic()
     node.signal(signum)
     code = node.wait()
-    return End(code=code, took_s=time.monotonic() - start_s, output=node.output)
+    return End(code=code, output=node.output)
 
 
 @pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
-def test_idle_nodes_stop_at_once_and_quietly(domain, signum):
+def test_idle_nodes_stop_quietly(domain, signum):
     nodes = [domain.start(name) for name in NODES]
     domain.wait_for_nodes(*NODES)
     ends = {node.name: end(node, signum) for node in nodes}
 
     assert {name: x.code for name, x in ends.items()} == dict.fromkeys(NODES, 0)
     assert [x.output for x in ends.values() if re.search("Traceback|Exception", x.output)] == []
-    assert max(x.took_s for x in ends.values()) < PATIENCE_S
 
 
 @pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
 def test_a_robot_stops_in_the_middle_of_its_task(domain, signum):
-    robots = {name: domain.start(name, task_duration_s=30.0) for name in ROBOTS}
+    robots = {name: domain.start(name, task_duration_s=3600.0) for name in ROBOTS}
     assign = domain.publisher(topics.TASKS, qos.TASKS)
     for robot_id in ROBOTS:
         assign(TaskAssignment(robot_id=robot_id, task="long_way").to_json())
@@ -65,7 +60,6 @@ def test_a_robot_stops_in_the_middle_of_its_task(domain, signum):
 
     assert [x.code for x in ends] == [0, 0, 0]
     assert [x.output for x in ends if "Traceback" in x.output or "complete" in x.output] == []
-    assert max(x.took_s for x in ends) < PATIENCE_S
 
 
 @pytest.mark.thorough

@@ -274,8 +274,14 @@ def test_what_is_half_typed_and_half_said_is_there_once_after_ctrl_z_and_fg(benc
             shell.wait_until(
                 lambda: shell.rows[shell.prompt_row + 1].startswith("asker"), "the bar"
             )
-        assert shell.rows.count("[asker-1] Name?") == shell.rows.count("> half a li") == 1
-        assert shell.rows[shell.prompt_row - 1] == "[asker-1] Name?"
+        shell.wait_until(
+            lambda: shell.rows.count("[asker-1] Name?") == shell.rows.count("> half a li") == 1,
+            "each once",
+        )
+        shell.wait_until(
+            lambda: shell.rows[shell.prompt_row - 1] == "[asker-1] Name?",
+            "the question above the prompt",
+        )
         shell.ctrl_c()
         shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the end")
 

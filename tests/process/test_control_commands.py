@@ -124,7 +124,7 @@ def test_top_is_drawn_again_scrolls_and_leaves_the_terminal_as_it_was(steering: 
             before = glass.settings()
             glass.type("n")
             glass.wait_until(lambda: "1-5 of 12 by name: 7 more below" in glass.rows, "a part")
-            assert glass.rows[1].startswith("cat_0-1")
+            glass.wait_until(lambda: glass.rows[1].startswith("cat_0-1"), "the first row")
             glass.type("\x1b[F")
             glass.wait_until(lambda: glass.rows[5].startswith("cat_11-12"), "the last")
             run.tell("pause", "cat_11")

@@ -135,30 +135,36 @@ def test_starts_are_a_stagger_apart(bench: Bench):
 
 # The first thread sleeps, as that of a node does while its others find their peers.
 BUSY_START = """
-import os, threading, time
-def busy(): return len([n for n in os.listdir({folder!r}) if n.startswith("starting")])
-mark = os.path.join({folder!r}, f"starting-{{os.getpid()}}")
-open(mark, "w").close()
-print("together", busy(), flush=True)
+import sys, threading, time
+def tell(what): print(what, time.monotonic(), flush=True)
 def work():
     while time.process_time() < 0.8: pass
+tell("busy")
 thread = threading.Thread(target=work)
 thread.start()
 thread.join()
-os.unlink(mark)
-time.sleep(1.5)
+tell("calm")
+sys.stdin.read()
 """
 
 
 @pytest.mark.thorough
 def test_no_more_than_the_given_number_start_at_the_same_time(bench: Bench):
-    (bench.folder / "node.py").write_text(BUSY_START.format(folder=str(bench.folder)))
-    node = f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/node.py"], output="screen")'
-    done = bench.run(f"*[{node} for _ in range(5)]", "--max-starting", "2")
-    together = [int(n) for n in re.findall(rb"together (\d+)", done.stdout)]
-    assert done.returncode == 0
-    assert len(together) == 5
-    assert max(together) <= 2
+    (bench.folder / "node.py").write_text(BUSY_START)
+    command = f'[sys.executable, "{bench.folder}/node.py"]'
+    nodes = f'*[ExecuteProcess(cmd={command}, output="screen") for _ in range(5)]'
+    terminal = bench.terminal(nodes, "--max-starting", "2", "--no-console")
+    for _ in range(5):
+        terminal.wait_for("calm ")
+    terminal.ctrl_c()
+    terminal.exit_code()
+    stamps = {
+        what: sorted(map(float, re.findall(rf"\] {what} ([\d.]+)", terminal.text)))
+        for what in ("busy", "calm")
+    }
+    for number, busy_s in enumerate(stamps["busy"]):
+        calm = sum(calm_s < busy_s for calm_s in stamps["calm"])
+        assert number - calm < 2, stamps
 
 
 @pytest.mark.thorough

@@ -27,23 +27,22 @@ def test_lines_processes_and_the_run(bench: Bench):
     bench.write(PATIENT, SHORT, DONE)
     bench.expect(
         """
-        for: 2 s
         expect:
-          - {name: good line, log: here, process: patient, within: 5 s}
+          - {name: good line, log: here, process: patient, within: 60 s}
           - {name: bad line, log: there, process: patient}
           - {name: good count, log: here, count: 1}
           - {name: bad count, log: here, count: '>= 2'}
           - {name: good order, order: [last, ^done], within: 1 min}
           - {name: bad order, order: [done, never]}
-          - {name: good exit, process: short, exits: 3}
-          - {name: bad exit, process: done, exits: 3}
+          - {name: good exit, process: short, exits: 3, within: 60 s}
+          - {name: bad exit, process: done, exits: 3, within: 60 s}
           - {name: good life, process: patient}
           - {name: bad life, process: done}
           - {name: good death, process: done, alive: false}
           - {name: bad death, process: patient, alive: false}
-          - {name: good start, start_up: 10 s}
+          - {name: good start, start_up: 60 s}
           - {name: bad start, start_up: 0.001 s}
-          - {name: good shutdown, clean_shutdown: 5 s}
+          - {name: good shutdown, clean_shutdown: 60 s}
           - {name: bad shutdown, clean_shutdown: 0.0001 s}
           - {name: good errors, no_errors: patient}
           - {name: bad errors, no_errors: '*'}
@@ -61,7 +60,8 @@ def test_lines_processes_and_the_run(bench: Bench):
 
 def test_errors_and_tracebacks(bench: Bench):
     bench.write(PATIENT, ERRORS)
-    bench.smoke("--for=2", "--no-errors", "--no-errors=patient", "--no-tracebacks")
+    bench.expect("{expect: [{name: all is printed, log: KeyError, within: 60 s}]}")
+    bench.smoke("--no-errors", "--no-errors=patient", "--no-tracebacks")
     assert bench.judged("no errors *")["seen"].endswith("[ERROR] [broken]: no dock")
     assert bench.outcomes()["no errors patient"] == "met"
     assert bench.judged("no tracebacks *")["seen"].endswith("KeyError: 'dock'")
@@ -91,9 +91,8 @@ def test_restarts(bench: Bench):
     bench.write(RESTLESS)
     bench.expect(
         """
-        for: 2 s
         expect:
-          - {process: restless, restarts: '>= 2'}
+          - {process: restless, restarts: '>= 2', within: 60 s}
           - {process: restless, restarts: 0}
           - {process: restless, exits: 1}
         """

@@ -17,13 +17,12 @@ def test_a_killed_process_is_started_again(bench: Bench):
     bench.write(*TWO)
     bench.expect(
         """
-        for: 4 s
         scenario:
           - {at: 1 s, do: kill clock_1, name: kill}
           - {after: kill, at: 1 s, do: start clock_1, name: again}
         expect:
-          - {name: death, process: clock_1, exits: SIGKILL, after: kill, within: 1 s}
-          - {name: return, log: tick 1, after: again, within: 2 s}
+          - {name: death, process: clock_1, exits: SIGKILL, after: kill, within: 60 s}
+          - {name: return, log: tick 1, after: again, within: 60 s}
           - {name: other, process: clock_2, restarts: 0}
           - {name: alive, process: clock_1}
         """
@@ -39,13 +38,12 @@ def test_a_paused_process_says_nothing(bench: Bench):
     bench.write(*TWO)
     bench.expect(
         """
-        for: 5 s
         scenario:
           - {at: 1 s, do: pause clock_1 for 2 s, name: nap}
         expect:
           - {name: quiet, log: tick 1, count: 0, after: nap, within: 0.5 to 1.5 s}
-          - {name: other, log: tick 2, after: nap, within: 1 s}
-          - {name: awake, log: tick 1, after: 'nap: over', within: 2 s}
+          - {name: other, log: tick 2, after: nap, within: 60 s}
+          - {name: awake, log: tick 1, after: 'nap: over', within: 60 s}
         """
     )
     done = bench.smoke()
@@ -56,12 +54,11 @@ def test_a_step_waits_for_a_line_and_can_talk_to_a_process(bench: Bench):
     bench.write(PATIENT, ECHO)
     bench.expect(
         """
-        for: 3 s
         scenario:
           - {after_log: here I am, process: patient, do: send echo hello there, name: hello}
           - {after: hello, at: 0.5 s, do: stop patient}
         expect:
-          - {log: heard hello there, after: hello, within: 2 s}
+          - {log: heard hello there, after: hello, within: 60 s}
           - {process: patient, alive: false}
         """
     )
