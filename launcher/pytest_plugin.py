@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from launcher.smoke.facts import Ending, Facts, LogLine, Message, ProcessEvent
     from launcher.smoke.system import System
 
-TIMEOUT_S = 20.0
+TIMEOUT_S = 60.0
 REFUSAL_S = 2.0  # how long the reading of a launch file, which may be wrong, is waited for
 _LAST_LINES = 15  # of each process, in the report of a failed test
 ANY, LAUNCHER = "*", "launch"

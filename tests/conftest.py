@@ -66,9 +66,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         tiers = [tier for tier in TIERS if item.get_closest_marker(tier)]
         if not tiers:
-            item.add_marker("unit" if UNIT_TESTS in item.path.parents else "basic")
+            tiers = ["unit" if UNIT_TESTS in item.path.parents else "basic"]
+            item.add_marker(tiers[0])
         elif len(tiers) > 1:
             raise pytest.UsageError(f"{item.nodeid} belongs to more than one tier: {tiers}")
+        item.user_properties.append(("tier", tiers[0]))  # for tools/tiers.py
     # Short tests come last: they keep all workers busy while the last long ones run.
     items.sort(key=lambda item: item.get_closest_marker("unit") is not None)
 

@@ -102,7 +102,7 @@ def pid_from(node: subprocess.Popen[str]) -> int:
 
 def kill(pid: int, node: subprocess.Popen[str]) -> None:
     os.kill(pid, signal.SIGKILL)
-    node.wait(10)
+    node.wait(60)
 
 
 def stale_names() -> set[str]:
@@ -127,7 +127,7 @@ def test_a_node_that_ends_in_order_leaves_nothing(nodes: Nodes):
     node = nodes.start()
     names = nodes.of(pid_from(node))
     node.send_signal(signal.SIGINT)
-    assert node.wait(10) == 0
+    assert node.wait(60) == 0
     assert not any(map(exists, names))
 
 
@@ -154,7 +154,7 @@ def test_a_ledger_frees_the_dead_and_spares_the_living(nodes: Nodes):
     assert not any(exists(name) for name in names_of_dead if "_port" not in name)
     assert nodes.of(alive.pid) == names_of_alive
     alive.send_signal(signal.SIGINT)
-    assert alive.wait(10) == 0
+    assert alive.wait(60) == 0
     names = names_of_dead | names_of_alive
     wait_until(lambda: ledger.free() == 0 and not any(map(exists, names)), "all is freed")
     assert not any(filter(is_private, ledger.names))

@@ -234,7 +234,7 @@ def test_a_reader_that_goes_away_does_not_hide_who_had_died_before(bench: Bench)
         if b"process has died" in line:
             break
     command.stdout.close()
-    assert command.wait(30) == 1
+    assert command.wait(60) == 1
     assert bench.survivors() == []
 
 
@@ -244,5 +244,5 @@ def test_a_reader_that_goes_away_ends_the_run_in_order(bench: Bench):
     while b"talk\n" not in command.stdout.readline():
         pass
     command.stdout.close()
-    assert command.wait(30) == 0
+    assert command.wait(60) == 0
     assert bench.survivors() == []

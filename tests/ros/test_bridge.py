@@ -59,7 +59,7 @@ class Monitor:
         return self.last[f"{node}: {name}"]
 
     def steer(self, process: str, verb: str, node: str = "launcher") -> Trigger.Response:
-        return self.caller.call(Trigger, f"/{node}/{process}/{verb}", Trigger.Request(), 20.0)
+        return self.caller.call(Trigger, f"/{node}/{process}/{verb}", Trigger.Request(), 60.0)
 
 
 class _Never:

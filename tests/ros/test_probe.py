@@ -336,5 +336,5 @@ def test_it_ends_when_nobody_can_read_it(env):
     assert process.stdin is not None
     process.stdin.write(b'{"id": 1, "do": "clock"}\n')
     process.stdin.flush()
-    assert process.wait(20) == 0
+    assert process.wait(60) == 0
     process.stdin.close()

@@ -22,9 +22,9 @@ def test_two_runs_do_not_see_each_other(tmp_path: Path):
             f"""
             for: 5 s
             expect:
-              - {{name: own, node: /{bench.folder.name}}}
+              - {{name: own, node: /{bench.folder.name}, within: 60 s}}
               - {{name: other, node: /{other.folder.name}, absent: true}}
-              - {{name: steady, topic: /steady, publishers: 1}}
+              - {{name: steady, topic: /steady, publishers: 1, within: 60 s}}
             """
         )
     runs = [bench.start() for bench in benches]
@@ -40,8 +40,8 @@ def test_a_killed_node_leaves_nothing_in_shared_memory(tmp_path: Path):
         # The launcher looks once a second what a process has in shared memory.
         scenario: [{after: ready, at: 2 s, do: kill talker, name: kill}]
         expect:
-          - {name: there, node: /talker}
-          - {name: gone, node: /talker, absent: true, after: kill, within: 5 s}
+          - {name: there, node: /talker, within: 60 s}
+          - {name: gone, node: /talker, absent: true, after: kill, within: 60 s}
           - {name: clean, shared_memory: clean}
         """
     )
@@ -52,7 +52,7 @@ def test_a_killed_node_leaves_nothing_in_shared_memory(tmp_path: Path):
 def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
     bench = Bench(tmp_path)
     bench.write(talking())
-    run = bench.start("--expect-node=/talker", "--for=5")
+    run = bench.start("--expect-node=/talker=60s", "--for=5")
     assert run.stdout is not None
     told = ""
     while "ready" not in told:

@@ -115,7 +115,7 @@ class ProbeProcess:
         return self.wait()
 
     def wait(self) -> tuple[int, str]:
-        code = self._process.wait(20)
+        code = self._process.wait(60)
         assert self._process.stderr is not None
         return code, self._process.stderr.read().decode()
 

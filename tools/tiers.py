@@ -1,0 +1,41 @@
+"""Print how many tests each folder has in each tier, and how long they take, as Markdown.
+
+make check && python -m tools.tiers build/tests.xml build/alone.xml
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Iterable
+
+from junitparser import JUnitXml, TestCase
+
+TIERS = ("unit", "basic", "thorough")
+
+
+def rows(paths: Iterable[str]) -> Iterable[tuple[str, ...]]:
+    """(folder, cell of each tier); a cell is `tests, seconds`."""
+    counts: Counter[tuple[str, str]] = Counter()
+    seconds: Counter[tuple[str, str]] = Counter()
+    for path in paths:
+        for suite in JUnitXml.fromfile(path):
+            for case in filter(lambda one: isinstance(one, TestCase), suite):
+                tier = next(p.value for p in case.properties() if p.name == "tier")
+                key = (case.classname.split(".")[1], tier)
+                counts[key] += 1
+                seconds[key] += case.time
+    for folder in sorted({folder for folder, _ in counts}):
+        cells = ((counts[folder, tier], seconds[folder, tier]) for tier in TIERS)
+        yield (f"`tests/{folder}`", *(f"{n}, {s:.0f} s" if n else "" for n, s in cells))
+
+
+def main() -> None:
+    print("| folder |", " | ".join(TIERS), "|")
+    print("|---" * (len(TIERS) + 1) + "|")
+    for row in rows(sys.argv[1:]):
+        print("|", " | ".join(row), "|")
+
+
+if __name__ == "__main__":
+    main()
