@@ -20,7 +20,7 @@ from launcher.control.server import Server
 from launcher.engine.reactor import Reactor
 from tests.process.conftest import SteeringBench
 from tests.support.raw_client import Raw, error_of
-from tests.support.steered import PATIENCE_S, Steered
+from tests.support.steered import PATIENCE_S, Steered, state_of
 from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
@@ -264,6 +264,7 @@ def test_of_two_runs_one_has_to_be_picked(steering: SteeringBench):
 def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
     path = run.socket
     run.process.send_signal(signal.SIGSTOP)
+    wait_until(lambda: state_of(run.process.pid) == "T", "it stands still")
     with pytest.raises(ControlError, match="does not answer"):
         connect(path, patience_s=0.2)
     for words in (("ps",), ("quit",), ("ps", "--run", str(run.process.pid))):

@@ -235,7 +235,7 @@ def test_a_slow_stop_keeps_nobody_waiting(steering: SteeringBench):
         with run.connect() as connection:
             stop = connection.send("stop", ["stubborn"])
             look = connection.send("ps", ["stubborn"])
-            first, second = connection.read(20), connection.read(20)
+            first, second = connection.read(PATIENCE_S), connection.read(PATIENCE_S)
             assert (first["id"], second["id"]) == (look, stop)
             assert first["result"]["processes"][0]["state"] == "STOPPING"
             assert "(SIGTERM)" in second["text"][0]

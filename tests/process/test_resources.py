@@ -88,16 +88,20 @@ def test_the_uss_is_read_again_when_it_is_due(start: Starter):
 
 
 def test_the_load_of_a_grandchild_counts(start: Starter):
-    def is_busy(sample: Sample) -> bool:
-        return sample.processes == 2 and (sample.cpu_percent or 0) > 20
-
-    # One thread: at most a core, apart from the granularity of the kernel's clock.
     sampler, child = Sampler(), start(TREE)
-    sample_until(sampler, child.pid, is_busy)
-    before_s = time.monotonic()
-    sampler.sample([child.pid], before_s)
-    wait_until(lambda: time.monotonic() > before_s + 0.3, "some time to measure")
-    assert 10 < (sampler.sample([child.pid], time.monotonic())[child.pid].cpu_percent or 0) < 110
+    sample_until(sampler, child.pid, lambda s: s.processes == 2)
+    (grandchild,) = psutil.Process(child.pid).children()
+
+    def used_s() -> float:
+        return sum(grandchild.cpu_times()[:2])
+
+    begun_s, before_s = time.monotonic(), used_s()
+    sampler.sample([child.pid], begun_s)
+    wait_until(lambda: used_s() > before_s + 1.0, "a second of work")
+    now_s = time.monotonic()
+    share = (used_s() - before_s) / (now_s - begun_s)
+    sample = sampler.sample([child.pid], now_s)[child.pid]
+    assert sample.cpu_percent == pytest.approx(100 * share, rel=0.3)
 
 
 def test_an_idle_process_uses_nothing_and_the_first_sample_knows_no_load(start: Starter):

@@ -44,13 +44,6 @@ def test_the_run_ends_with_the_first_death_if_that_is_wanted(bench: Bench):
     assert b"first to die unasked: sh-2 (exit code 9)" in done.stdout
 
 
-def test_the_run_ends_after_its_time(bench: Bench):
-    done = bench.run('sh("exec sleep 1000")', "--timeout", "0.3")
-    assert done.returncode == 0
-    assert b"the time of 0.3 s is over" in done.stdout
-    assert bench.survivors() == []
-
-
 def test_without_log_files_there_are_none(bench: Bench):
     done = bench.run('sh("echo hello")', "--no-log-files")
     assert done.returncode == 0

@@ -16,6 +16,7 @@ from launcher.graph.observer import Observer
 from launcher.graph.processes import all_live, find_pid, innermost_pid, scheme_holds
 from launcher.graph.ps import rows
 from tests.ros.conftest import ros_domain, talking
+from tests.ros.test_wire import threads_stand_still
 from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
@@ -78,6 +79,7 @@ def test_a_process_that_was_stopped_before_we_came_is_told_all_the_same(sleepy):
     env, pid = sleepy
     os.kill(pid, signal.SIGSTOP)
     try:
+        wait_until(lambda: threads_stand_still(pid), "no thread can answer any more")
         row = ps(env, "--spin-time", "0.5")["(not discovered)"]
         assert (row["pid"], row["liveness"]) == (pid, "stopped")
     finally:
@@ -97,10 +99,10 @@ def test_a_watching_observer_tells_stopped_nodes_and_ghosts(tmp_path):
 
         wait_until(lambda: liveness() == {"ok"}, "all nodes are known and answer")
         os.kill(program.pid, signal.SIGSTOP)
-        assert liveness() == {"stopped"}
+        wait_until(lambda: liveness() == {"stopped"}, "it is stopped")
         os.kill(program.pid, signal.SIGKILL)
         program.wait()
-        assert liveness() == {"ghost"}
+        wait_until(lambda: liveness() == {"ghost"}, "it is gone")
         assert set(observer.snapshot().ghosts) >= {"/talker", "/site/east/listener"}
 
 

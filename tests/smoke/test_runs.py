@@ -130,17 +130,6 @@ def test_a_folder_for_the_evidence_that_cannot_be_made_is_two(bench: Bench, tmp_
     assert "--artifacts" in done.stderr and "File exists" in done.stderr
 
 
-@pytest.mark.thorough
-def test_two_runs_side_by_side_have_unlike_domains(bench: Bench, tmp_path: Path):
-    other = Bench(tmp_path / "other")
-    other.folder.mkdir()
-    for one in (bench, other):
-        one.write('sh("domain", "echo domain $ROS_DOMAIN_ID; exec sleep 1000"),')
-    runs = [one.start("--for=2", "--expect-log=domain: domain") for one in (bench, other)]
-    assert [run.communicate(timeout=120)[0] and run.returncode for run in runs] == [0, 0]
-    assert bench.report()["domain_id"] != other.report()["domain_id"]
-
-
 def test_an_interrupted_run_takes_its_system_along(bench: Bench):
     bench.write(PATIENT)
     run = bench.start("--for=60", "--expect-alive=patient")

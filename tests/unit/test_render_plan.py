@@ -195,6 +195,7 @@ def test_a_folder_of_somebody_else_is_not_written_to(tmp_path, monkeypatch):
     assert list(trap.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_a_launch_file_that_goes_on_for_ever_still_has_a_picture(tmp_path):
     file = tmp_path / "self.launch.py"
     file.write_text(f"{HEAD} IncludeLaunchDescription(__file__)])")

@@ -24,6 +24,8 @@ from tests.support.any_message import messages, same
 from tests.support.examples import examples
 from tests.support.interfaces import PACKAGE, install
 
+pytestmark = pytest.mark.basic  # the generator takes long
+
 KINDS = f"{PACKAGE}/msg/Kinds"
 
 

@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from launcher.smoke import loader
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.facts import LogLine
@@ -31,6 +33,7 @@ def cpu_s(work: Callable[[], object]) -> float:
     return time.process_time() - began_s
 
 
+@pytest.mark.thorough
 def test_the_time_to_read_a_file_grows_with_its_length():
     small, large = written(FEW), written(MANY)
     few_s = min(cpu_s(lambda: loader.parse(small, "x.yaml")) for _ in range(3))
