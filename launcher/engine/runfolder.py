@@ -45,10 +45,12 @@ def log_root(env: Mapping[str, str]) -> Path:
     return Path(env.get("HOME") or "~").expanduser() / ".ros" / "log"
 
 
-def new_run_path(env: Mapping[str, str]) -> Path:
+def new_run_path(env: Mapping[str, str], now_ns: int | None = None) -> Path:
     """A folder for a run that begins now, named as ROS 2 names it (CONFORMANCE 1.1)."""
-    stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
-    micros = time.time_ns() // 1000 % 1_000_000
+    # One reading of the clock: names are sorted by time, also across the end of a second.
+    now_ns = time.time_ns() if now_ns is None else now_ns
+    stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(now_ns // 10**9))
+    micros = now_ns // 1000 % 1_000_000
     return log_root(env) / f"{stamp}-{micros:06d}-{os.uname().nodename}-{os.getpid()}"
 
 

@@ -20,9 +20,7 @@ def test_top_is_live_above_the_prompt_until_a_key_is_pressed(bench: Bench):
     glass.wait_until(
         lambda: table not in glass.rows and "monitor-3  running" in glass.text, "other figures"
     )
-    glass.wait_until(
-        lambda: "any other key" in glass.rows[glass.prompt_row + 2], "the footer below the bar"
-    )
+    glass.wait_until(lambda: "any other key" in glass.below_prompt(2), "the footer below the bar")
     glass.type("x")
     glass.wait_until(lambda: "running" not in glass.text, "no table")
     glass.wait_until(lambda: glass.rows[glass.prompt_row] == ">", "the prompt")
@@ -194,7 +192,7 @@ def test_a_narrow_terminal_shows_what_fits_and_wide_characters_stay_whole(bench:
     glass.wait_for_prompt()
     glass.enter("info wide")
     glass.wait_until(lambda: any("機器人" in row for row in glass.rows), "them")
-    glass.wait_until(lambda: glass.rows[glass.prompt_row + 1].startswith("wide "), "the bar")
+    glass.wait_until(lambda: glass.below_prompt(1).startswith("wide "), "the bar")
     glass.wait_until(lambda: all(len(row) <= 20 for row in glass.rows), "rows that fit")
     glass.ctrl_c()
     assert glass.exit_code() == 0

@@ -220,7 +220,7 @@ def test_a_closed_window_stops_the_run_in_order(bench: Bench, tmp_path: Path):
     said = tmp_path / "said"
     polite = (
         'py("import time\\ntry: time.sleep(60)\\nexcept KeyboardInterrupt: '
-        f"open('{said}', 'w').write('bye')\", name='polite'),"
+        f"open('{said}', 'w').write('bye')\", name='polite', sigterm_timeout='600'),"
     )
     glass = bench.glass(polite)
     glass.wait_for_prompt()
@@ -271,9 +271,7 @@ def test_what_is_half_typed_and_half_said_is_there_once_after_ctrl_z_and_fg(benc
             shell.wait_until(lambda: shell.rows[shell.cursor[0]] == "$", "the shell's prompt")
             shell.type("clear; fg\n")
             shell.wait_until(lambda: "> half a li" in shell.rows, "the prompt")
-            shell.wait_until(
-                lambda: shell.rows[shell.prompt_row + 1].startswith("asker"), "the bar"
-            )
+            shell.wait_until(lambda: shell.below_prompt(1).startswith("asker"), "the bar")
         shell.wait_until(
             lambda: shell.rows.count("[asker-1] Name?") == shell.rows.count("> half a li") == 1,
             "each once",
@@ -343,6 +341,6 @@ def test_a_resized_window_is_drawn_anew_and_told_to_the_processes(bench: Bench):
     glass.wait_until(lambda: sum(r.startswith(">") for r in glass.rows) == 1, "one prompt")
     glass.resize(120, 30)
     glass.wait_for("size 110 30")
-    glass.wait_until(lambda: glass.rows[glass.prompt_row + 1].startswith("sizer "), "the bar")
+    glass.wait_until(lambda: glass.below_prompt(1).startswith("sizer "), "the bar")
     glass.ctrl_c()
     assert glass.exit_code() == 0

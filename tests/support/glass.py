@@ -89,6 +89,10 @@ class Glass:
         found = [number for number, row in enumerate(self.rows) if row.startswith(">")]
         return found[-1] if found else -1
 
+    def below_prompt(self, number: int) -> str:
+        """The row so far below the prompt; empty where there is none."""
+        return "".join(self.rows[self.prompt_row + number :][:1])
+
     def settings(self) -> list[Any]:
         """The terminal's, as `stty` would show them."""
         return termios.tcgetattr(self._fd)

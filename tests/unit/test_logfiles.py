@@ -48,6 +48,14 @@ def folder_in(path: Path) -> RunFolder:
     return RunFolder(new_run_path({"ROS_LOG_DIR": str(path)}), pytest.fail)
 
 
+def test_names_of_runs_are_in_the_order_of_time_across_the_end_of_a_second():
+    second_ns = 1_795_335_647 * 10**9
+    times_ns = (second_ns - 1000, second_ns, second_ns + 1000)
+    names = [new_run_path({"ROS_LOG_DIR": "/log"}, now_ns).name for now_ns in times_ns]
+    assert names == sorted(set(names))
+    assert [name[20:26] for name in names] == ["999999", "000000", "000001"]
+
+
 def test_the_latest_run_has_a_link_and_old_runs_are_pruned(tmp_path: Path):
     runs = []
     for _ in range(6):
