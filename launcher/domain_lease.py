@@ -58,7 +58,8 @@ def _take(lease: socket.socket, domain_id: int) -> bool:
 
 def busy_domains() -> set[int]:
     """Domains of which a UDP port is open, whoever opened it."""
-    ports = (port for table in _UDP_TABLES for port in _open_ports(table))
+    # Twice: the kernel may skip a line while other sockets are closed.
+    ports = (port for table in 2 * _UDP_TABLES for port in _open_ports(table))
     return {(port - _FIRST_PORT) // _PORTS_PER_DOMAIN for port in ports if port >= _FIRST_PORT}
 
 

@@ -22,7 +22,7 @@ from pathlib import Path
 
 BUSY = "while True: pass"
 LOOPS_PER_CORE = 3
-FAILURE = re.compile(r"^(?:FAILED|ERROR) (tests/\S+)", re.MULTILINE)
+FAILURE = re.compile(r"^(?:FAILED|ERROR) (tests/.+?)(?: - .*)?$", re.MULTILINE)
 PASSED = re.compile(r"(\d+) passed")
 
 

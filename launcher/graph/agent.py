@@ -29,7 +29,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from launcher.graph.transitions import LifecycleNodeClient, Step
+from launcher.graph.lifecycle_client import LifecycleClient
+from launcher.graph.transitions import Step
 
 LOOK_S = 0.1  # how often the services that requests wait for are looked at
 
@@ -44,7 +45,7 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
         self._write = write
         self._inbox: deque[Answer] = deque()
         self._waiting: list[tuple[Any, Callable[[], None]]] = []
-        self._lifecycle_nodes: dict[str, LifecycleNodeClient] = {}
+        self._lifecycle_nodes: dict[str, LifecycleClient] = {}
         self._wake = self.create_guard_condition(self._take_requests)
         self.create_timer(LOOK_S, self._look)
 
@@ -69,7 +70,7 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
             number, label, lambda error: self._write({"id": request["id"], "error": error})
         )
 
-    def _lifecycle_node(self, name: str) -> LifecycleNodeClient:
+    def _lifecycle_node(self, name: str) -> LifecycleClient:
         if name not in self._lifecycle_nodes:
 
             def tell(step: Step, label: str) -> None:
@@ -77,7 +78,7 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
                 states = {"start_state": start, "goal_state": goal}
                 self._write({"node": name, "transition": label, **states})
 
-            self._lifecycle_nodes[name] = LifecycleNodeClient(self, name, tell)
+            self._lifecycle_nodes[name] = LifecycleClient(self, name, tell)
         return self._lifecycle_nodes[name]
 
     def _load(self, request: Answer) -> None:

@@ -141,7 +141,8 @@ class Observer:
         """What is known now; discovery may still be on its way."""
         # Names first: a node that is discovered meanwhile would be shown without its endpoints.
         nodes = tuple(self.node_names())
-        endpoints = [e for e in self.all_endpoints() if e.node in nodes]
+        known = set(nodes)
+        endpoints = [e for e in self.all_endpoints() if e.node in known]
         return Snapshot(
             nodes=nodes,
             endpoints=tuple(endpoints),

@@ -61,8 +61,12 @@ def multicast_port(domain_id: int) -> int:
 
 
 def _bound(tables: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
-    """Port and inode of every UDP socket."""
-    for table in tables:
+    """Port and inode of every UDP socket, most of them twice.
+
+    The kernel writes the table in pieces, and may skip a line where sockets are closed between two
+    pieces; a second reading has it.
+    """
+    for table in 2 * tables:
         try:
             lines = table.read_text(encoding="ascii").splitlines()[1:]
         except OSError:

@@ -42,7 +42,10 @@ _ENDPOINT_SET = 0b111011
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:
-    """A look, how many participants of this machine are missing in it, and how long it took."""
+    """A look, how many participants of this machine are missing in it, and how long it took.
+
+    One that has told only a part of what it has is missing, too.
+    """
 
     look: Look
     missing: int
@@ -122,7 +125,7 @@ class Wire:
             self._receive(min(end, announce, steady.next_s) - now)
         return Seen(
             look=self._known(),
-            missing=len(self._silent(expected)),
+            missing=len(self._silent(expected) | self._incomplete(expected)),
             waited_s=now - start,
         )
 
@@ -139,6 +142,10 @@ class Wire:
 
     def _silent(self, expected: set[int]) -> set[int]:
         return expected - {peer.port for peer in self._peers.values() if peer.is_local}
+
+    def _incomplete(self, expected: set[int]) -> set[int]:
+        """Those that have answered, but not told everything."""
+        return expected & {peer.port for peer in self._peers.values() if not peer.is_complete}
 
     def _is_complete(self, *, strangers: bool) -> bool:
         """Whether all have told everything; `strangers`: those on other machines as well."""

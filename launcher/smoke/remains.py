@@ -101,8 +101,8 @@ class SharedMemory:
 
         Ports are no fault of the run, see `free_ports`.
         """
-        self.free_ports()
-        there = {name for name in self._names if (self._folder / name).exists()}
+        names = {name for name in self._names if not _PORT.search(name)}
+        there = {name for name in names if (self._folder / name).exists()}
         return tuple(sorted(there - self._in_use(there)))
 
     def _in_use(self, names: set[str]) -> set[str]:

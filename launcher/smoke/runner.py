@@ -111,7 +111,9 @@ class Runner:
         if facts.ready_s is None:
             return INFINITY
         script = self._script
-        return script.run_time_s() if script.for_s is None else facts.ready_s + script.for_s
+        if script.for_s is not None:
+            return facts.ready_s + script.for_s
+        return max(script.run_time_s(), facts.ready_s + SHORTEST_S)
 
     def _watch(self) -> None:
         system = self._system

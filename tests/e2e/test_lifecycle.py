@@ -118,8 +118,8 @@ def test_a_lifecycle_node_is_configured_and_activated_by_events(
         ("launch", "pump is active"),
     ):
         system.wait_for_log("*" if process == "pump" else process, text)
-    assert sum("pump is active" in line for line in system.logs("launch")) == 1
     ending = system.shutdown()
+    assert sum("pump is active" in line for line in system.logs("launch")) == 1
     assert (ending.returncode, ending.left_processes) == (0, ())
 
 

@@ -269,10 +269,15 @@ def test_the_observer_of_a_run_sees_what_a_look_of_our_own_sees(
         ours = look_round(domain_id, 10.0, remote=False).look
         wait_until(lambda: ask.look_of_a_run(domain_id) == ours, "it has seen all, too")
         assert "/talker" in ours.nodes
-        quick, own = (
-            run.shell("topic", "list", "-v", *words).stdout for words in ((), ("--no-observer",))
-        )
-        assert quick == own
+
+        def both_are_the_same() -> bool:
+            words = ("topic", "list", "-v")
+            quick, own = run.shell(*words), run.shell(*words, "--no-observer")
+            # On a busy machine a look may end too early, but then it says so.
+            assert quick.stdout == own.stdout or "may be missing" in quick.stderr + own.stderr
+            return quick.stdout == own.stdout
+
+        wait_until(both_are_the_same, "the same list both ways")
 
 
 def test_it_answers_only_who_means_the_same_graph(

@@ -48,18 +48,24 @@ def test_a_running_system_is_looked_at_as_the_readme_says(tmp_path):
             ),
             "all nodes are up",
         )
-        topics = launcher(env, "topic", "list", "-t").lines
-        assert {name.split()[0] for name in topics} >= {
+        wanted = {
             "/fleet/report",
             "/fleet/status",
             "/fleet/tasks",
-        }
-        info = launcher(env, "topic", "info", "/fleet/status").lines
-        assert info[1] == "Publisher count: 3"
+        }  # a node comes before its topics
+        wait_until(lambda: wanted <= topics_of(env), "all topics are there")
+        wait_until(
+            lambda: "Publisher count: 3" in launcher(env, "topic", "info", "/fleet/status").lines,
+            "every robot publishes",
+        )
         rate = launcher(env, "topic", "hz", "/fleet/status", "--for", "4", "--min", "1")
         assert rate.code == 0
         tree = launcher(env, "graph", "--mode", "active").out
         assert "/fleet/tasks" in tree
+
+
+def topics_of(env: Mapping[str, str]) -> set[str]:
+    return {line.split()[0] for line in launcher(env, "topic", "list", "-t").lines}
 
 
 @contextlib.contextmanager

@@ -18,7 +18,7 @@ def test_a_killed_process_is_started_again(bench: Bench):
     bench.expect(
         """
         scenario:
-          - {at: 1 s, do: kill clock_1, name: kill}
+          - {after: ready, at: 1 s, do: kill clock_1, name: kill}
           - {after: kill, at: 1 s, do: start clock_1, name: again}
         expect:
           - {name: death, process: clock_1, exits: SIGKILL, after: kill, within: 60 s}
@@ -39,7 +39,7 @@ def test_a_paused_process_says_nothing(bench: Bench):
     bench.expect(
         """
         scenario:
-          - {at: 1 s, do: pause clock_1 for 2 s, name: nap}
+          - {after: ready, at: 1 s, do: pause clock_1 for 2 s, name: nap}
         expect:
           - {name: quiet, log: tick 1, count: 0, after: nap, within: 0.5 to 1.5 s}
           - {name: other, log: tick 2, after: nap, within: 60 s}

@@ -112,7 +112,8 @@ class Painter:
         """The graph now, without the nodes of this project's tools."""
         # Names first: a node that is discovered meanwhile would be shown without its endpoints.
         nodes = tuple(name for name in self._observer.node_names() if not _is_ours(name))
-        found = [e for e in self._observer.all_endpoints() if e.node in nodes]
+        known = set(nodes)
+        found = [e for e in self._observer.all_endpoints() if e.node in known]
         owners = self._owners({_participant(e) for e in found})
         dead = {key for key, pid in owners.items() if pid is not None and not is_alive(pid)}
         gone = frozenset(e.gid for e in found if _participant(e) in dead)
