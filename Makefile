@@ -23,8 +23,10 @@ run: $(VENV)/.run
 
 # Tests of the machine's shared memory and processes run after the others, by themselves.
 define run_tests
-	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/tests.xml $(2)
-	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/alone.xml $(2)
+	status=0; \
+	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/tests.xml $(2) || status=1; \
+	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/alone.xml $(2) || status=1; \
+	exit $$status
 endef
 
 ## test: lint, types, and the tests that show that each part works

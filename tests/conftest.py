@@ -5,8 +5,10 @@ Every test belongs to one tier: `unit`, `basic`, `thorough` or `browser` (see CO
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
+import socket
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +19,7 @@ from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
 from launcher.domain_lease import leased_domain
+from tests.support.waiting import wait_until
 
 TIERS = ("unit", "basic", "thorough", "browser")
 UNIT_TESTS = Path(__file__).parent / "unit"
@@ -73,6 +76,26 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         item.user_properties.append(("tier", tiers[0]))  # for tools/tiers.py
     # Short tests come last: they keep all workers busy while the last long ones run.
     items.sort(key=lambda item: item.get_closest_marker("unit") is not None)
+
+
+@pytest.fixture(autouse=True)
+def _alone(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Of all test runs on the machine, one test marked `alone` at a time."""
+    if request.node.get_closest_marker("alone") is None:
+        yield
+        return
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as lock:
+        wait_until(lambda: _is_bound(lock, "\0launcher-test-alone"), "no other test alone", 500.0)
+        yield
+
+
+def _is_bound(lock: socket.socket, name: str) -> bool:
+    try:
+        lock.bind(name)
+    except OSError as error:
+        assert error.errno == errno.EADDRINUSE
+        return False
+    return True
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -48,11 +48,8 @@ def test_a_running_system_is_looked_at_as_the_readme_says(tmp_path):
             ),
             "all nodes are up",
         )
-        wanted = {
-            "/fleet/report",
-            "/fleet/status",
-            "/fleet/tasks",
-        }  # a node comes before its topics
+        # A node is there before its topics.
+        wanted = {"/fleet/report", "/fleet/status", "/fleet/tasks"}
         wait_until(lambda: wanted <= topics_of(env), "all topics are there")
         wait_until(
             lambda: "Publisher count: 3" in launcher(env, "topic", "info", "/fleet/status").lines,

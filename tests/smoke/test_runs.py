@@ -74,6 +74,8 @@ def test_a_system_that_is_ready_late_is_watched_as_long_as_any_other(bench: Benc
     bench.write(f"TimerAction(period=2.0, actions=[{PATIENT}]),")
     done = bench.smoke("--for=0.5", "--expect-alive=patient", "--ready-within=60")
     assert done.returncode == 0, done.stdout
+    steps = bench.report()["steps"]
+    assert steps["ready"] >= 2.0 and steps["stop"] >= steps["ready"] + 0.5
     assert bench.report()["ending"]["left_processes"] == []
 
 
