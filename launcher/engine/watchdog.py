@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 import time
+from types import ModuleType
 
 GOODBYE = b"."
 CLEAN_SCANS = 3  # a process that was forking during one scan shows in the next
@@ -18,10 +19,8 @@ SCAN_PAUSE_S = 0.01
 PATIENCE_S = 10.0  # a process in uninterruptible sleep cannot be killed; do not wait for ever
 
 
-def end_run(run_id: str) -> None:
+def end_run(sweep: ModuleType, run_id: str) -> None:
     """Kill everything of the run until two scans in a row find nothing."""
-    import sweep  # type: ignore[import-not-found]  # beside this file, which runs as a script
-
     deadline = time.monotonic() + PATIENCE_S
     clean = 0
     while clean < CLEAN_SCANS and time.monotonic() < deadline:
@@ -32,14 +31,18 @@ def end_run(run_id: str) -> None:
 
 def main() -> None:
     """Wait for the end of standard input."""
+    # Beside this file, which runs as a script; our other modules must not hide Python's own. Now:
+    # a watchdog that cannot do its work ends at once, and the launcher says so.
+    sys.path.append(os.path.dirname(os.path.abspath(__file__)))
+    import sweep  # type: ignore[import-not-found]
+
     os.chdir("/")  # nobody's file system is kept in use by it
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(signum, signal.SIG_IGN)
     if os.read(0, 1) != GOODBYE:
-        end_run(sys.argv[1])
+        end_run(sweep, sys.argv[1])
     os._exit(0)  # the interpreter's own end takes longer, and the launcher waits for ours
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
     main()

@@ -120,8 +120,7 @@ def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(be
     _, found, _ = doctor()
     assert found["leftover processes"]["level"] == "problem"
     assert bench.survivors() == left
-    _, found, done = doctor("--fix")
-    assert found["leftover processes"]["level"] == "ok"
+    _, _, done = doctor("--fix")
     assert any("stopping what processes left behind" in sentence for sentence in done)
     assert bench.survivors() == []
 

@@ -105,8 +105,14 @@ class NodeProcess:
     def _read(self) -> None:
         assert self._process.stdout is not None
         for text in self._process.stdout:
-            if _PORT_COMPLAINT not in text:
+            if without_complaints(text):
                 self.lines.append(Line(text=text.rstrip("\n")))
+
+
+def without_complaints(text: str) -> str:
+    """The text without the lines in which Fast DDS complains of a port."""
+    lines = text.splitlines(keepends=True)
+    return "".join(line for line in lines if _PORT_COMPLAINT not in line)
 
 
 def shared_memory_of(pid: int) -> set[Path]:
