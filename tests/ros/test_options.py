@@ -113,7 +113,7 @@ def test_qos_options_are_those_of_the_endpoint(verb, env, kind, words, expected)
 )
 def test_the_queue_is_as_long_as_asked_for(verb, words, numbers):
     policies = ("--qos-reliability", "reliable", "--qos-durability", "transient_local")
-    answer = verb("topic", "echo", "/latched", "--csv", "--timeout", "1", *policies, *words)
+    answer = verb("topic", "echo", "/latched", "--csv", "--timeout", "3", *policies, *words)
     assert [int(line) for line in answer.lines] == numbers
 
 
@@ -139,7 +139,7 @@ def test_a_window_is_a_positive_number(verb, word):
 def test_hz_looks_at_the_window_and_at_what_the_filter_lets_through(verb):
     words = ("topic", "hz", "/chatter", "--for", "3.2", "--window", "4")
     windows = re.findall(r"window: (\d+)", verb(*words).out)
-    assert set(windows) == {"4"}
+    assert windows[-1] == max(windows) == "4"
     filtered = verb(*words, "--filter", "m.data.endswith('0')", "--json").lines
     last = json.loads(filtered[-1])
     assert 0 < last["messages"] <= 6  # of about 32

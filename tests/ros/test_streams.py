@@ -24,7 +24,7 @@ def test_echo_once_prints_one_message_and_accepts_a_name_without_slash(verb):
 
 
 def test_echo_of_a_latched_topic_prints_the_backlog_and_ends_after_the_timeout(verb):
-    answer = verb("topic", "echo", "/latched", "--timeout", "1", "--flow-style")
+    answer = verb("topic", "echo", "/latched", "--timeout", "3", "--flow-style")
     assert answer.out == "".join(f"{{data: {n}}}\n---\n" for n in range(3, 8))
     assert answer.code == 0
 
