@@ -219,11 +219,13 @@ def test_a_run_that_is_over_before_its_console_is_ready_says_nothing_of_it(bench
 def test_a_closed_window_stops_the_run_in_order(bench: Bench, tmp_path: Path):
     said = tmp_path / "said"
     polite = (
-        'py("import time\\ntry: time.sleep(60)\\nexcept KeyboardInterrupt: '
+        "py(\"import time\\ntry: print('ready', flush=True), time.sleep(60)\\n"
+        "except KeyboardInterrupt: "
         f"open('{said}', 'w').write('bye')\", name='polite', sigterm_timeout='600'),"
     )
     glass = bench.glass(polite)
     glass.wait_for_prompt()
+    glass.wait_for("[polite-1] ready")
     glass.close_window()
     wait_until(lambda: bench.survivors() == [], "nothing is left")
     assert said.read_text() == "bye"
