@@ -22,6 +22,7 @@ from launcher.graph.verb import (
 
 if TYPE_CHECKING:
     from launcher.graph.calls import Caller
+    from launcher.graph.look import Look
 
 
 def main(words: Sequence[str]) -> int:
@@ -64,8 +65,13 @@ def _asking(options: Namespace) -> Iterator[tuple[Caller, str]]:
 
     node = full_node(options.node_name)
     services = {f"{node}/list_parameters", f"{node}/get_parameters"}
+
+    def is_known(look: Look) -> bool:
+        # a participant announces its services before it names its nodes
+        return node in look.nodes and services <= look.service_types().keys()
+
     with (
-        looking(options, lambda look: services <= look.service_types().keys()) as observer,
+        looking(options, is_known) as observer,
         Caller(observer) as caller,
     ):
         from launcher.graph.parameters import prepare

@@ -19,7 +19,7 @@ from launcher.graph.streams import until_interrupted
 from launcher.graph.verb import looking, warn
 
 _LOOK_S = 0.02
-_DELIVERY_S = 3.0
+_DELIVERY_S = 10.0
 
 
 def publish(options: Namespace) -> int:

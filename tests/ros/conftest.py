@@ -71,6 +71,8 @@ def verb(env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
     """`verb("topic", "list")` runs that command in the shared domain."""
     for name in ("ROS_DOMAIN_ID", "ROS_LOG_DIR"):
         monkeypatch.setenv(name, env[name])
+    # The sample nodes may be kept from answering for longer than a person would wait.
+    monkeypatch.setattr("launcher.graph.domains.SPIN_TIME_S", 60.0)
     return in_process
 
 

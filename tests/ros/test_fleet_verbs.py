@@ -13,7 +13,7 @@ import pytest
 from launcher.errors import ExitCode
 from tests.ros.conftest import ros_domain
 from tests.support.domain import private_domain
-from tests.support.verbs import PATIENCE_S, launcher
+from tests.support.verbs import PATIENCE_S, eventually, launcher
 from tests.support.waiting import wait_until
 
 
@@ -23,7 +23,10 @@ def test_the_probe_that_hears_nothing_is_explained(tmp_path):
         domain.start("robot_1")
         domain.start("qos_probe")
         domain.wait_for_nodes("robot_1", "qos_probe")
-        answer = launcher(domain.env, "topic", "info", "/fleet/status", "-v")
+        answer = eventually(
+            lambda: launcher(domain.env, "topic", "info", "/fleet/status", "-v"),
+            lambda answer: "/qos_probe receives nothing" in answer.out,
+        )
         assert "  Reliability: BEST_EFFORT\n" in answer.out
         assert answer.out.endswith(
             "QoS: 1 of 1 pair of publisher and subscription does not match\n"
@@ -33,7 +36,10 @@ def test_the_probe_that_hears_nothing_is_explained(tmp_path):
             "    to repair: set the subscription's reliability to BEST_EFFORT, "
             "or the publisher's to RELIABLE\n"
         )
-        processes = launcher(domain.env, "node", "ps", "--json").json()
+        processes = eventually(
+            lambda: launcher(domain.env, "node", "ps", "--json"),
+            lambda answer: {"/robot_1", "/qos_probe"} <= {row["node"] for row in answer.json()},
+        ).json()
         pids = {row["node"]: row["pid"] for row in processes}
         assert pids["/robot_1"] == domain.nodes[0].pid
         assert pids["/qos_probe"] == domain.nodes[1].pid
@@ -55,10 +61,10 @@ def test_a_running_system_is_looked_at_as_the_readme_says(tmp_path):
             lambda: "Publisher count: 3" in launcher(env, "topic", "info", "/fleet/status").lines,
             "every robot publishes",
         )
-        rate = launcher(env, "topic", "hz", "/fleet/status", "--for", "4", "--min", "1")
-        assert rate.code == 0
-        tree = launcher(env, "graph", "--mode", "active").out
-        assert "/fleet/tasks" in tree
+        hz = ("topic", "hz", "/fleet/status", "--for", "4", "--min", "1")
+        eventually(lambda: launcher(env, *hz), lambda rate: rate.code == 0)
+        graph = ("graph", "--mode", "active")
+        eventually(lambda: launcher(env, *graph), lambda tree: "/fleet/tasks" in tree.out)
 
 
 def topics_of(env: Mapping[str, str]) -> set[str]:

@@ -74,10 +74,15 @@ def test_neither_the_probe_nor_other_tools_of_ours_are_part_of_the_graph(probe, 
     chatter = next(t for t in graph["topics"] if t["name"] == "/chatter")
     assert (chatter["publishers"], chatter["subscriptions"]) == (1, 1)
     probe.ask("unsubscribe", sub="hidden")
+
     # what others see of it: hidden names, no services, nothing on /rosout
-    seen = observer.node.get_node_names_and_namespaces()
-    ours = [name for name, _ in seen if f"_{probe.pid}_" in name]
-    assert ours and all(name.startswith("_") for name in ours)
+    def ours_of() -> list[str]:
+        seen = observer.node.get_node_names_and_namespaces()
+        return [name for name, _ in seen if f"_{probe.pid}_" in name]
+
+    wait_until(ours_of, "its names have come")
+    ours = ours_of()
+    assert all(name.startswith("_") for name in ours)
     assert not any(observer.services_of(f"/{name}") for name in ours)
     rosout = observer.node.get_publishers_info_by_topic("/rosout")
     assert not [info for info in rosout if info.node_name in ours]
@@ -121,10 +126,10 @@ def test_a_fitted_subscription_becomes_weaker_for_a_weaker_publisher(env):
             first = probe.event("subscribed", sub="s", again=False)
             assert first["qos"]["reliability"] == "RELIABLE"
             wait_until(lambda: probe.messages("s") == [{"data": 0}], "the stronger publisher")
-            with talking(env, NUMBERS, "mixed", "1", "1", "BEST_EFFORT"):
+            with talking(env, NUMBERS, "mixed", "1000", "20", "BEST_EFFORT"):
                 again = probe.event("subscribed", sub="s", again=True)
                 assert again["qos"]["reliability"] == "BEST_EFFORT"
-                wait_until(lambda: len(probe.messages("s")) == 2, "the weaker publisher, too")
+                wait_until(lambda: len(probe.messages("s")) >= 2, "the weaker publisher, too")
 
 
 def test_a_subscription_waits_for_its_topic(probe, env):
@@ -191,7 +196,7 @@ def test_a_service_answers_and_one_that_is_busy_holds_up_nothing_else(probe):
         "std_srvs/srv/SetBool",
         {"success": True, "message": "on"},
     )
-    number = probe.send("call", service="/occupy", timeout_s=0.5)
+    number = probe.send("call", service="/occupy", timeout_s=2)
     before = probe.ask("clock")["mono"]
     refused = probe.answer(number)
     assert "did not answer within" in refused["error"]["message"]
@@ -204,7 +209,12 @@ def test_what_is_published_is_heard_and_who_would_not_hear_it_is_named(probe, en
     with ProbeProcess(env) as other:
         other.ask("subscribe", sub="s", topic="/said", type="std_msgs/String", qos={})
         answer = probe.ask(
-            "publish", topic="/said", type="std_msgs/String", values="data: 'yes'", times=2
+            "publish",
+            topic="/said",
+            type="std_msgs/String",
+            values="data: 'yes'",
+            times=2,
+            timeout_s=60,
         )
         assert (answer["published"], answer["matched"]) == (2, 1)
         wait_until(lambda: len(other.messages("s")) == 2, "both messages")
@@ -223,6 +233,7 @@ def test_rates_come_from_the_times_of_reception(probe):
     probe.ask("subscribe", sub="rate", topic="/numbers", messages=False)
     wait_until(lambda: probe.ask("rate", sub="rate")["count"] >= 12, "some messages")
     found = probe.ask("rate", sub="rate")
+    found = probe.ask("rate", sub="rate", until=found["last"])  # since then it may be silent
     rate = (found["count"] - 1) / (found["last"] - found["first"])
     assert found["complete"] and found["rate_hz"] == pytest.approx(rate)
     assert found["min_s"] <= found["mean_s"] <= found["max_s"]

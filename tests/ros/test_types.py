@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from tests.ros.test_options import going_on
+from tests.support.verbs import going_on
 
 pytestmark = pytest.mark.thorough
 

@@ -8,11 +8,13 @@ import json
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from launcher import cli
+from tests.support.node_process import without_complaints
+from tests.support.waiting import wait_until
 
 PATIENCE_S = 60.0
 
@@ -58,4 +60,32 @@ def launcher(env: Mapping[str, str], *words: str, text: str | None = None) -> An
         text=True,
         timeout=PATIENCE_S,
     )
-    return Answer(out=done.stdout, err=done.stderr, code=done.returncode)
+    return Answer(out=without_complaints(done.stdout), err=done.stderr, code=done.returncode)
+
+
+def eventually(ask: Callable[[], Answer], fits: Callable[[Answer], object]) -> Answer:
+    """The first answer that fits; for what measures, or looks, for a few seconds only."""
+    answers: list[Answer] = []
+
+    def is_there() -> bool:
+        answers.append(ask())
+        return bool(fits(answers[-1]))
+
+    try:
+        wait_until(is_there, "an answer that fits")
+    except AssertionError as error:
+        raise AssertionError(f"{error}; the last one is {answers[-1]}") from None
+    return answers[-1]
+
+
+@contextlib.contextmanager
+def going_on(env: Mapping[str, str], *words: str) -> Iterator[subprocess.Popen[str]]:
+    """A verb that runs until it is interrupted."""
+    program = subprocess.Popen(
+        [sys.executable, "-m", "launcher", *words], env=env, stdout=subprocess.PIPE, text=True
+    )
+    try:
+        yield program
+    finally:
+        program.send_signal(signal.SIGINT)
+        program.communicate(timeout=PATIENCE_S)

@@ -230,9 +230,6 @@ def test_a_block_is_split_into_whole_lines_and_a_beginning(
 
 def test_the_history_is_bounded_and_for_its_user_alone(tmp_path: Path):
     path = tmp_path / "state" / "ros-launcher" / "history"
-    path.parent.mkdir(parents=True)
-    path.write_text("".join(f"line {n}\n" for n in range(2 * MOST_LINES + 1)))
-    path.unlink()
     history = open_history(path)
     for number in range(2 * MOST_LINES + 1):
         history.store_string(f"line {number}")
