@@ -20,8 +20,9 @@ from launcher.graph.snapshot import Snapshot
 from launcher.smoke.outputs import save
 from launcher.smoke.system import System
 
-LOOK_S = 6.0  # a look at a graph of many nodes on a busy machine; half a second as a rule
-DRAW_S = 20.0
+# Limits for a busy machine and a graph of many nodes; a second or two as a rule.
+LOOK_S = 20.0
+DRAW_S = 60.0
 _LOOK = ("graph", "--json", "--debug-topics", "--hidden")
 
 

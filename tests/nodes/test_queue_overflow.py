@@ -22,7 +22,7 @@ def test_the_slow_robot_loses_tasks_at_a_high_rate():
 
     assert run.returncode == 0, run.stderr
     assert (rate, depth) == ("6", "1")
-    assert int(assigned) >= 12
+    assert int(assigned) > int(executed)
     assert 2 <= int(executed) <= 8
     assert int(lost) == int(assigned) - int(executed)
     assert int(share) >= 30

@@ -37,7 +37,6 @@ def test_tasks_of_a_restarted_dispatcher_are_counted_as_new_ones(domain):
     monitor = domain.start("monitor", robot_ids="[robot_1]")
     robot = start_fast_robot(domain)
     domain.wait_for_line(monitor, "robot_1 is reporting")
-    assigned = 0
     for _ in range(2):  # the second one counts its tasks from 1 again
         before = len(robot.matching("complete"))
         dispatcher = start_fast_dispatcher(domain)
@@ -45,13 +44,14 @@ def test_tasks_of_a_restarted_dispatcher_are_counted_as_new_ones(domain):
             lambda n=before: len(robot.matching("complete")) >= n + 6, "six tasks are done"
         )
         dispatcher.stop()
-        assigned += len(dispatcher.matching("Assigned task"))
-        domain.wait_until(
-            lambda n=assigned: len(robot.matching("complete")) == n, "the queue is empty"
-        )
+
+    def all_counted() -> bool:
+        # The robot's own count: the last assignment may be lost with its dispatcher.
+        taken = len(robot.matching("Received task"))
+        return bool(monitor.matching(f"Fleet report -- robot_1: {taken} tasks"))
 
     # Statuses may be lost; each repeats the last ten tasks until the next one.
-    domain.wait_for_line(monitor, f"Fleet report -- robot_1: {assigned} tasks")
+    domain.wait_until(all_counted, "the monitor has counted each task")
 
 
 def start_fast_robot(domain):

@@ -38,17 +38,21 @@ def test_the_monitor_warns_five_seconds_after_the_last_status(domain):
 def test_a_killed_robot_is_missed_once_and_welcomed_back(launched_system: Launch):
     fleet = launched_system("system", probe=False)
     fleet.wait_for_log("monitor", "Fleet report -- robot_1: [1-9]")  # surely heard while it lives
+    killed_s = fleet.facts.now_s
     fleet.kill("robot_1")
-    warned = fleet.wait_for_log("monitor", SILENT)
+    warned = fleet.wait_for_log("monitor", SILENT, since_s=killed_s)
 
     fleet.start("robot_1")
-    fleet.wait_for_log("monitor", BACK)
+    back = fleet.wait_for_log("monitor", BACK, since_s=killed_s)
     # Three reports take longer than a silence that would be warned about.
     fleet.wait_for_log("monitor", "Fleet report", count=3, since_s=fleet.facts.now_s)
 
     assert warned.level == "WARN"
-    missed = [line for line in fleet.logs("monitor") if "robot_1 has not reported" in line]
-    assert missed == [warned.plain]
+    lines = [line for line in fleet.facts.lines if "robot_1 has not reported" in line.plain]
+    missed = [x for x in lines if SILENT in x.plain and killed_s <= x.at_s <= back.at_s]
+    assert [line.plain for line in missed] == [warned.plain]
+    # On a busy machine it may fall silent anew, which begins with 5 s again.
+    assert all(SILENT in line.plain for line in [x for x in lines if x.at_s > back.at_s][:1])
 
 
 def test_a_robot_that_never_reported_is_missed_five_seconds_after_the_start(domain):

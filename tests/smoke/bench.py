@@ -30,6 +30,8 @@ def generate_launch_description():
 PATIENT = 'sh("patient", "echo here I am; exec sleep 1000"),'
 SHORT = 'sh("short", "echo last words; exit 3"),'
 DONE = 'sh("done", "echo done"),'
+# Of a run that ends by itself everything was seen, however long it took.
+BRIEF = 'sh("brief", "echo here I was"),'
 DEAF = 'sh("deaf", "trap : INT TERM; echo deaf; while :; do sleep 0.1; done"),'
 # SIGTERM and SIGKILL come soon.
 IMPATIENT = ("sigterm_timeout:=0.3", "sigkill_timeout:=0.3")
@@ -63,7 +65,10 @@ class Bench:
 
     def command(self, *words: str) -> list[str]:
         artifacts = [f"--artifacts={self.evidence}"] if self.keeps_evidence else []
-        words = (str(self.launch_file), *artifacts, *words)
+        # 10 s by default if no node is waited for
+        has_limit = any(word.startswith(("--ready-within", "--expect-node")) for word in words)
+        patience = [] if has_limit else ["--ready-within=60"]
+        words = (str(self.launch_file), *artifacts, *patience, *words)
         return [sys.executable, "-m", "launcher", "smoke", *words]
 
     def smoke(self, *words: str) -> subprocess.CompletedProcess[str]:

@@ -73,6 +73,10 @@ talker.destroy_node()
 """
 
 
+# A busy machine takes longer than 2 s to refuse a launch file.
+PATIENT = "import launcher.pytest_plugin\nlauncher.pytest_plugin.REFUSAL_S = 60\n"
+
+
 @pytest.fixture
 def folder(pytester: pytest.Pytester) -> pytest.Pytester:
     pytester.makeini("[pytest]\naddopts = -p no:cacheprovider")
@@ -91,7 +95,7 @@ def test_a_system_is_waited_for_steered_and_looked_at(folder: pytest.Pytester):
             assert system.wait_for_log("teller", "I was told").plain == "I was told something"
             system.wait_for_log("counter", "count 3")
             assert system.logs("teller") == ["I was told something"]
-            with pytest.raises(NotSeenError, match="count 3"):
+            with pytest.raises(NotSeenError, match="count"):
                 system.wait_for_log("counter", "never", 0.2)
 
             system.kill("teller")
@@ -133,6 +137,7 @@ def test_a_system_is_waited_for_steered_and_looked_at(folder: pytest.Pytester):
     ids=["no such file", "a misspelt argument"],
 )
 def test_what_cannot_be_launched_fails_the_test(folder: pytest.Pytester, launch: str, told: str):
+    folder.makeconftest(PATIENT)
     folder.makepyfile(
         f"def test_it(launched_system):\n    launched_system({launch}, probe=False)\n"
     )
@@ -147,18 +152,34 @@ def test_what_ros_knows_is_waited_for_and_asked(folder: pytest.Pytester):
     (folder.path / "talker.launch.py").write_text(TALKER, encoding="utf-8")
     folder.makepyfile(
         """
+        import contextlib
+        from launcher.smoke.probe_client import ProbeError
+
         def test_it(launched_system):
-            system = launched_system("talker.launch.py")
-            system.wait_for_node("/talker")
-            system.wait_for_topic("/said", "std_msgs/msg/String", publishers=1)
-            message = system.wait_for_message("/said", lambda m: m["data"] == "tick")
+            system = launched_system("talker.launch.py", timeout_s=5)
+
+            # A message or an answer is lost where the other side is not yet discovered.
+            def is_so(fact):
+                with contextlib.suppress(ProbeError):
+                    return fact()
+
+            def is_heard():
+                system.publish("/heard", "std_msgs/msg/String", {"data": "hello"})
+                return {"data": "heard hello"} in system.messages("/said")
+
+            def is_set():
+                system.set_parameter("/talker", "speed", 2)
+                return system.parameter("/talker", "speed") == 2.0
+
+            system.wait_for_node("/talker", 60)
+            system.wait_for_topic("/said", "std_msgs/msg/String", 60, publishers=1)
+            message = system.wait_for_message("/said", lambda m: m["data"] == "tick", 60)
             assert message.topic == "/said"
-            system.publish("/heard", "std_msgs/msg/String", {"data": "hello"})
-            system.wait_for_message("/said", lambda m: m["data"] == "heard hello")
+            system.wait_until(lambda: is_so(is_heard), "it hears and answers", 60)
             assert {"data": "tick"} in system.messages("/said")
-            assert system.call("/ask")["message"] == "here"
-            system.set_parameter("/talker", "speed", 2)
-            assert system.parameter("/talker", "speed") == 2.0
+            asked = lambda: system.call("/ask")["message"] == "here"
+            system.wait_until(lambda: is_so(asked), "the service answers", 60)
+            system.wait_until(lambda: is_so(is_set), "the parameter is set", 60)
             assert system.shutdown().returncode == 0
         """
     )
@@ -215,11 +236,12 @@ def test_a_misspelt_name_is_told_with_those_that_there_are(folder: pytest.Pytest
 
 @pytest.mark.thorough
 def test_a_launch_file_that_does_not_load_is_shown(folder: pytest.Pytester):
+    folder.makeconftest(PATIENT)
     (folder.path / "bad.launch.py").write_text("import nonsense\n", encoding="utf-8")
     folder.makepyfile(
         """
         def test_it(launched_system):
-            launched_system("bad.launch.py", probe=False).wait_for_log("*", "never", 5)
+            launched_system("bad.launch.py", probe=False).wait_for_log("*", "never", 60)
         """
     )
     result = folder.runpytest_subprocess("-q")

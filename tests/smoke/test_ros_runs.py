@@ -39,7 +39,7 @@ def test_a_killed_node_leaves_nothing_in_shared_memory(tmp_path: Path):
     bench.expect(
         """
         # The launcher looks once a second what a process has in shared memory.
-        scenario: [{after: ready, at: 2 s, do: kill talker, name: kill}]
+        scenario: [{after: ready, at: 10 s, do: kill talker, name: kill}]
         expect:
           - {name: there, node: /talker, within: 60 s}
           - {name: gone, node: /talker, absent: true, after: kill, within: 60 s}
@@ -71,9 +71,9 @@ def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
 def test_the_graph_is_drawn_even_if_nothing_of_it_is_expected(tmp_path: Path):
     bench = Bench(tmp_path)
     bench.launch_file = REPOSITORY / "launch" / "system.launch.py"
-    done = bench.smoke(
-        "--no-file", "--for=4", "--expect-log=monitor: Fleet report", "--clean-shared-memory"
-    )
+    bench.expect("{expect: [{log: Fleet report, process: monitor, within: 60 s}]}")
+    file = bench.folder / "tested.expect.yaml"
+    done = bench.smoke(f"--expect={file}", "--clean-shared-memory")
     assert done.returncode == 0, done.stdout
     assert '"/monitor"' in (bench.evidence / "graph.json").read_text("utf-8")
     assert is_drawn(bench.evidence / "graph.svg", "/fleet/status")

@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 
 from launcher.smoke.remains import processes_of
-from tests.smoke.bench import DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
+from tests.smoke.bench import BRIEF, DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
 from tests.support.waiting import wait_until
 
 NODE = "--expect-node=/nowhere=1s"
+UNTIL_DEAF = "{expect: [{log: deaf, within: 60 s}]}"
 
 
 def test_everything_met_is_zero_and_leaves_nothing(bench: Bench):
@@ -25,26 +26,26 @@ def test_everything_met_is_zero_and_leaves_nothing(bench: Bench):
 
 
 def test_an_expectation_that_is_not_met_is_three_and_explained(bench: Bench):
-    bench.write(PATIENT)
-    done = bench.smoke("--for=1", "--expect-log=patient: gone")
+    bench.write(BRIEF)
+    done = bench.smoke("--for=60", "--expect-log=brief: gone")
     assert done.returncode == 3
-    assert "expected: a line from patient with 'gone'" in done.stdout
-    assert "last lines of patient-1:" in done.stdout
-    assert "here I am" in done.stdout
+    assert "expected: a line from brief with 'gone'" in done.stdout
+    assert "last lines of brief-1:" in done.stdout
+    assert "here I was" in done.stdout
 
 
 @pytest.mark.thorough
 def test_a_death_that_nobody_expected_is_one(bench: Bench):
-    bench.write(PATIENT, SHORT)
-    done = bench.smoke("--for=1", "--expect-alive=patient")
+    bench.write(DONE, SHORT)
+    done = bench.smoke("--for=60", "--expect-log=done")
     assert done.returncode == 1
     assert "short-2 died at" in done.stdout
 
 
 @pytest.mark.thorough
 def test_an_expected_death_is_none(bench: Bench):
-    bench.write(PATIENT, SHORT)
-    done = bench.smoke("--for=1", "--expect-exit=short=3")
+    bench.write(DONE, SHORT)
+    done = bench.smoke("--for=60", "--expect-exit=short=3")
     assert done.returncode == 0, done.stdout
 
 
@@ -89,7 +90,7 @@ def test_a_launch_file_that_hangs_and_hears_no_signal(bench: Bench):
         "    time.sleep(1)\n",
         encoding="utf-8",
     )
-    done = bench.smoke("--ready-within=1")
+    done = bench.smoke("--ready-within=10")  # by then it ignores the signals
     assert done.returncode == 124
     assert "the launcher did not end and had to be killed" in done.stdout
 
@@ -97,7 +98,8 @@ def test_a_launch_file_that_hangs_and_hears_no_signal(bench: Bench):
 @pytest.mark.thorough
 def test_a_system_that_hangs_on_shutdown(bench: Bench):
     bench.write(DEAF)
-    done = bench.smoke("--for=1", "--max-shutdown=60", "--expect-log=deaf", *IMPATIENT)
+    bench.expect(UNTIL_DEAF)
+    done = bench.smoke("--max-shutdown=60", *IMPATIENT)
     assert done.returncode == 3
     assert "deaf-1 needed SIGKILL" in bench.judged("clean shutdown 60 s")["seen"]
 
@@ -105,7 +107,8 @@ def test_a_system_that_hangs_on_shutdown(bench: Bench):
 @pytest.mark.thorough
 def test_force_at_the_stop_is_told_even_if_nobody_asks(bench: Bench):
     bench.write(DEAF)
-    done = bench.smoke("--for=1", "--expect-log=deaf", *IMPATIENT)
+    bench.expect(UNTIL_DEAF)
+    done = bench.smoke(*IMPATIENT)
     assert done.returncode == 1
     assert re.search(
         r"^NOT MET +nothing is stopped by force +killed by force after .*: deaf-1",

@@ -39,15 +39,18 @@ def test_a_paused_process_says_nothing(bench: Bench):
     bench.expect(
         """
         scenario:
-          - {after: ready, at: 1 s, do: pause clock_1 for 2 s, name: nap}
+          - {after: ready, at: 1 s, do: pause clock_1, name: nap}
+          # What clock_1 had said before is read by now.
+          - {after: nap, at: 1 s, do: pause clock_2 for 0.5 s, name: doze}
+          - {after: doze, at: 2 s, do: resume clock_1, name: wake}
         expect:
-          - {name: quiet, log: tick 1, count: 0, after: nap, within: 0.5 to 1.5 s}
-          - {name: other, log: tick 2, after: nap, within: 60 s}
-          - {name: awake, log: tick 1, after: 'nap: over', within: 60 s}
+          - {name: quiet, log: tick 1, count: 0, after: doze, within: 1.5 s}
+          - {name: other, log: tick 2, after: 'doze: over', within: 60 s}
+          - {name: awake, log: tick 1, after: wake, within: 60 s}
         """
     )
     done = bench.smoke()
-    assert bench.outcomes()["other"] == bench.outcomes()["awake"] == "met", done.stdout
+    assert done.returncode == 0, done.stdout
 
 
 def test_a_step_waits_for_a_line_and_can_talk_to_a_process(bench: Bench):
@@ -81,9 +84,9 @@ def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
     bench.write(PATIENT, DONE)
     bench.expect(
         """
-        for: 2 s
+        for: 12 s
         scenario:
-          - {at: 1 s, do: kill done, name: wrong}
+          - {at: 10 s, do: kill done, name: wrong}
           - {after_log: never, do: stop patient, name: waiting}
         """
     )
@@ -96,11 +99,11 @@ def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
 @pytest.mark.thorough
 def test_chaos_does_the_same_with_the_same_seed(bench: Bench):
     bench.write(*TWO, CLOCK.format(3))
-    words = ("--for=2.5", "--chaos=restart one of clock_* every 500 ms", "--seed=7")
+    words = ("--for=10", "--chaos=restart one of clock_* every 2 s", "--seed=7")
     told = [bench.smoke(*words) for _ in range(2)]
     assert [done.returncode for done in told] == [0, 0], told[0].stdout
     # How many fit into the time depends on when the system was ready.
-    strokes = [re.findall(r"chaos (\d): restart (\S+)", done.stdout) for done in told]
+    strokes = [re.findall(r"chaos (\d+): restart ([\w-]+)", done.stdout) for done in told]
     common = min(map(len, strokes))
     assert common >= 3
     assert strokes[0][:common] == strokes[1][:common]
@@ -109,11 +112,11 @@ def test_chaos_does_the_same_with_the_same_seed(bench: Bench):
 @pytest.mark.thorough
 def test_restart_policies_act_on_what_chaos_kills(bench: Bench):
     bench.write(*TWO, DONE)
+    bench.expect("{expect: [{process: 'clock_*', restarts: '>= 1'}]}")
     done = bench.smoke(
-        "--for=2.5",
+        "--for=15",
         "--chaos=kill one of clock_* every 500 ms",
         "--restart=clock_*=always",
-        "--expect-alive=clock_*",
         "--expect-log=clock_1: tick",
     )
     assert done.returncode == 0, done.stdout

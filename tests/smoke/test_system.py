@@ -37,22 +37,22 @@ def system_of(folder: Path, *actions: str) -> System:
 
 def test_it_hears_lines_and_ends_of_processes(tmp_path: Path):
     with system_of(tmp_path, PATIENT, SHORT) as system:
-        line = system.wait_for_log("here I am", process="patient")
-        end = system.wait_for_exit("short")
+        line = system.wait_for_log("here I am", process="patient", within_s=60)
+        end = system.wait_for_exit("short", within_s=60)
     assert line.process == "patient-1"
     assert end.details["returncode"] == 3 and not end.details["asked"]
 
 
 def test_what_is_not_seen_is_an_error_with_the_last_lines(tmp_path: Path):
     with system_of(tmp_path, PATIENT) as system:
-        system.wait_for_log("here I am")
+        system.wait_for_log("here I am", within_s=60)
         with pytest.raises(NotSeenError, match=r"(?s)'nowhere'.*here I am"):
             system.wait_for_log("nowhere", within_s=0.2)
 
 
 def test_it_ends_everything_and_leaves_nothing(tmp_path: Path):
     with system_of(tmp_path, PATIENT) as system:
-        system.wait_for_log("here I am")
+        system.wait_for_log("here I am", within_s=60)
     ending = system.stop()
     assert ending.returncode == 0
     assert (ending.left_processes, ending.left_memory) == ((), ())
@@ -61,19 +61,19 @@ def test_it_ends_everything_and_leaves_nothing(tmp_path: Path):
 def test_a_signal_from_outside_is_an_unasked_death_and_a_stop_is_not(tmp_path: Path):
     other = 'sh("other", "echo there; exec sleep 1000"),'
     with system_of(tmp_path, PATIENT, other) as system:
-        system.wait_for_log("here I am")
-        system.wait_for_log("there")
+        system.wait_for_log("here I am", within_s=60)
+        system.wait_for_log("there", within_s=60)
         system.kill("patient")
-        killed = system.wait_for_exit("patient")
+        killed = system.wait_for_exit("patient", within_s=60)
         system.stop_process("other")
-        stopped = system.wait_for_exit("other")
+        stopped = system.wait_for_exit("other", within_s=60)
     assert killed.details["returncode"] == -9 and not killed.details["asked"]
     assert stopped.details["asked"]
 
 
 def test_a_run_that_is_over_at_once_has_told_everything(tmp_path: Path):
     with system_of(tmp_path, SHORT) as system:
-        system.wait_for(lambda facts: not system.is_alive, "the launcher ends")
+        system.wait_for(lambda facts: not system.is_alive, "the launcher ends", 60)
     facts = system.facts()
     assert [e.details["returncode"] for e in facts.of("ended")] == [3]
     assert [line.text for line in facts.lines if line.process == "short-1"] == ["last words"]
