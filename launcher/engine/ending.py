@@ -75,7 +75,10 @@ class Ending:
 
     def signalled(self, signum: int) -> None:
         """A signal asks us to stop; each further one not to wait."""
+        is_first = self._stop_signal is None
         self._stop_signal = self._stop_signal or signum
+        if signum == signal.SIGHUP and is_first and self.has_begun:
+            return  # the terminal was closed, and its closed output was noticed before
         name = signal.Signals(signum).name
         how = "ctrl-c (SIGINT)" if signum == signal.SIGINT else name
         if not self.has_begun:

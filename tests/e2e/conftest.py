@@ -6,9 +6,10 @@ import os
 import sys
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.domain_lease import leased_domain
@@ -16,6 +17,9 @@ from tests.support.terminal import Terminal, marked_processes
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 MARK = "LAUNCHER_TEST_MARK"
+# Nodes on a busy machine may take longer to end than they have as a rule.
+LONG = {"sigterm_timeout": 60, "sigkill_timeout": 60}
+PATIENT = [f"{name}:={value}" for name, value in LONG.items()]
 
 
 class World:
@@ -44,8 +48,8 @@ class World:
         return self._stack.enter_context(Terminal(command, env=there, cwd=cwd))
 
     def launcher(self, *words: str) -> Terminal:
-        """`python -m launcher WORDS` in a terminal of its own."""
-        return self.terminal(sys.executable, "-m", "launcher", *words)
+        """`python -m launcher WORDS` in a terminal of its own; it waits long for ends."""
+        return self.terminal(*self.command(*words, *PATIENT))
 
     def command(self, *words: str) -> Sequence[str]:
         """The same as a list, for subprocess."""
@@ -57,7 +61,8 @@ class World:
 
     def close(self) -> None:
         for process in marked_processes(MARK, self.mark).values():
-            process.kill()
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
 
 
 @pytest.fixture

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from tests.e2e.conftest import REPOSITORY, World
+from tests.e2e.conftest import PATIENT, REPOSITORY, World
 from tests.support.drill import drill
 from tests.support.glass import Glass
 
 
 def test_robot_2_is_killed_missed_started_and_back_from_the_console(world: World):
-    with Glass(world.command("system"), env=world.env, cwd=REPOSITORY, columns=140) as glass:
+    command = world.command("system", *PATIENT)
+    with Glass(command, env=world.env, cwd=REPOSITORY, columns=140) as glass:
         drill(glass)
         glass.enter("quit")
         assert glass.exit_code() == 0, glass.text

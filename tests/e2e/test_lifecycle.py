@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from launcher.pytest_plugin import Launch
+from tests.e2e.conftest import LONG
 
 NODE = """
 import rclpy
@@ -109,7 +110,7 @@ def test_a_lifecycle_node_is_configured_and_activated_by_events(
     file = tmp_path / "pump.launch.py"
     file.write_text(LAUNCH.replace("{python}", sys.executable).replace("{node}", str(node)))
 
-    system = launched_system(file)
+    system = launched_system(file, **LONG)
     system.wait_for_node("/pump")
     for process, text in (
         ("pump", "configuring"),
@@ -118,7 +119,7 @@ def test_a_lifecycle_node_is_configured_and_activated_by_events(
         ("launch", "pump is active"),
     ):
         system.wait_for_log("*" if process == "pump" else process, text)
-    ending = system.shutdown()
+    ending = system.system.stop(150.0)
     assert sum("pump is active" in line for line in system.logs("launch")) == 1
     assert (ending.returncode, ending.left_processes) == (0, ())
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.e2e.conftest import REPOSITORY, World
+from tests.e2e.conftest import PATIENT, REPOSITORY, World
 
 BUILD_S = 240.0
 
@@ -58,12 +59,8 @@ def test_colcon_builds_the_workspace_and_its_nodes_run(sources: Path, world: Wor
     assert node.exit_code() == 0
 
     # The workspace's launch file is found by package and file, as `ros2 launch` finds it.
-    started = world.terminal(
-        "sh",
-        "-c",
-        f". {setup} && exec {sys.executable} -m launcher group_gp1 system.launch.py",
-        cwd=workspace,
-    )
+    words = shlex.join(world.command("group_gp1", "system.launch.py", *PATIENT))
+    started = world.terminal("sh", "-c", f". {setup} && exec {words}", cwd=workspace)
     started.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")
     started.ctrl_c()
     assert started.exit_code() == 0
@@ -84,7 +81,7 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
 
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
-    fleet = world.terminal(python, "-m", "launcher", "system", cwd=elsewhere)
+    fleet = world.terminal(python, "-m", "launcher", "system", *PATIENT, cwd=elsewhere)
     fleet.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")
     fleet.wait_for("[robot_1]: Received task ")
     fleet.ctrl_c()

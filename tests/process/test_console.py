@@ -15,9 +15,7 @@ def test_a_process_is_killed_and_started_again_while_lines_flow(bench: Bench):
     glass.wait_for_prompt()
     glass.wait_for("robot_1-1] tick")
     glass.enter("kill robot_2")
-    glass.wait_for("> kill robot_2", "| robot_2-2 stopped in ")
-    told = [row for row in glass.scrolled if "stopped" in row and "robot_2-2" in row]
-    assert [row[:6] for row in told] == ["[INFO]", "| robo"]  # the answer below what happened
+    glass.wait_for("> kill robot_2", "| robot_2-2 stopped in ", "[robot_2-2]: process was stopped")
     glass.wait_until(lambda: "robot_2 stopped" in glass.text, "the bar tells")
     glass.enter("start robot_2")
     glass.wait_for("robot_2-2 started with pid ")
@@ -26,14 +24,24 @@ def test_a_process_is_killed_and_started_again_while_lines_flow(bench: Bench):
     assert glass.exit_code() == 0, glass.text
 
 
+def test_an_answer_stands_below_what_happened(bench: Bench):
+    glass = bench.glass('py("input()", name="one"), py("input()", name="other"),')
+    glass.wait_for_prompt()
+    glass.enter("kill one")
+    glass.wait_for("| one-1 stopped in ", "[one-1]: process was stopped")
+    told = [row[:6] for row in glass.scrolled if "stopped" in row and "one-1" in row]
+    assert told == ["[INFO]", "| one-"]
+    glass.ctrl_c()
+    glass.exit_code()
+
+
 def test_the_terminal_is_as_it_was_after_the_end_and_the_footer_is_gone(bench: Bench):
     glass = bench.glass(TICKS)
-    before = glass.settings()
     glass.wait_for_prompt()
-    assert glass.settings() != before
+    assert glass.settings() != glass.untouched
     glass.enter("quit")
     assert glass.exit_code() == 0
-    assert glass.settings() == before
+    assert glass.settings() == glass.untouched
     assert not glass.cursor_is_hidden
     assert glass.prompt_row == -1 or glass.rows[glass.prompt_row] == "> quit"
     assert "Ctrl-C stops the run" not in glass.text

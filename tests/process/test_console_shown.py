@@ -16,6 +16,7 @@ def test_top_is_live_above_the_prompt_until_a_key_is_pressed(bench: Bench):
     glass.enter("top")
     glass.wait_until(lambda: "any other key ends this" in glass.text, "the table's footer")
     glass.wait_until(lambda: "robot_2-2  running" in glass.text, "the table")
+    glass.wait_until(lambda: "monitor-3  running" in glass.text, "its row")
     table = next(row for row in glass.rows if row.startswith("monitor-3 "))
     glass.wait_until(
         lambda: table not in glass.rows and "monitor-3  running" in glass.text, "other figures"
@@ -37,6 +38,7 @@ def test_ctrl_c_ends_what_is_watched_and_not_the_run(bench: Bench):
         glass.wait_until(lambda: "key ends this" in glass.text, verb)
         glass.ctrl_c()
         glass.wait_until(lambda: "key ends this" not in glass.text, f"the end of {verb}")
+        glass.wait_until(lambda: glass.below_prompt(2).startswith("help |"), "the bar again")
     glass.enter("info monitor")
     glass.wait_for("| state        running")
     glass.ctrl_c()
@@ -84,6 +86,7 @@ RUDE = """
 def test_old_lines_cannot_steer_the_terminal(bench: Bench):
     glass = bench.glass(RUDE)
     glass.wait_for_prompt()
+    glass.wait_for("red")
     glass.enter("logs rude")
     glass.wait_for("> logs rude")
     glass.wait_until(lambda: glass.text.count("red") == 2, "the line again")
@@ -122,6 +125,7 @@ PATIENT = """
 def test_a_question_stays_above_the_prompt_while_others_write_until_it_is_answered(bench: Bench):
     glass = bench.glass(PATIENT)
     glass.wait_for_prompt()
+    glass.wait_for("[asker-1] Name?")
     glass.enter("restart asker")  # asked while the console is there
     for word in ("one", "two"):
         glass.enter(f"send parrot {word}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import socket
 import stat
@@ -284,9 +285,10 @@ def test_what_changes_something_finds_no_run_in_another_folder_by_itself(run: St
     assert run.socket
     with tempfile.TemporaryDirectory(prefix="session-") as session:
         # For this shell, the run is in the folder that is looked at second.
-        near = run.socket.parent
         beside = Path(run.env["TMPDIR"]) / f"ros-launcher-{os.getuid()}"
-        near.rename(beside)
+        path = run.socket
+        beside.mkdir(mode=0o700)
+        os.link(path, beside / path.name)  # its own is left: it would be made anew
         run.env["XDG_RUNTIME_DIR"] = session
         looked = launcher(run.env, "ps", "--json")
         assert json.loads(looked.out)["processes"][0]["name"] == "cat-1"
@@ -301,8 +303,8 @@ def test_what_changes_something_finds_no_run_in_another_folder_by_itself(run: St
 def test_a_socket_that_was_removed_is_made_again_and_that_is_said_once(run: Steered):
     for _ in range(2):
         path = run.socket
-        path.unlink()
-        path.parent.rmdir()
+        # In one step: it is made again as soon as it is missed.
+        shutil.rmtree(path.parent.rename(path.parent.with_name("gone")))
         wait_until(path.exists, "the socket made again")
         assert run.row("cat")["state"] == "RUNNING"
     assert run.screen.count("was removed and is made again") == 1

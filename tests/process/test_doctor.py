@@ -108,15 +108,18 @@ LEFT = 'sh("echo ready; sleep 100; :"), sh("trap \'\' INT; sleep 100; :")'
 
 
 def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(bench: Bench):
-    launcher = bench.terminal(LEFT)
+    launcher = bench.terminal(LEFT, "--no-console")
     launcher.wait_for("ready")
+    wait_until(
+        lambda: sum(one.startswith("sleep 100 ") for one in bench.survivors()) == 2, "both sleep"
+    )
     watchdog = wait_for_watchdog(launcher.pid)
     watchdog.suspend()
     launcher.kill()
     watchdog.kill()
     wait_until(lambda: not psutil.pid_exists(watchdog.pid), "the watchdog is gone")
+    wait_until(lambda: len(bench.survivors()) == 4, "two shells, and what they run")
     left = bench.survivors()
-    assert len(left) == 4  # two shells, and what they run
     _, found, _ = doctor()
     assert found["leftover processes"]["level"] == "problem"
     assert bench.survivors() == left

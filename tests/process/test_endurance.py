@@ -16,7 +16,7 @@ from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
 
-PATIENCE_S = 60.0
+PATIENCE_S = 300.0  # tens of megabytes, perhaps on a busy machine
 MB = 1024 * 1024
 
 
@@ -99,7 +99,7 @@ def test_500_restarts_leave_no_descriptor_behind(bench: Bench):
     before = launcher.num_fds()
     (bench.folder / "go-10").touch()
     _read_until(process, b"resting 510")
-    wait_until(lambda: launcher.num_fds() == before, "as many descriptors as before")
+    wait_until(lambda: launcher.num_fds() <= before, "no more descriptors than before")
     assert _stop(process) == 0
 
 
@@ -125,7 +125,9 @@ def test_an_output_that_nobody_reads_for_10_s_costs_no_memory_and_no_line(bench:
 
 def test_two_runs_of_one_launch_file_do_not_touch_each_other(bench: Bench):
     actions = 'sh("echo I am $$; exec sleep 1000")'
-    runs = [bench.start(actions), bench.start(actions)]
+    command = bench.command(actions)  # once: the first run may read while it is written
+    pipe = subprocess.PIPE
+    runs = [subprocess.Popen(command, env=bench.env, stdout=pipe, stderr=pipe) for _ in range(2)]
     said = [_read_until(run, b"I am ") for run in runs]
     children = [psutil.Process(int(line.split()[-1])) for line in said]
     assert _stop(runs[0]) == 0

@@ -25,10 +25,11 @@ def test_the_launcher_has_one_thread_and_each_child_a_session_and_group_of_its_o
     sleeper = 'sh("echo ready; exec sleep 1000")'
     terminal = bench.terminal(f"{sleeper}, {sleeper}", "--no-console")
     terminal.wait_for("ready")
-    wait_until(lambda: sum("sleep 1000" in line for line in bench.survivors()) == 2, "both sleep")
+    wait_until(lambda: sum(x.startswith("sleep 1000") for x in bench.survivors()) == 2, "both")
     launcher_process = psutil.Process(terminal.pid)
     assert launcher_process.num_threads() == 1
     sleeps = [p for p in launcher_process.children() if p.name() == "sleep"]
+    assert len(sleeps) == 2
     assert all(os.getsid(p.pid) == os.getpgid(p.pid) == p.pid for p in sleeps)
 
 
@@ -60,8 +61,8 @@ def test_no_deadline_of_the_engine_is_made_of_the_wall_clock():
 def test_a_clean_stop_by_a_signal_is_0_and_143_where_something_had_to_be_killed(bench, signum):
     ready = 'sh("echo ready; exec sleep 1000")'
     deaf = "sh(\"trap '' INT TERM; echo ready; while :; do sleep 0.1; done\")"
-    for actions, code in [(ready, 0), (deaf, 143)]:
-        terminal = bench.terminal(actions, "--stop", "*=int:0.1,term:0.1")
+    for actions, stop, code in [(ready, "int:600", 0), (deaf, "int:0.1,term:0.1", 143)]:
+        terminal = bench.terminal(actions, "--stop", f"*={stop}")
         terminal.wait_for("ready")
         terminal.signal(signum)
         assert terminal.exit_code() == code
@@ -83,7 +84,7 @@ for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
     signal.signal(signum, signal.SIG_IGN)
 os.close(1), os.close(2)
 log = os.open("hops", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-until = time.monotonic() + 60
+until = time.monotonic() + 180  # longer than any test waits for its end
 while time.monotonic() < until:
     if os.fork():
         os._exit(0)
@@ -250,11 +251,14 @@ def test_bytes_that_are_no_text_arrive_unharmed_and_a_progress_bar_as_it_ended(b
 
 SLOW_TRACEBACK = """
 import sys, time
-lines = ["Traceback (most recent call last):", "  File 'x', line 1", "    f()", "ValueError: no"]
+lines = ["Traceback (most recent call last):", "  File 'x', line 1", "    f()"]
 for _ in range(20):
+    begun_s = time.monotonic()
     for line in lines:
         print(line, file=sys.stderr, flush=True)
         time.sleep(0.003)
+    print("ValueError: after", time.monotonic() - begun_s, file=sys.stderr, flush=True)
+    time.sleep(0.003)
 """
 
 
@@ -265,8 +269,11 @@ def test_a_traceback_that_comes_slowly_is_not_torn_by_the_lines_of_others(bench:
     done = bench.run(f'{slow}, sh("{FLOOD}")', "--required", "python-1")
     lines = done.stdout.decode().splitlines()
     starts = [n for n, line in enumerate(lines) if line.startswith("[python-1] Traceback")]
-    assert len(starts) == 20
-    assert all(line.startswith("[python-1] ") for n in starts for line in lines[n : n + 4])
+    took = [line.rpartition(" ")[2] for line in lines if "[python-1] ValueError: after" in line]
+    assert len(starts) == len(took) == 20
+    # One that was held up itself, for a second, does not count as slow but as silent.
+    slow = [n for n, seconds in zip(starts, took, strict=True) if float(seconds) < 0.5]
+    assert all(line.startswith("[python-1] ") for n in slow for line in lines[n : n + 4])
 
 
 @pytest.mark.thorough
@@ -299,9 +306,10 @@ def test_a_flood_does_not_hold_up_a_stop(bench: Bench):
     for _ in range(1000):
         process.stdout.readline()
     process.terminate()
-    output, _ = process.communicate(timeout=60)
+    process.communicate(timeout=60)
     assert process.returncode == 0
-    assert output.count(b"sending signal 'SIGINT'") == 6
+    log = (bench.folder / "log/latest/launch.log").read_bytes()
+    assert log.count(b"sending signal 'SIGINT'") == 6
     assert bench.survivors() == []
 
 

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from tests.process.conftest import Bench
+from tests.support.waiting import wait_until
 
 
 def test_a_restart_policy_from_the_command_line_restarts_until_its_budget_is_used_up(bench: Bench):
@@ -58,15 +59,19 @@ def test_a_broken_launch_file_leaves_no_run_folder(bench: Bench):
 
 @pytest.mark.thorough
 def test_a_process_over_its_budget_is_restarted(bench: Bench):
-    done = bench.run(
+    run = bench.start(
         'py("import os, time; files = [os.dup(0) for _ in range(200)]; time.sleep(60)")',
         "--budget",
         "python:fds=100,for=0,action=restart",
-        "--timeout",
-        "4",
     )
-    assert b"[WARNING] [python-1]: python-1 uses 20" in done.stdout
-    assert done.stdout.count(b"process started with pid") >= 2
+    assert run.stdout is not None
+    seen = b""
+    while seen.count(b"process started with pid") < 2 and (line := run.stdout.readline()):
+        seen += line
+    run.terminate()
+    run.communicate(timeout=60)
+    assert b"[WARNING] [python-1]: python-1 uses 20" in seen
+    assert seen.count(b"process started with pid") == 2
 
 
 @pytest.mark.thorough
@@ -89,8 +94,12 @@ def test_a_budget_that_cannot_be_read_is_refused_before_anything_starts(bench: B
 
 @pytest.mark.thorough
 def test_what_processes_use_is_in_the_journal(bench: Bench):
-    bench.run('sh("exec sleep 2.5")')
-    lines = (bench.folder / "log/latest/events.jsonl").read_text().splitlines()
+    run = bench.start('sh("exec sleep 1000")')
+    journal = bench.folder / "log/latest/events.jsonl"
+    wait_until(lambda: journal.exists() and '"resources"' in journal.read_text(), "a sample")
+    run.terminate()
+    run.communicate(timeout=60)
+    lines = journal.read_text().splitlines()
     samples = [json.loads(line) for line in lines if '"resources"' in line]
     assert samples[0]["processes"]["sh-1"]["processes"] == 1
     assert samples[0]["processes"]["sh-1"]["rss_bytes"] > 0
@@ -112,7 +121,8 @@ def test_a_name_that_fits_nobody_is_said_at_the_start_and_at_the_end(bench: Benc
     file.write_text("# mine\nslep:\n  memory: 1M\n  nice: 1\nsl*: {fds: 99}\n")
     words = ["--restart", "slept=always", "--budget", "nosuch:memory=1M", "--nice", "sl*=1"]
     words += ["--budgets", str(file)]
-    done = bench.run('sh("sleep 0.5", name="sleep")', *words)
+    until_said = 'until grep -q \\"so far\\" $ROS_LOG_DIR/launch.log; do sleep 0.05; done'
+    done = bench.run(f'sh("{until_said}", name="sleep")', *words)
     text = done.stderr.decode() + done.stdout.decode()
     assert done.returncode == 0
     for when in ("so far", "of the whole run"):

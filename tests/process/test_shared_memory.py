@@ -28,8 +28,8 @@ node = rclpy.create_node("n")
 node.create_publisher(__import__("std_msgs.msg").msg.String, "t", 1)
 if "fork" in sys.argv and os.fork() == 0:
     __import__("signal").pause()
-print(f"ready {os.getpid()}", flush=True)
 try:
+    print(f"ready {os.getpid()}", flush=True)
     rclpy.spin(node)
 except KeyboardInterrupt:
     node.destroy_node()

@@ -166,9 +166,9 @@ def _stopped(bench: Bench) -> int:
 def test_a_launcher_that_was_started_in_the_background_obeys_sigint(bench: Bench):
     # A script's shell ignores SIGINT for what it starts with `&`, and children inherit that.
     words = shlex.join(bench.command('sh("echo ready; exec sleep 1000")'))
-    script = f"{words} & echo launcher $!; wait $!; echo exit code $?"
+    script = f"{words} & echo launcher $! is there; wait $!; echo exit code $?"
     with Terminal(["sh", "-c", script], env=bench.env) as shell:
-        shell.wait_for("ready")
+        shell.wait_for_all("ready", " is there")
         os.kill(int(re.findall(r"launcher (\d+)", shell.text)[0]), signal.SIGINT)
         shell.wait_for("exit code 0")
     assert bench.survivors() == []
@@ -184,8 +184,27 @@ def test_a_reader_that_goes_away_ends_the_run_in_order_and_without_a_word(bench:
     assert bench.survivors() == []
 
 
+def test_a_closed_terminal_that_is_noticed_by_its_output_first_is_no_second_interrupt(
+    bench: Bench,
+):
+    log, asked, done = (bench.folder / name for name in ("log/latest/launch.log", "asked", "done"))
+    script = (
+        f"trap 'touch {asked}' INT; echo ready; until [ -e {done} ]; do echo .; sleep 0.1; done"
+    )
+    process = bench.start(f'sh("{script}", sigterm_timeout="600")')
+    assert process.stdout is not None
+    assert any(b"ready" in line for line in process.stdout)
+    process.stdout.close()
+    wait_until(asked.exists, "the run is being stopped")
+    process.send_signal(signal.SIGHUP)
+    wait_until(lambda: "still waiting for" in log.read_text(), "it goes on with the stop")
+    assert "not waiting any longer" not in log.read_text()
+    done.touch()
+    assert process.wait(60) == 0
+
+
 def test_on_exit_shutdown_takes_the_system_down_with_the_required_process(bench: Bench):
-    done = bench.run('sh("exit 4", on_exit=Shutdown()), sh("sleep 1000")')
+    done = bench.run('sh("exit 4", on_exit=Shutdown()), sh("exec sleep 1000")')
     assert done.returncode == 1
     assert b"process has died [pid" in done.stdout
     assert bench.survivors() == []

@@ -11,6 +11,7 @@ RECOVERY = "robot_2 is reporting"
 def drill(glass: Glass) -> None:
     """Kill robot_2 in the console, see that the monitor notices, start it, see it recover."""
     glass.wait_for("[robot_2]: Received task ", "[robot_3]: Received task ", patience_s=90.0)
+    glass.wait_for(RECOVERY)  # whom the monitor has never heard, it does not miss
     glass.wait_for_prompt()
     glass.enter("solo monitor")
     glass.wait_for("monitor-2 is shown alone")

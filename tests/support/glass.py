@@ -12,12 +12,21 @@ from pathlib import Path
 from typing import Any
 
 import pyte
-from ptyprocess import PtyProcess
+from ptyprocess import PtyProcess, PtyProcessError
 
 PATIENCE_S = 60.0
 READ_BYTES = 64 * 1024
 SLOW_READ_BYTES = 4096
 HISTORY_LINES = 50_000
+
+
+def _settings_of_a_new_terminal() -> list[Any]:
+    ours, theirs = os.openpty()
+    try:
+        return termios.tcgetattr(ours)
+    finally:
+        os.close(ours)
+        os.close(theirs)
 
 
 class Glass:
@@ -39,6 +48,7 @@ class Glass:
             dimensions=(rows, columns),
         )
         self._fd = self._process.fd
+        self.untouched = _settings_of_a_new_terminal()  # ours may have been changed by now
         self._screen = pyte.HistoryScreen(columns, rows, history=HISTORY_LINES, ratio=1)
         self._stream = pyte.ByteStream(self._screen)
         self.raw = b""
@@ -50,7 +60,10 @@ class Glass:
         return self
 
     def __exit__(self, *exc: object) -> None:
-        self._process.close(force=True)
+        try:
+            self._process.close(force=True)
+        except PtyProcessError:  # it was still there 0.1 s after SIGKILL
+            self._process.wait()
 
     @property
     def pid(self) -> int:

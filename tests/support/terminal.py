@@ -36,7 +36,10 @@ class Terminal:
         return self
 
     def __exit__(self, *exc: object) -> None:
-        self._child.close(force=True)
+        try:
+            self._child.close(force=True)
+        except pexpect.ExceptionPexpect:  # it was still there 0.1 s after SIGKILL
+            self._child.wait()
 
     @property
     def pid(self) -> int:
