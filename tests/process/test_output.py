@@ -133,7 +133,8 @@ def test_nothing_but_colour_steers_the_terminal_not_even_in_the_rest_of_a_prompt
         "sleep 0.3",
         "echo b",
     ]
-    terminal = bench.terminal(f'sh("{"; ".join(steps)}")'.replace("\\", "\\\\"))
+    actions = f'sh("{"; ".join(steps)}")'.replace("\\", "\\\\")
+    terminal = bench.terminal(actions, "--no-console")  # which has codes of its own
     assert terminal.exit_code() == 0
     assert "[sh-1] name? bob\n" in terminal.text
     assert not re.search("\x1b\\]|\x1b\\[2J|\x1b\\[8m|[\x07\x05\x7f\x9b\ufffd]", terminal.raw)

@@ -20,7 +20,8 @@ from group_gp1.messages import (
     report_text,
 )
 
-NAMES = st.text(min_size=1, max_size=40).filter(str.isprintable)
+PRINTABLE = st.characters(exclude_categories=("C", "Z"), include_characters=" ")
+NAMES = st.text(PRINTABLE, min_size=1, max_size=40)
 ASSIGNMENTS = st.builds(
     TaskAssignment, robot_id=NAMES, task=NAMES, task_id=st.one_of(st.none(), NAMES)
 )
