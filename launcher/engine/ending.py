@@ -55,6 +55,7 @@ class Ending:
         self._on_stop = on_stop
         self._on_empty = on_empty
         self._stop_signal: int | None = None
+        self._is_output_closed = False
         self._remnants: Remnants | None = None
         self._hurries = 0  # what is left behind has not heard of them
         self.has_begun = False
@@ -77,8 +78,8 @@ class Ending:
         """A signal asks us to stop; each further one not to wait."""
         is_first = self._stop_signal is None
         self._stop_signal = self._stop_signal or signum
-        if signum == signal.SIGHUP and is_first and self.has_begun:
-            return  # the terminal was closed, and its closed output was noticed before
+        if signum == signal.SIGHUP and is_first and self.has_begun and self._is_output_closed:
+            return  # a closed terminal, whose closed output was noticed first
         name = signal.Signals(signum).name
         how = "ctrl-c (SIGINT)" if signum == signal.SIGINT else name
         if not self.has_begun:
@@ -94,6 +95,12 @@ class Ending:
         self._hurries += 1
         if self._remnants is not None:
             self._remnants.hurry()
+
+    def output_closed(self) -> None:
+        """Nobody reads our output any more. If a terminal was closed, a SIGHUP tells it, too."""
+        self._is_output_closed = True
+        # Not at once: it may be found out in the middle of reporting on a process.
+        self.stop_soon("nobody reads our output any more")
 
     def stop_soon(self, reason: str) -> None:
         """Stop everything, but not in the middle of what is going on now."""

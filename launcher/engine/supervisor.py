@@ -126,8 +126,7 @@ class Supervisor:
             on_empty=self._close_agent,
         )
         screen.on_pressure = lambda pressed: self._relay.pause(pressed, self._processes.values())
-        # Not at once: it may be found out in the middle of reporting on a process.
-        screen.on_closed = lambda: self._ending.stop_soon("nobody reads our output any more")
+        screen.on_closed = self._ending.output_closed
 
     def _budget_judge(self) -> Judge | None:
         """At once, since a budget that cannot be read ends a run before it begins; UsageError."""
