@@ -18,8 +18,8 @@ from tests.support.terminal import Terminal, marked_processes
 REPOSITORY = Path(__file__).resolve().parents[2]
 MARK = "LAUNCHER_TEST_MARK"
 # Nodes on a busy machine may take longer to end than they have as a rule.
-LONG = {"sigterm_timeout": 60, "sigkill_timeout": 60}
-PATIENT = [f"{name}:={value}" for name, value in LONG.items()]
+LONG_STOP = {"sigterm_timeout": 60, "sigkill_timeout": 60}
+LONG_STOP_WORDS = [f"{name}:={value}" for name, value in LONG_STOP.items()]
 
 
 class World:
@@ -49,7 +49,7 @@ class World:
 
     def launcher(self, *words: str) -> Terminal:
         """`python -m launcher WORDS` in a terminal of its own; it waits long for ends."""
-        return self.terminal(*self.command(*words, *PATIENT))
+        return self.terminal(*self.command(*words, *LONG_STOP_WORDS))
 
     def command(self, *words: str) -> Sequence[str]:
         """The same as a list, for subprocess."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from tests.e2e.conftest import PATIENT, REPOSITORY, World
+from tests.e2e.conftest import LONG_STOP_WORDS, REPOSITORY, World
 from tests.support.drill import drill
 from tests.support.glass import Glass
 
 
 def test_robot_2_is_killed_missed_started_and_back_from_the_console(world: World):
-    command = world.command("system", *PATIENT)
+    command = world.command("system", *LONG_STOP_WORDS)
     with Glass(command, env=world.env, cwd=REPOSITORY, columns=140) as glass:
         drill(glass)
         glass.enter("quit")

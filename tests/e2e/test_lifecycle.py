@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from launcher.pytest_plugin import Launch
-from tests.e2e.conftest import LONG
+from tests.e2e.conftest import LONG_STOP
 
 NODE = """
 import rclpy
@@ -110,7 +110,7 @@ def test_a_lifecycle_node_is_configured_and_activated_by_events(
     file = tmp_path / "pump.launch.py"
     file.write_text(LAUNCH.replace("{python}", sys.executable).replace("{node}", str(node)))
 
-    system = launched_system(file, **LONG)
+    system = launched_system(file, **LONG_STOP)
     system.wait_for_node("/pump")
     for process, text in (
         ("pump", "configuring"),

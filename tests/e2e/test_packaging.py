@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.e2e.conftest import PATIENT, REPOSITORY, World
+from tests.e2e.conftest import LONG_STOP_WORDS, REPOSITORY, World
 
 BUILD_S = 240.0
 
@@ -59,7 +59,7 @@ def test_colcon_builds_the_workspace_and_its_nodes_run(sources: Path, world: Wor
     assert node.exit_code() == 0
 
     # The workspace's launch file is found by package and file, as `ros2 launch` finds it.
-    words = shlex.join(world.command("group_gp1", "system.launch.py", *PATIENT))
+    words = shlex.join(world.command("group_gp1", "system.launch.py", *LONG_STOP_WORDS))
     started = world.terminal("sh", "-c", f". {setup} && exec {words}", cwd=workspace)
     started.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")
     started.ctrl_c()
@@ -81,7 +81,7 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
 
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
-    fleet = world.terminal(python, "-m", "launcher", "system", *PATIENT, cwd=elsewhere)
+    fleet = world.terminal(python, "-m", "launcher", "system", *LONG_STOP_WORDS, cwd=elsewhere)
     fleet.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")
     fleet.wait_for("[robot_1]: Received task ")
     fleet.ctrl_c()

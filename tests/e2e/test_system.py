@@ -11,7 +11,7 @@ import pytest
 
 from launcher.engine.shared_memory import FOLDER, held
 from launcher.pytest_plugin import Launch
-from tests.e2e.conftest import LONG, MARK, PATIENT, REPOSITORY, World
+from tests.e2e.conftest import LONG_STOP, LONG_STOP_WORDS, MARK, REPOSITORY, World
 from tests.support.terminal import marked_processes
 from tests.support.waiting import wait_until
 
@@ -69,7 +69,7 @@ def test_every_line_of_a_node_is_whole_and_behind_its_prefix(world: World):
 def test_robot_2_is_left_out_on_request_and_can_join_from_a_second_terminal(
     world: World, launched_system: Launch
 ):
-    fleet = launched_system("system", start_robot_2=False, **LONG)
+    fleet = launched_system("system", start_robot_2=False, **LONG_STOP)
     fleet.wait_for_log("monitor", "robot_2 has not reported in 5.0 s")
     assert fleet.logs("robot_2") == []
 
@@ -121,7 +121,7 @@ def test_a_killed_launcher_leaves_no_process_behind(world: World):
 
 
 def test_make_run_ends_with_exit_code_0_on_ctrl_c(world: World):
-    terminal = world.terminal("make", "run", f"ARGS=enable_debug:=true {' '.join(PATIENT)}")
+    terminal = world.terminal("make", "run", f"ARGS=enable_debug:=true {' '.join(LONG_STOP_WORDS)}")
     terminal.wait_for_all("[debug_logger]: /fleet/tasks: ", patience_s=120.0)
     terminal.ctrl_c()
     assert terminal.exit_code() == 0, terminal.text
@@ -148,7 +148,7 @@ def test_sigterm_to_make_run_without_a_terminal_ends_the_fleet(world: World):
 @pytest.mark.thorough
 def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
     shell = world.terminal("bash", "--norc", "-i")
-    shell.type(f"PS1='$ '; make run ARGS='{' '.join(PATIENT)}'\n")
+    shell.type(f"PS1='$ '; make run ARGS='{' '.join(LONG_STOP_WORDS)}'\n")
     shell.wait_for("[robot_1]: Received task")
     shell.type("\x1a")
     shell.wait_for("Stopped")
@@ -165,7 +165,7 @@ def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
 @pytest.mark.alone  # what `doctor --fix` of another test frees, the launcher cannot
 @pytest.mark.thorough
 def test_a_killed_node_is_told_and_its_shared_memory_freed(launched_system: Launch):
-    fleet = launched_system("system", probe=False, **LONG)
+    fleet = launched_system("system", probe=False, **LONG_STOP)
     fleet.wait_for_log("robot_1", "Task ")
     # The launcher looks once a second what its processes hold; robot_3 comes later than that.
     fleet.wait_for_log("robot_3", "Received task ")

@@ -160,8 +160,12 @@ def test_stopped_again_and_again_under_floods_it_shows_and_files_every_line_whol
     actions = f"*[ExecuteProcess(cmd={command}, {options}) for n in range({CHILDREN})]"
     with screen.open("wb") as file:
         launcher = psutil.Popen(bench.command(actions), env=bench.env, stdout=file)
-    lines = [f"[c{n}-{n + 1}] c{n} line " for n in range(CHILDREN)]
-    wait_until(lambda: all(line in screen.read_text() for line in lines), "lines of each")
+
+    def all_are_shown() -> bool:
+        shown = screen.read_text()
+        return all(f"[c{n}-{n + 1}] c{n} line " in shown for n in range(CHILDREN))
+
+    wait_until(all_are_shown, "lines of each")
     for _ in range(STOPS):
         before = screen.stat().st_size
         wait_until(lambda before=before: screen.stat().st_size > before + 100_000, "much is shown")

@@ -72,9 +72,8 @@ except (KeyboardInterrupt, ExternalShutdownException):
 talker.destroy_node()
 """
 
-
 # A busy machine takes longer than 2 s to refuse a launch file.
-PATIENT = "import launcher.pytest_plugin\nlauncher.pytest_plugin.REFUSAL_S = 60\n"
+LATE_REFUSAL = "import launcher.pytest_plugin\nlauncher.pytest_plugin.REFUSAL_S = 60\n"
 
 
 @pytest.fixture
@@ -137,7 +136,7 @@ def test_a_system_is_waited_for_steered_and_looked_at(folder: pytest.Pytester):
     ids=["no such file", "a misspelt argument"],
 )
 def test_what_cannot_be_launched_fails_the_test(folder: pytest.Pytester, launch: str, told: str):
-    folder.makeconftest(PATIENT)
+    folder.makeconftest(LATE_REFUSAL)
     folder.makepyfile(
         f"def test_it(launched_system):\n    launched_system({launch}, probe=False)\n"
     )
@@ -236,7 +235,7 @@ def test_a_misspelt_name_is_told_with_those_that_there_are(folder: pytest.Pytest
 
 @pytest.mark.thorough
 def test_a_launch_file_that_does_not_load_is_shown(folder: pytest.Pytester):
-    folder.makeconftest(PATIENT)
+    folder.makeconftest(LATE_REFUSAL)
     (folder.path / "bad.launch.py").write_text("import nonsense\n", encoding="utf-8")
     folder.makepyfile(
         """
