@@ -15,7 +15,12 @@ They are raised anywhere and shown in exactly one place, `launcher.cli.main`.
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+
+from launcher.text import escape, suggest
+
+# Old names, until each room imports those of `launcher.text`.
+nearest, printable = suggest, escape
 
 
 class ExitCode(enum.IntEnum):
@@ -86,30 +91,7 @@ class LauncherError(Exception):
                 lines.append("    " + " " * (self.column - 1) + "^")
         if self.hint:
             lines.append(f"hint: {self.hint}")
-        return printable("\n".join(lines))
-
-
-# Of `difflib`'s measure: `kil` is near `kill` (0.86), `bogus` is not near `logs` (0.67).
-NEAR = 0.7
-
-
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """What was probably meant by a word that is not known; None if nothing is like it."""
-    import difflib  # only mistakes pay for it
-
-    words = list(known)
-    mixed_up = (one for one in words if sorted(one) == sorted(word))  # `cta` for `cat`
-    near = difflib.get_close_matches(word, words, n=1, cutoff=NEAR)
-    return near[0] if near else next(mixed_up, None)
-
-
-def printable(text: str) -> str:
-    """The text with control characters as escapes, so that it cannot steer the terminal."""
-    if text.isprintable():
-        return text
-    return "".join(
-        c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text
-    )
+        return escape("\n".join(lines))
 
 
 class SeveralErrors(LauncherError):

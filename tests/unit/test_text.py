@@ -1,0 +1,59 @@
+"""Suggestions, counts and filters of control characters."""
+
+from __future__ import annotations
+
+import pytest
+
+from launcher import text
+
+VERBS = ["kill", "logs", "restart", "cat"]
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("kil", "kill"),
+        ("restrat", "restart"),
+        ("cta", "cat"),
+        ("bogus", None),
+        ("", None),
+    ],
+)
+def test_only_a_similar_word_is_suggested(word: str, expected: str | None):
+    assert text.suggest(word, iter(VERBS)) == expected
+
+
+def test_the_question_names_the_word():
+    assert text.did_you_mean("kil", VERBS) == "did you mean 'kill'?"
+    assert text.did_you_mean("bogus", VERBS) is None
+
+
+@pytest.mark.parametrize(
+    ("number", "noun", "expected"),
+    [
+        (1, "process", "1 process"),
+        (0, "process", "0 processes"),
+        (2, "node", "2 nodes"),
+    ],
+)
+def test_a_noun_agrees_with_its_number(number: int, noun: str, expected: str):
+    assert text.count(number, noun) == expected
+
+
+def test_what_is_not_printable_is_escaped():
+    assert text.escape("a\x1b[2Jb\n\tc\u202e\udc80") == "a\\x1b[2Jb\n\tc\\u202e\\udc80"
+    assert text.escape("a\nb", keep="") == "a\\nb"
+
+
+def test_control_characters_alone_are_escaped():
+    assert (
+        text.escape_controls("a\x1b[2J\r\x9b\n\tä漢\u3000🤖")
+        == "a\\x1b[2J\\x0d\\x9b\n\tä漢\u3000🤖"
+    )
+
+
+def test_colours_survive_where_other_controls_are_dropped():
+    assert (
+        text.drop_controls("\x1b[1;31mred\x1b[0m\x1b[2J\a\x9b\n\tx")
+        == "\x1b[1;31mred\x1b[0m[2J\n\tx"
+    )
