@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import heapq
-import importlib
 import math
 import signal
 import sys
@@ -120,14 +119,6 @@ def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
         if description is not None:
             _evaluate(plan, description, arguments)
     return plan
-
-
-def plan_document(path: str, arguments: Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """The canonical document of the plan, ready for `json.dumps`."""
-    # Renderings know the plan, not the reverse; this one is looked up for those who want it.
-    rendering: Any = importlib.import_module("launcher.render.plan_json")
-    document: dict[str, Any] = rendering.document(make_plan(path, arguments))
-    return document
 
 
 def _load(plan: Plan) -> LaunchDescription | None:

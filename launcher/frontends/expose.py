@@ -18,7 +18,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.frontends.parser import Parser
     from launcher.language.action import Action
 
     _ParseMethod = Callable[..., Any]
@@ -36,7 +35,7 @@ _ROS_1_TAGS = {
 }
 
 
-def instantiate_action(entity: Entity, parser: Parser) -> Action:
+def instantiate_action(entity: Entity, parser: Any) -> Action:
     """The action that an entity stands for; RuntimeError if its name is unknown."""
     method = action_parser(entity.type_name)
     if method is None:

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from launcher.frontends import expose
 from launcher.frontends.entity_errors import FrontendError, Place, did_you_mean, locate, shown
 from launcher.frontends.grammar import Call, GrammarError, Part, Text, parse_template
-from launcher.language.origin import Origin
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.text import TextSubstitution
+from launcher.language.diagnostics.origin import Origin
+from launcher.language.substitution import Substitution, TextSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

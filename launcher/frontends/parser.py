@@ -16,9 +16,10 @@ from launcher.frontends.entity_errors import (
     first_of,
     locate,
 )
+from launcher.language import frontend_registry
 from launcher.language.description import LaunchDescription
+from launcher.language.diagnostics.origin import Origin
 from launcher.language.naming import public
-from launcher.language.origin import Origin
 from launcher.language.sources import InvalidLaunchFileError
 
 TYPE_CHECKING = False
@@ -86,18 +87,14 @@ class Parser:
     @classmethod
     def get_parser_from_extension(cls, extension: str) -> type[Parser]:
         """The parser class for a suffix; RuntimeError if there is none."""
-        if extension == "xml":
-            from launcher.frontends.xml import XmlParser
-
-            return XmlParser
-        if extension == "yaml":
-            from launcher.frontends.yaml import YamlParser
-
-            return YamlParser
+        parser: type[Parser]
+        if extension in BUILTIN_SUFFIXES:
+            parser = frontend_registry.parser_class(extension)
+            return parser
         from importlib.metadata import entry_points
 
         for point in entry_points(group=PARSER_GROUP, name=extension):
-            parser: type[Parser] = point.load()
+            parser = point.load()
             return parser
         raise StructureError("Not recognized frontend implementation")
 
@@ -188,9 +185,3 @@ def read_text(file: Any) -> SourceText:
     except OSError as problem:
         message = f"cannot read {path}: {problem.strerror}"
         raise FrontendError(message, ros_type=type(problem).__name__) from problem
-
-
-def load_markup(path: str) -> LaunchDescription:
-    """The launch description of an XML or YAML file, whichever it is."""
-    entity, parser = Parser.load(path)
-    return parser.parse_description(entity)

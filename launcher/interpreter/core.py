@@ -11,24 +11,19 @@ from launcher.interpreter.host import Answer, RunHost, Surprise
 from launcher.language import events as language
 from launcher.language import process_events, session
 from launcher.language.actions.include import IncludeLaunchDescription
-from launcher.language.actions.process import TargetedHandler
+from launcher.language.actions.process import OnProcessExit, OnProcessStart, TargetedHandler
+from launcher.language.class_tools import is_a_subclass, is_iterable
 from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.handlers import (
+from launcher.language.event_handlers import (
     OnExecutionComplete,
     OnIncludeLaunchDescription,
-    OnProcessExit,
-    OnProcessStart,
     OnShutdown,
 )
 from launcher.language.session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
-from launcher.language.utilities import (
-    is_a_subclass,
-    is_iterable,
-    visit_all_entities_and_collect_futures,
-)
+from launcher.language.utilities import visit_all_entities_and_collect_futures
 from launcher.model import events as model
 
 TYPE_CHECKING = False
@@ -263,7 +258,7 @@ class Interpreter:
             many = entities if is_iterable(entities) else (entities,)
             for entity in [entity for entity in many if entity is not None]:
                 if not is_a_subclass(entity, LaunchDescriptionEntity):
-                    from launcher.language.entries import from_handler
+                    from launcher.language.diagnostics.bad_entries import from_handler
 
                     raise from_handler(entity, handler, event)
                 visit_all_entities_and_collect_futures(entity, self.context)
@@ -283,7 +278,7 @@ class Interpreter:
         self.host.shutdown_pending = False
 
     def _explained(self, error: BaseException) -> LaunchFileError:
-        from launcher.language import faults  # most launch files have none
+        from launcher.language.diagnostics import faults  # most launch files have none
 
         return faults.explain(error, self._path, self.context)
 

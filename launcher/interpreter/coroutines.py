@@ -11,7 +11,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.interpreter.host import RunHost
+    from launcher.language.host import Host
 
 
 class TimerLoop(asyncio.AbstractEventLoop):
@@ -21,7 +21,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
     turns with events in a fixed order, in real time and in virtual time.
     """
 
-    def __init__(self, host: RunHost) -> None:
+    def __init__(self, host: Host) -> None:
         self._host = host
         self._tasks: set[asyncio.Task[Any]] = set()
         self._timer_ids: dict[int, int] = {}
@@ -127,7 +127,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
         self._tasks.clear()
 
 
-def make_loop(host: RunHost) -> TimerLoop:
+def make_loop(host: Host) -> TimerLoop:
     """A loop for the coroutines of one run; what it does not offer raises NotImplementedError."""
     vars_of_loop: Any = TimerLoop
     vars_of_loop.__abstractmethods__ = frozenset()

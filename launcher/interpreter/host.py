@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from launcher.interpreter.watcher import Watcher
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
+    from launcher.language.diagnostics.origin import Origin
     from launcher.language.event import Event
-    from launcher.language.origin import Origin
 
 Answer = Callable[[model.Effect], Iterable[model.Event]]
 

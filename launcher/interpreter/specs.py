@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from launcher.language.substitution import perform_substitutions
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.utilities import perform_substitutions
 from launcher.model.record import replace
 from launcher.model.spec import (
     ParameterSource,
@@ -31,7 +31,8 @@ def make_spec(
     description = action.process_description
     assert description.final_cmd is not None and description.final_env is not None
     if not description.final_cmd:
-        from launcher.language.entries import NoCommandError  # most launch files have none
+        # Most launch files have none.
+        from launcher.language.diagnostics.bad_entries import NoCommandError
 
         raise NoCommandError
     sigterm, sigkill = (

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from launcher.language.condition import Condition
-from launcher.language.conditions import LaunchConfigurationEquals
+from launcher.language.conditions import Condition, LaunchConfigurationEquals
 from launcher.language.context import LaunchContext
-from launcher.language.origin import Origin
-from launcher.language.substitution import Substitution
+from launcher.language.diagnostics.origin import Origin
+from launcher.language.substitution import Substitution, TextSubstitution
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.substitutions.text import TextSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

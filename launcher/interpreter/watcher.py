@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from launcher.language.origin import Origin
+    from launcher.language.diagnostics.origin import Origin
 
 
 class Watcher(Protocol):

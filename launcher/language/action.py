@@ -11,7 +11,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.condition import Condition
+    from launcher.language.conditions import Condition
     from launcher.language.context import LaunchContext
 
 
@@ -26,7 +26,7 @@ class Action(LaunchDescriptionEntity):
     def parse(cls, entity: Any, parser: Any) -> tuple[type, dict[str, Any]]:
         """(class, keyword arguments) for an XML or YAML entity; subclasses call super()."""
         parsed: tuple[type, dict[str, Any]]
-        parsed = frontend_registry.parse_base_action(cls, entity, parser)
+        parsed = frontend_registry.parse_with("Action", cls, entity, parser)
         return parsed
 
     @property

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from launcher.language.condition import Condition
+from collections.abc import Callable
+
 from launcher.language.naming import public
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
-)
+from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -16,8 +14,27 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.substitution import Substitution
 
+
 VALID_TRUE_EXPRESSIONS = ["true", "1"]
 VALID_FALSE_EXPRESSIONS = ["false", "0"]
+
+
+@public("launch.condition")
+class Condition:
+    """Answers with the predicate that it was given; without one the answer is no."""
+
+    def __init__(self, *, predicate: Callable[[LaunchContext], bool] | None = None) -> None:
+        self._predicate = predicate
+
+    def describe(self) -> str:
+        """A text for people."""
+        return self.__repr__()
+
+    def evaluate(self, context: LaunchContext) -> bool:
+        """Whether the action is carried out in this context."""
+        if self._predicate is None:
+            return False
+        return self._predicate(context)
 
 
 @public("launch.conditions.invalid_condition_expression_error")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, ItemsView, Iterator, KeysView, ValuesView
 
-from launcher.language.origin import Origin, caller_origin
+from launcher.language.diagnostics.origin import Origin, caller_origin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

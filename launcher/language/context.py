@@ -14,10 +14,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.event import Event
-    from launcher.language.event_handler import BaseEventHandler
+    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.event import BaseEventHandler, Event
     from launcher.language.host import Host
-    from launcher.language.origin import Origin
     from launcher.language.substitution import Substitution
 
 
@@ -70,9 +69,9 @@ class LaunchContext:
     def _host(self) -> Host:
         """Whoever runs the entities; somebody who does nothing where nobody has said."""
         if self.__host is None:
-            from launcher.language.no_host import NoHost
+            from launcher.language.null_host import NullHost
 
-            self.__host = NoHost()
+            self.__host = NullHost()
         return self.__host
 
     @_host.setter

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from launcher.language.action import Action
     from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.language.context import LaunchContext
-    from launcher.language.origin import Origin
+    from launcher.language.diagnostics.origin import Origin
 
 
 _MAX_INSIDE_ITSELF = 6  # levels of a file in itself that are searched for arguments
@@ -108,7 +108,8 @@ class _ArgumentSearch:
                 self._look_into(entity, includes)
                 continue
             if not hasattr(type(entity), "describe_sub_entities"):
-                from launcher.language.entries import wrong_entry  # most launch files have none
+                # Most launch files have none.
+                from launcher.language.diagnostics.bad_entries import wrong_entry
 
                 raise wrong_entry(entity, holder, entities)
             # By an attribute: who uses none of these actions need not import them.

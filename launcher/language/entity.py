@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from launcher.language.diagnostics.origin import Origin, caller_origin
 from launcher.language.naming import public
-from launcher.language.origin import Origin, caller_origin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -11,8 +11,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.action import Action
-
 
 @public("launch.events.execution_complete")
 class ExecutionComplete(Event):
@@ -20,11 +18,11 @@ class ExecutionComplete(Event):
 
     name = "launch.events.ExecutionComplete"
 
-    def __init__(self, *, action: Action) -> None:
+    def __init__(self, *, action: Any) -> None:
         self.__action = action
 
     @property
-    def action(self) -> Action:
+    def action(self) -> Any:
         """The action."""
         return self.__action
 
@@ -75,6 +73,6 @@ class TimerEvent(Event):
         return self.__timer_action
 
 
-def matches_action(target_action: Action) -> Callable[[Action], bool]:
+def matches_action(target_action: Any) -> Callable[[Any], bool]:
     """A matcher for exactly this action."""
     return lambda action: action is target_action

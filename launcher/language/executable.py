@@ -7,12 +7,12 @@ import re
 from collections.abc import Iterable, Mapping
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import LaunchConfiguration
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -117,7 +117,8 @@ class Executable:
         cmd = [perform_substitutions(context, word) for word in self.__cmd]
         self.__final_cmd = [*self._prefix_words(context, cmd), *cmd]
         if self.__name is None and not self.__final_cmd:
-            from launcher.language.entries import NoCommandError  # most launch files have none
+            # Most launch files have none.
+            from launcher.language.diagnostics.bad_entries import NoCommandError
 
             raise NoCommandError
         self._label = (

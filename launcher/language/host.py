@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
+    from launcher.language.diagnostics.origin import Origin
     from launcher.language.event import Event
-    from launcher.language.origin import Origin
 
 
 class Host(Protocol):

@@ -9,7 +9,7 @@ from launcher.language.actions.events import EmitEvent, LogInfo, RegisterEventHa
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
-from launcher.language.utilities import normalize_to_list_of_substitutions
+from launcher.language.substitution import normalize_to_list_of_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -5,15 +5,13 @@ from __future__ import annotations
 import signal as signals
 from collections.abc import Callable, Mapping
 
+from launcher.language.class_tools import ensure_argument_type
 from launcher.language.event import Event
 from launcher.language.naming import public
-from launcher.language.utilities import ensure_argument_type
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
-
-    from launcher.language.actions.process import ExecuteLocal
 
     ProcessMatcher = Callable[[Any], bool]
 
@@ -27,7 +25,7 @@ class RunningProcessEvent(Event):
     def __init__(
         self,
         *,
-        action: ExecuteLocal,
+        action: Any,
         name: str,
         cmd: list[str],
         cwd: str | None,
@@ -44,12 +42,12 @@ class RunningProcessEvent(Event):
         self.__pid = pid
 
     @property
-    def action(self) -> ExecuteLocal:
+    def action(self) -> Any:
         """The action that started the process."""
         return self.__action
 
     @property
-    def execute_process_action(self) -> ExecuteLocal:
+    def execute_process_action(self) -> Any:
         """The action that started the process, under its old name."""
         return self.__action
 

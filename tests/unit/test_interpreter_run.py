@@ -18,10 +18,15 @@ from launcher.language.actions.events import (
     RegisterEventHandler,
     Shutdown,
 )
-from launcher.language.actions.process import ExecuteProcess
+from launcher.language.actions.process import (
+    ExecuteProcess,
+    OnProcessExit,
+    OnProcessIO,
+    OnProcessStart,
+)
 from launcher.language.actions.timer import TimerAction
+from launcher.language.event_handlers import OnShutdown
 from launcher.language.events import matches_action
-from launcher.language.handlers import OnProcessExit, OnProcessIO, OnProcessStart, OnShutdown
 from launcher.language.process_events import ProcessStdin, ShutdownProcess, SignalProcess
 from launcher.language.ros.node import Node
 from launcher.language.substitutions.configuration import LaunchConfiguration
@@ -288,7 +293,8 @@ def test_an_on_exit_handler_registered_later_is_asked_first():
 def test_what_a_launch_file_sets_while_it_is_loaded_counts_as_set(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    from launcher.planner import plan_document
+    from launcher.planner import make_plan
+    from launcher.render import plan_json
 
     monkeypatch.delenv("SET_WHILE_LOADING", raising=False)
     file = tmp_path / "sets.launch.py"
@@ -302,7 +308,7 @@ def test_what_a_launch_file_sets_while_it_is_loaded_counts_as_set(
         "    return LaunchDescription([ExecuteProcess(cmd=['a']), clean])\n"
     )
 
-    first, second = plan_document(str(file), [])["processes"]
+    first, second = plan_json.document(make_plan(str(file), []))["processes"]
 
     assert first["env_set"] == {"SET_WHILE_LOADING": "yes"}
     assert second["env_set"] == {}

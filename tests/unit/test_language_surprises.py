@@ -9,9 +9,8 @@ from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.configuration import SetEnvironmentVariable, SetLaunchConfiguration
 from launcher.language.actions.events import RegisterEventHandler
 from launcher.language.actions.group import GroupAction
-from launcher.language.actions.process import ExecuteProcess
+from launcher.language.actions.process import ExecuteProcess, OnProcessExit
 from launcher.language.actions.timer import TimerAction
-from launcher.language.handlers import OnProcessExit
 from launcher.language.ros.node import Node
 from launcher.language.ros.scope import PushROSNamespace, SetParameter
 from launcher.model import events as model

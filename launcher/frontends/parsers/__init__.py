@@ -1,17 +1,13 @@
 """The tables of tags and substitutions, and of what parses them.
 
 Classes and parse functions are named by module, and imported when they turn up in a launch file.
-Importing this package registers the parse functions with the language, whose classes delegate
-their `parse` methods here.
+The `parse` methods of the language's classes end up here.
 """
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from functools import partial
-
-from launcher.language import frontend_registry
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -41,7 +37,7 @@ ACTIONS = {
     "rep_env": ("actions.configuration", "ReplaceEnvironmentVariables"),
     "reset": ("actions.configuration", "ResetLaunchConfigurations"),
     "reset_env": ("actions.configuration", "ResetEnvironment"),
-    "ros_timer": ("ros.timer", "RosTimer"),
+    "ros_timer": ("actions.timer", "RosTimer"),
     "set_env": ("actions.configuration", "SetEnvironmentVariable"),
     "set_parameter": ("ros.scope", "SetParameter"),
     "set_parameters_from_file": ("ros.scope", "SetParametersFromFile"),
@@ -155,13 +151,8 @@ def _parse_method(entry: tuple[str, str] | None) -> Callable[..., Any] | None:
     return method
 
 
-def _call_lazily(key: str, *args: Any, **kwargs: Any) -> Any:
+def parse_function(key: str) -> Callable[..., Any]:
+    """The parse function of a class of the language, or for another purpose."""
     module, function = _PARSE_FUNCTIONS[key]
-    parse = getattr(importlib.import_module(f"{__name__}.{module}"), function)
-    frontend_registry.class_parsers[key] = parse  # the next call goes there directly
-    return parse(*args, **kwargs)
-
-
-frontend_registry.class_parsers.update(
-    {key: partial(_call_lazily, key) for key in _PARSE_FUNCTIONS}
-)
+    parse: Callable[..., Any] = getattr(importlib.import_module(f"{__name__}.{module}"), function)
+    return parse

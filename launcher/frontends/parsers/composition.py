@@ -39,7 +39,7 @@ def parse_load(cls: type, entity: Entity, parser: Any) -> Parsed:
 def _descriptions(entities: list[Entity], parser: Any) -> list[Any]:
     from launcher.language.ros.composition import ComposableNode
 
-    parsed = [ComposableNode.parse(parser, entity) for entity in entities]
+    parsed = [parse_composable_node(ComposableNode, parser, entity) for entity in entities]
     return [description(**arguments) for description, arguments in parsed]
 
 

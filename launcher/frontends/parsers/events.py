@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.base import Parsed, parse_action, parse_texts
-from launcher.language.substitutions.text import TextSubstitution
+from launcher.language.substitution import TextSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

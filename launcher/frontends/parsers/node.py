@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from launcher.frontends.entity import Entity
+from launcher.frontends.entity import Entity, get_data_type_from_identifier
 from launcher.frontends.entity_errors import (
     AttributeTypeError,
     StructureError,
@@ -12,7 +12,6 @@ from launcher.frontends.entity_errors import (
 )
 from launcher.frontends.parsers.base import ENTITIES, Parsed, add_texts, name_value_pairs
 from launcher.frontends.parsers.process import parse_process
-from launcher.frontends.types import get_data_type_from_identifier
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from launcher.frontends.parsers.base import (
     name_value_pairs,
     parse_action,
 )
-from launcher.language.substitutions.text import TextSubstitution
+from launcher.language.substitution import TextSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

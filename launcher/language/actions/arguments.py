@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
+from launcher.language.diagnostics import ros2_quirks
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -21,6 +22,7 @@ _LOGGER = "launch.actions.declare_launch_argument"
 
 
 @public("launch.actions.declare_launch_argument")
+@parsed
 class DeclareLaunchArgument(Action):
     """Declares an argument; its value is the launch configuration of the same name."""
 
@@ -45,11 +47,6 @@ class DeclareLaunchArgument(Action):
         self.__choices = choices
         # Found out by whoever looks for arguments; True where a condition decides.
         self._conditionally_included = False
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("DeclareLaunchArgument", cls, entity, parser)
 
     @property
     def name(self) -> str:
@@ -85,7 +82,7 @@ class DeclareLaunchArgument(Action):
             value = perform_substitutions(context, self.default_value)
             context.launch_configurations.assign(self.name, value, self._origin)
         elif self.default_value is not None:
-            surprises.value_of_another_include(context, self.name, self._origin)
+            ros2_quirks.value_of_another_include(context, self.name, self._origin)
         self._check_value(context)
         context._host.declared(self, context.launch_configurations[self.name])
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from launcher.language import frontend_registry
 from launcher.language.action import Action
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
+from launcher.language.substitution import (
+    Substitution,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launcher.language.type_utils import (
     normalize_typed_substitution,
     perform_typed_substitution,
-)
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
 )
 
 TYPE_CHECKING = False
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 
 @public("launch.actions.set_launch_configuration")
+@parsed
 class SetLaunchConfiguration(Action):
     """Sets a launch configuration; it may not exist yet."""
 
@@ -33,11 +34,6 @@ class SetLaunchConfiguration(Action):
         super().__init__(**kwargs)
         self.__name = normalize_to_list_of_substitutions(name)
         self.__value = normalize_to_list_of_substitutions(value)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetLaunchConfiguration", cls, entity, parser)
 
     @property
     def name(self) -> list[Substitution]:
@@ -57,17 +53,13 @@ class SetLaunchConfiguration(Action):
 
 
 @public("launch.actions.unset_launch_configuration")
+@parsed
 class UnsetLaunchConfiguration(Action):
     """Removes a launch configuration, if it exists."""
 
     def __init__(self, name: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__name = normalize_to_list_of_substitutions(name)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("UnsetLaunchConfiguration", cls, entity, parser)
 
     @property
     def name(self) -> list[Substitution]:
@@ -80,6 +72,7 @@ class UnsetLaunchConfiguration(Action):
 
 
 @public("launch.actions.reset_launch_configurations")
+@parsed
 class ResetLaunchConfigurations(Action):
     """Removes all launch configurations but those given, which are evaluated first."""
 
@@ -90,11 +83,6 @@ class ResetLaunchConfigurations(Action):
     ) -> None:
         super().__init__(**kwargs)
         self.__launch_configurations = launch_configurations
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ResetLaunchConfigurations", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Clear, then set what is kept."""
@@ -111,16 +99,12 @@ def _text(context: LaunchContext, value: Any) -> str:
 
 
 @public("launch.actions.push_launch_configurations")
+@parsed
 class PushLaunchConfigurations(Action):
     """Saves the launch configurations; changes last until they are popped."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PushLaunchConfigurations", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Save."""
@@ -128,16 +112,12 @@ class PushLaunchConfigurations(Action):
 
 
 @public("launch.actions.pop_launch_configurations")
+@parsed
 class PopLaunchConfigurations(Action):
     """Restores the launch configurations that were pushed last."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PopLaunchConfigurations", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Restore."""
@@ -145,6 +125,7 @@ class PopLaunchConfigurations(Action):
 
 
 @public("launch.actions.set_environment_variable")
+@parsed
 class SetEnvironmentVariable(Action):
     """Sets an environment variable for what comes after."""
 
@@ -152,11 +133,6 @@ class SetEnvironmentVariable(Action):
         super().__init__(**kwargs)
         self.__name = normalize_to_list_of_substitutions(name)
         self.__value = normalize_to_list_of_substitutions(value)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetEnvironmentVariable", cls, entity, parser)
 
     @property
     def name(self) -> list[Substitution]:
@@ -175,17 +151,13 @@ class SetEnvironmentVariable(Action):
 
 
 @public("launch.actions.unset_environment_variable")
+@parsed
 class UnsetEnvironmentVariable(Action):
     """Removes an environment variable, if it is set."""
 
     def __init__(self, name: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__name = normalize_to_list_of_substitutions(name)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("UnsetEnvironmentVariable", cls, entity, parser)
 
     @property
     def name(self) -> list[Substitution]:
@@ -198,6 +170,7 @@ class UnsetEnvironmentVariable(Action):
 
 
 @public("launch.actions.append_environment_variable")
+@parsed
 class AppendEnvironmentVariable(Action):
     """Extends an environment variable at its end, or with `prepend` at its start."""
 
@@ -214,11 +187,6 @@ class AppendEnvironmentVariable(Action):
         self.__value = normalize_to_list_of_substitutions(value)
         self.__prepend = normalize_typed_substitution(prepend, bool)
         self.__separator = normalize_to_list_of_substitutions(separator)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("AppendEnvironmentVariable", cls, entity, parser)
 
     @property
     def name(self) -> list[Substitution]:
@@ -253,16 +221,12 @@ class AppendEnvironmentVariable(Action):
 
 
 @public("launch.actions.push_environment")
+@parsed
 class PushEnvironment(Action):
     """Saves the environment; changes last until it is popped."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PushEnvironment", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Save."""
@@ -270,16 +234,12 @@ class PushEnvironment(Action):
 
 
 @public("launch.actions.pop_environment")
+@parsed
 class PopEnvironment(Action):
     """Restores the environment that was pushed last."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PopEnvironment", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Restore."""
@@ -287,16 +247,12 @@ class PopEnvironment(Action):
 
 
 @public("launch.actions.reset_environment")
+@parsed
 class ResetEnvironment(Action):
     """Sets the environment back to that of the start of the run."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ResetEnvironment", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Reset."""
@@ -304,17 +260,13 @@ class ResetEnvironment(Action):
 
 
 @public("launch.actions.replace_environment_variables")
+@parsed
 class ReplaceEnvironmentVariables(Action):
     """Replaces the whole environment."""
 
     def __init__(self, environment: Mapping[Any, Any] | None = None, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__environment = environment or {}
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ReplaceEnvironmentVariables", cls, entity, parser)
 
     @property
     def environment(self) -> Mapping[Any, Any]:

@@ -6,9 +6,9 @@ import inspect
 from collections.abc import Awaitable, Callable, Iterable
 
 from launcher.language.action import Action
-from launcher.language.handlers import OnShutdown
+from launcher.language.class_tools import ensure_argument_type
+from launcher.language.event_handlers import OnShutdown
 from launcher.language.naming import public
-from launcher.language.utilities import ensure_argument_type
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

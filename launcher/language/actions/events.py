@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
-from launcher.language.event import Event
-from launcher.language.event_handler import BaseEventHandler
+from launcher.language.class_tools import ensure_argument_type, is_a_subclass
+from launcher.language.diagnostics import ros2_quirks
+from launcher.language.event import BaseEventHandler, Event
 from launcher.language.events import Shutdown as ShutdownEvent
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.process_events import ProcessExited
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
-    ensure_argument_type,
-    is_a_subclass,
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -50,16 +49,12 @@ class EmitEvent(Action):
 
 
 @public("launch.actions.shutdown_action")
+@parsed
 class Shutdown(EmitEvent):
     """Stops the launched system."""
 
     def __init__(self, *, reason: Any = "reason not given", **kwargs: Any) -> None:
         super().__init__(event=ShutdownEvent(reason=reason), **kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("Shutdown", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Queue the event; when a process's end leads here, say which one was required."""
@@ -71,17 +66,13 @@ class Shutdown(EmitEvent):
 
 
 @public("launch.actions.log_info")
+@parsed
 class LogInfo(Action):
     """Prints a message."""
 
     def __init__(self, *, msg: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__msg = normalize_to_list_of_substitutions(msg)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("LogInfo", cls, entity, parser)
 
     @property
     def msg(self) -> list[Substitution]:
@@ -141,7 +132,7 @@ class RegisterEventHandler(Action):
 
     def execute(self, context: LaunchContext) -> None:
         """Register it, to be asked first."""
-        surprises.scope_is_lost(context, "this event handler", self._origin)
+        ros2_quirks.scope_is_lost(context, "this event handler", self._origin)
         context.register_event_handler(self.__event_handler)
 
     def describe_conditional_sub_entities(

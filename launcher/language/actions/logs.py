@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from launcher.language import frontend_registry
 from launcher.language.action import Action
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 @public("launch.actions.log")
+@parsed
 class Log(Action):
     """Prints a message at a level: `DEBUG`, `INFO`, `WARNING`, `ERROR`, `CRITICAL`."""
 
@@ -26,11 +27,6 @@ class Log(Action):
         super().__init__(**kwargs)
         self.__msg = normalize_to_list_of_substitutions(msg)
         self.__level = normalize_to_list_of_substitutions(level)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("Log", cls, entity, parser)
 
     @property
     def msg(self) -> list[Substitution]:

@@ -1,31 +1,33 @@
-"""ExecuteLocal and ExecuteProcess: the start of a process, and what becomes of it."""
+"""ExecuteLocal and ExecuteProcess: the start of a process; handlers of what becomes of it."""
 
 from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.output import output_policy
-from launcher.language.event_handler import EventHandler
+from launcher.language.event import EventHandler
+from launcher.language.event_handlers import OnActionEventBase, OnShutdown
 from launcher.language.executable import Executable
 from launcher.language.future import Future
-from launcher.language.handlers import OnProcessExit, OnProcessIO, OnShutdown
 from launcher.language.naming import public
 from launcher.language.process_events import (
+    ProcessExited,
     ProcessIO,
+    ProcessStarted,
     ProcessStdin,
     ShutdownProcess,
     SignalProcess,
 )
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.model import events as model
 from launcher.model.spec import RosIdentity
 
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
+    from launcher.language.event import Event
 
 
 _SIGTERM_TIMEOUT = LaunchConfiguration("sigterm_timeout", default=5)
@@ -218,11 +221,9 @@ class ExecuteLocal(Action):
         return perform_substitutions(context, self.__output)
 
     def _on_shutdown_process(self, event: Any, context: LaunchContext) -> Any:
-        return (
-            self._shutdown_process(context, send_sigint=True)
-            if (event.process_matcher(self))
-            else None
-        )
+        if not event.process_matcher(self):
+            return None
+        return self._shutdown_process(context, send_sigint=True)
 
     def _shutdown_process(self, context: LaunchContext, *, send_sigint: bool) -> Any:
         """Stop the process; overridden by subclasses that clean up, which call super()."""
@@ -387,3 +388,61 @@ class ExecuteProcess(ExecuteLocal):
     def additional_env(self) -> Any:
         """What is added to the environment."""
         return self.process_description.additional_env
+
+
+@public("launch.event_handlers.on_process_start")
+class OnProcessStart(OnActionEventBase):
+    """Reacts when a process was started."""
+
+    def __init__(self, *, target_action: Any = None, on_start: Any, **kwargs: Any) -> None:
+        super().__init__(
+            action_matcher=target_action,
+            on_event=on_start,
+            target_event_cls=ProcessStarted,
+            target_action_cls=ExecuteLocal,
+            **kwargs,
+        )
+
+
+@public("launch.event_handlers.on_process_exit")
+class OnProcessExit(OnActionEventBase):
+    """Reacts when a process ended, however it ended."""
+
+    def __init__(self, *, target_action: Any = None, on_exit: Any, **kwargs: Any) -> None:
+        super().__init__(
+            action_matcher=target_action,
+            on_event=on_exit,
+            target_event_cls=ProcessExited,
+            target_action_cls=ExecuteLocal,
+            **kwargs,
+        )
+
+
+@public("launch.event_handlers.on_process_io")
+class OnProcessIO(OnActionEventBase):
+    """Reacts to bytes that a process wrote."""
+
+    def __init__(
+        self,
+        *,
+        target_action: Any = None,
+        on_stdin: Callable[[ProcessIO], Any] | None = None,
+        on_stdout: Callable[[ProcessIO], Any] | None = None,
+        on_stderr: Callable[[ProcessIO], Any] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        def on_io(event: Event, context: LaunchContext) -> Any:
+            assert isinstance(event, ProcessIO)
+            if event.from_stdout:
+                return on_stdout(event) if on_stdout is not None else None
+            if event.from_stderr:
+                return on_stderr(event) if on_stderr is not None else None
+            return on_stdin(event) if on_stdin is not None else None
+
+        super().__init__(
+            action_matcher=target_action,
+            on_event=on_io,
+            target_event_cls=ProcessIO,
+            target_action_cls=ExecuteLocal,
+            **kwargs,
+        )

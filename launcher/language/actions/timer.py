@@ -5,12 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
 from launcher.language.actions.events import OpaqueFunction
+from launcher.language.class_tools import ensure_argument_type, is_a_subclass
+from launcher.language.diagnostics import ros2_quirks
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.event_handler import EventHandler
+from launcher.language.event import EventHandler
 from launcher.language.events import Shutdown, TimerEvent
+from launcher.language.frontend_registry import parsed
 from launcher.language.future import Future
 from launcher.language.naming import public
 from launcher.language.substitution import Substitution
@@ -18,7 +20,6 @@ from launcher.language.type_utils import (
     normalize_typed_substitution,
     perform_typed_substitution,
 )
-from launcher.language.utilities import ensure_argument_type, is_a_subclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,10 +27,12 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
 
+
 _INSTALLED = "_timer_event_handler_is_installed"
 
 
 @public("launch.actions.timer_action")
+@parsed
 class TimerAction(Action):
     """Visits the actions once, `period` seconds after its own visit.
 
@@ -63,11 +66,6 @@ class TimerAction(Action):
         self.__timer_id: int | None = None
         self._context: LaunchContext | None = None
         self._completed_future: Future | None = None
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("TimerAction", cls, entity, parser)
 
     @property
     def period(self) -> Any:
@@ -109,7 +107,7 @@ class TimerAction(Action):
             self._completed_future.set_result(None)
             return
         _install_timer_event_handler(context)
-        surprises.scope_is_lost(context, "this timer", self._origin)
+        ros2_quirks.scope_is_lost(context, "this timer", self._origin)
         self.__context_locals = dict(context.get_locals_as_dict())
         context._host.later(lambda: self._start(context))
         if perform_typed_substitution(context, self.__cancel_on_shutdown, bool):
@@ -164,3 +162,19 @@ def _install_timer_event_handler(context: LaunchContext) -> None:
         )
     )
     setattr(context, _INSTALLED, True)
+
+
+@public("launch_ros.actions.ros_timer")
+@parsed
+class RosTimer(TimerAction):
+    """Like TimerAction; unlike there, a text as period is an error."""
+
+    def __init__(
+        self, *, period: Any, actions: Iterable[LaunchDescriptionEntity], **kwargs: Any
+    ) -> None:
+        super().__init__(period=period, actions=actions, **kwargs)
+        self.__period = normalize_typed_substitution(period, float)
+
+    def describe(self) -> str:
+        """Like `RosTimer(period=5.0, actions=<actions>)`."""
+        return f"RosTimer(period={self.__period}, actions=<actions>)"

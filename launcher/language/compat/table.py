@@ -4,20 +4,18 @@
 MODULES = {
     "launch": {
         "launcher.language.action": "Action",
-        "launcher.language.condition": "Condition",
+        "launcher.language.conditions": "Condition",
         "launcher.language.context": "LaunchContext",
         "launcher.language.description": "LaunchDescription",
         "launcher.language.entity": "LaunchDescriptionEntity",
-        "launcher.language.event": "Event",
-        "launcher.language.event_handler": "EventHandler",
+        "launcher.language.event": "Event EventHandler",
         "launcher.language.introspection": "LaunchIntrospector",
         "launcher.language.service": "LaunchService",
         "launcher.language.some_types": (
             "SomeEntitiesType SomeEntitiesType_types_tuple SomeSubstitutionsType"
         ),
         "launcher.language.sources": "InvalidLaunchFileError LaunchDescriptionSource",
-        "launcher.language.substitution": "Substitution",
-        "launcher.language.utilities": "SomeSubstitutionsType_types_tuple",
+        "launcher.language.substitution": "SomeSubstitutionsType_types_tuple Substitution",
     },
     "launch.actions": {
         "launcher.language.actions.arguments": "DeclareLaunchArgument",
@@ -45,11 +43,12 @@ MODULES = {
         ),
     },
     "launch.descriptions": {"launcher.language.executable": "Executable"},
-    "launch.event_handler": {"launcher.language.event_handler": "BaseEventHandler EventHandler"},
+    "launch.event_handler": {"launcher.language.event": "BaseEventHandler EventHandler"},
     "launch.event_handlers": {
-        "launcher.language.handlers": (
-            "OnActionEventBase OnExecutionComplete OnIncludeLaunchDescription OnProcessExit "
-            "OnProcessIO OnProcessStart OnShutdown event_named"
+        "launcher.language.actions.process": "OnProcessExit OnProcessIO OnProcessStart",
+        "launcher.language.event_handlers": (
+            "OnActionEventBase OnExecutionComplete OnIncludeLaunchDescription OnShutdown "
+            "event_named"
         ),
     },
     "launch.events": {
@@ -81,20 +80,17 @@ MODULES = {
         "launcher.frontends.grammar_substitutions": "parse_if_substitutions parse_substitution",
     },
     "launch.frontend.type_utils": {
-        "launcher.frontends.types": (
+        "launcher.frontends.entity": (
             "check_is_list_entity=is_entity_list get_data_type_from_identifier"
         ),
     },
     "launch.launch_description_sources": {
-        "launcher.language.python_file": (
-            "InvalidPythonLaunchFileError load_python_launch_file_as_module"
-        ),
         "launcher.language.sources": (
             "AnyLaunchDescriptionSource FrontendLaunchDescriptionSource "
-            "InvalidFrontendLaunchFileError=InvalidLaunchFileError PythonLaunchDescriptionSource "
-            "get_launch_description_from_any_launch_file "
+            "InvalidFrontendLaunchFileError=InvalidLaunchFileError InvalidPythonLaunchFileError "
+            "PythonLaunchDescriptionSource get_launch_description_from_any_launch_file "
             "get_launch_description_from_frontend_launch_file "
-            "get_launch_description_from_python_launch_file"
+            "get_launch_description_from_python_launch_file load_python_launch_file_as_module"
         ),
     },
     "launch.logging": {
@@ -114,7 +110,7 @@ MODULES = {
         "launcher.language.some_types": "SomeActionsType SomeActionsType_types_tuple",
     },
     "launch.substitutions": {
-        "launcher.language.substitution": "SubstitutionFailure",
+        "launcher.language.substitution": "SubstitutionFailure TextSubstitution",
         "launcher.language.substitutions.command": "Command",
         "launcher.language.substitutions.configuration": "LaunchConfiguration LocalSubstitution",
         "launcher.language.substitutions.environment": "EnvironmentVariable",
@@ -128,32 +124,36 @@ MODULES = {
         ),
         "launcher.language.substitutions.names": "AnonName ForEachVar ForLoopIndex",
         "launcher.language.substitutions.python": "PythonExpression",
-        "launcher.language.substitutions.text": "StringJoinSubstitution TextSubstitution",
+        "launcher.language.substitutions.text": "StringJoinSubstitution",
     },
     "launch.utilities": {
+        "launcher.language.class_tools": "ensure_argument_type is_a is_a_subclass isclassinstance",
+        "launcher.language.substitution": (
+            "normalize_to_list_of_substitutions perform_substitutions"
+        ),
         "launcher.language.utilities": (
-            "create_future ensure_argument_type get_signal_name is_a is_a_subclass "
-            "isclassinstance normalize_to_list_of_entities normalize_to_list_of_substitutions "
-            "perform_substitutions visit_all_entities_and_collect_futures"
+            "create_future get_signal_name normalize_to_list_of_entities "
+            "visit_all_entities_and_collect_futures"
         ),
     },
     "launch.utilities.type_utils": {
+        "launcher.language.some_types": (
+            "AllowedTypesTuple AllowedTypesType AllowedValueType ListTypesTuple ListTypesType "
+            "ListValueType NormalizedScalarType NormalizedSequenceType NormalizedValueType "
+            "ScalarTypesType ScalarValueType SequenceValueType SomeScalarType SomeSequenceType "
+            "SomeValueType StrSomeScalarType StrSomeSequenceType StrSomeValueType"
+        ),
         "launcher.language.type_utils": (
             "ScalarTypesTuple coerce_list coerce_to_type extract_type get_typed_value "
             "is_instance_of is_instance_of_valid_type is_normalized_substitution is_substitution "
             "is_typing_list is_valid_scalar_type normalize_typed_substitution "
             "perform_typed_substitution"
         ),
-        "launcher.language.value_types": (
-            "AllowedTypesTuple AllowedTypesType AllowedValueType ListTypesTuple ListTypesType "
-            "ListValueType NormalizedScalarType NormalizedSequenceType NormalizedValueType "
-            "ScalarTypesType ScalarValueType SequenceValueType SomeScalarType SomeSequenceType "
-            "SomeValueType StrSomeScalarType StrSomeSequenceType StrSomeValueType"
-        ),
     },
     "launch.utilities.typing_file_path": {"launcher.language.some_types": "FilePath"},
     "launch_ros": {"launcher.language.ros.adapters": "get_default_launch_description"},
     "launch_ros.actions": {
+        "launcher.language.actions.timer": "ROSTimer=RosTimer RosTimer",
         "launcher.language.ros.composition": "ComposableNodeContainer LoadComposableNodes",
         "launcher.language.ros.lifecycle": "LifecycleNode LifecycleTransition",
         "launcher.language.ros.node": "Node",
@@ -161,7 +161,6 @@ MODULES = {
             "PushROSNamespace PushRosNamespace=PushROSNamespace SetParameter "
             "SetParametersFromFile SetROSLogDir SetRemap SetUseSimTime"
         ),
-        "launcher.language.ros.timer": "ROSTimer=RosTimer RosTimer",
     },
     "launch_ros.actions.load_composable_nodes": {
         "launcher.language.ros.composition": "LoadComposableNodes get_composable_node_load_request",
@@ -169,8 +168,7 @@ MODULES = {
     "launch_ros.actions.node": {"launcher.language.ros.node": "Node NodeActionExtension"},
     "launch_ros.descriptions": {
         "launcher.language.ros.composition": "ComposableNode",
-        "launcher.language.ros.executable": "RosExecutable",
-        "launcher.language.ros.node_descriptions": "Node NodeTrait",
+        "launcher.language.ros.node_descriptions": "Node NodeTrait RosExecutable",
         "launcher.language.ros.parameter_descriptions": "Parameter ParameterFile ParameterValue",
     },
     "launch_ros.event_handlers": {"launcher.language.ros.lifecycle": "OnStateTransition"},
@@ -204,7 +202,8 @@ MODULES = {
     "launch_ros.utilities": {
         "launcher.language.ros.component_parameters": "to_parameters_list",
         "launcher.language.ros.names": (
-            "is_namespace_absolute is_root_namespace make_namespace_absolute prefix_namespace"
+            "add_node_name get_node_name_count is_namespace_absolute is_root_namespace "
+            "make_namespace_absolute prefix_namespace"
         ),
         "launcher.language.ros.parameter_values": (
             "evaluate_parameter_dict evaluate_parameters "
@@ -212,27 +211,20 @@ MODULES = {
             "normalize_parameters normalize_parameters_dict=normalize_parameter_dict"
         ),
         "launcher.language.ros.remappings": "normalize_remap_rule normalize_remap_rules",
-        "launcher.language.ros.tracking": "add_node_name get_node_name_count",
     },
     "launch_ros.utilities.plugin_support": {
-        "launcher.language.ros.plugin_support": "PluginException satisfies_version",
+        "launcher.language.ros.adapters": "PluginException satisfies_version",
     },
     "launch_testing": {"launcher.language.testing": "parametrize post_shutdown_test"},
     "launch_testing.actions": {"launcher.language.testing": "ReadyToTest"},
     "launch_testing.legacy": {"launcher.language.testing": "LaunchTestService"},
     "launch_testing.markers": {"launcher.language.testing": "keep_alive retry_on_failure"},
     "launch_testing.util": {"launcher.language.testing": "KeepAliveProc"},
-    "launch_xml": {
-        "launcher.frontends.entity_xml": "Entity=XmlEntity",
-        "launcher.frontends.xml": "Parser=XmlParser",
-    },
+    "launch_xml": {"launcher.frontends.xml": "Entity=XmlEntity Parser=XmlParser"},
     "launch_xml.launch_description_sources": {
         "launcher.language.sources": "XMLLaunchDescriptionSource",
     },
-    "launch_yaml": {
-        "launcher.frontends.entity_yaml": "Entity=YamlEntity",
-        "launcher.frontends.yaml": "Parser=YamlParser",
-    },
+    "launch_yaml": {"launcher.frontends.yaml": "Entity=YamlEntity Parser=YamlParser"},
     "launch_yaml.launch_description_sources": {
         "launcher.language.sources": "YAMLLaunchDescriptionSource",
     },

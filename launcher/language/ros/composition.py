@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from launcher.language import frontend_registry
 from launcher.language.action import Action
+from launcher.language.class_tools import ensure_argument_type
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.component_parameters import parameter_pairs
-from launcher.language.ros.names import make_namespace_absolute, prefix_namespace
+from launcher.language.ros.names import (
+    add_node_name,
+    get_node_name_count,
+    make_namespace_absolute,
+    prefix_namespace,
+)
 from launcher.language.ros.node import Node
 from launcher.language.ros.parameter_descriptions import ParameterFile
 from launcher.language.ros.parameter_values import (
@@ -18,11 +24,9 @@ from launcher.language.ros.parameter_values import (
     normalize_parameters,
 )
 from launcher.language.ros.remappings import normalize_remap_rules
-from launcher.language.ros.tracking import add_node_name, get_node_name_count
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
     SomeSubstitutionsType_types_tuple,
-    ensure_argument_type,
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -32,7 +36,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.condition import Condition
+    from launcher.language.conditions import Condition
     from launcher.language.context import LaunchContext
 
 _LOGGER = "launch_ros.actions.load_composable_nodes"
@@ -43,6 +47,7 @@ def _optional(value: Any) -> list[Substitution] | None:
 
 
 @public("launch_ros.descriptions.composable_node")
+@parsed
 class ComposableNode:
     """A node that is a plug-in, to be loaded into a container."""
 
@@ -66,11 +71,6 @@ class ComposableNode:
         self.__remappings = list(normalize_remap_rules(remappings)) if remappings else None
         self.__extra_arguments = normalize_parameters(extra_arguments) if extra_arguments else None
         self.__condition = condition
-
-    @classmethod
-    def parse(cls, parser: Any, entity: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ComposableNode", cls, parser, entity)
 
     @property
     def package(self) -> list[Substitution]:
@@ -113,6 +113,7 @@ class ComposableNode:
 
 
 @public("launch_ros.actions.composable_node_container")
+@parsed
 class ComposableNodeContainer(Node):
     """Starts a container, and loads nodes into it."""
 
@@ -126,11 +127,6 @@ class ComposableNodeContainer(Node):
     ) -> None:
         super().__init__(name=name, namespace=namespace, **kwargs)
         self.__composable_node_descriptions = composable_node_descriptions
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:  # type: ignore[override]
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ComposableNodeContainer", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> Any:
         """Start it; yield the loading of the nodes whose condition allows it."""
@@ -153,6 +149,7 @@ def _is_wanted(description: ComposableNode, context: LaunchContext) -> bool:
 
 
 @public("launch_ros.actions.load_composable_nodes")
+@parsed
 class LoadComposableNodes(Action):
     """Asks a running container to load nodes, one after the other."""
 
@@ -173,11 +170,6 @@ class LoadComposableNodes(Action):
         self.__composable_node_descriptions = composable_node_descriptions
         self.__target_container = target_container
         self.__container_name = ""
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("LoadComposableNodes", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Work out all requests now, while the scope is there; send the first."""

@@ -8,14 +8,10 @@ from types import SimpleNamespace
 
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
-from launcher.language.event import Event
-from launcher.language.event_handler import EventHandler
+from launcher.language.event import Event, EventHandler
 from launcher.language.naming import public
 from launcher.language.ros.node import Node
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
-)
+from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 from launcher.model import lifecycle
 from launcher.model.events import StateChanged, StateRequest, TransitionSeen, WatchLifecycle
 

@@ -10,6 +10,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import NoReturn
 
+    from launcher.language.context import LaunchContext
+
+
 _MAX_NODE_NAME = 255
 _MAX_NAMESPACE = 245  # what rmw leaves for a namespace
 _NAME_CHARACTERS = "alphanumerics or '_'"
@@ -114,3 +117,19 @@ def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
     else:
         combined = f"{'' if is_root_namespace(base_ns) else base_ns}/{ns}"
     return combined if is_root_namespace(combined) else combined.rstrip("/")
+
+
+_KEY = "unique_ros_node_names"
+
+
+def add_node_name(context: LaunchContext, node_name: str) -> None:
+    """Count one more use."""
+    counts = dict(context.get_locals_as_dict().get(_KEY, {}))
+    counts[node_name] = counts.get(node_name, 0) + 1
+    context.extend_globals({_KEY: counts})
+
+
+def get_node_name_count(context: LaunchContext, node_name: str) -> int:
+    """The number of uses."""
+    count: int = context.get_locals_as_dict().get(_KEY, {}).get(node_name, 0)
+    return count

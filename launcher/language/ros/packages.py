@@ -9,8 +9,9 @@ from pathlib import Path
 from launcher import packages
 from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )

@@ -6,18 +6,19 @@ import os
 from pathlib import Path
 
 from launcher.language import frontend_registry
+from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameter_file
-from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.substitution import (
+    SomeSubstitutionsType_types_tuple,
+    Substitution,
+    SubstitutionFailure,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launcher.language.type_utils import (
     normalize_typed_substitution,
     perform_typed_substitution,
-)
-from launcher.language.utilities import (
-    SomeSubstitutionsType_types_tuple,
-    ensure_argument_type,
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
 )
 
 TYPE_CHECKING = False
@@ -157,7 +158,7 @@ class ParameterFile:
     def _substituted(self, context: LaunchContext, path: Path) -> Path:
         import yaml
 
-        substitutions = frontend_registry.parse_substitution(path.read_text())
+        substitutions = frontend_registry.parse_with("parse_substitution", path.read_text())
         text = perform_substitutions(context, substitutions)
         try:
             content = yaml.safe_load(text)

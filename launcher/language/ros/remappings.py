@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import ensure_argument_type, normalize_to_list_of_substitutions
+from launcher.language.class_tools import ensure_argument_type
+from launcher.language.substitution import Substitution, normalize_to_list_of_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
+from launcher.language.diagnostics import ros2_quirks
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.names import (
     NameValidationException,
@@ -15,8 +16,9 @@ from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
     normalize_parameter_dict,
 )
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -29,17 +31,13 @@ if TYPE_CHECKING:
 
 
 @public("launch_ros.actions.push_ros_namespace")
+@parsed
 class PushROSNamespace(Action):
     """Puts the nodes of the scope below a namespace; an absolute one replaces those outside."""
 
     def __init__(self, namespace: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__namespace = normalize_to_list_of_substitutions(namespace)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PushROSNamespace", cls, entity, parser)
 
     @property
     def namespace(self) -> list[Substitution]:
@@ -65,11 +63,12 @@ def _shared_list(context: LaunchContext, key: str, action: Action) -> list[Any]:
     """The list that all scopes share once it exists, as in ROS 2; made when there is none."""
     shared: list[Any] = context.launch_configurations.setdefault(key, [])
     if context._outer_configuration(key) is shared:
-        surprises.setting_leaks(context, type(action).__name__, action._origin)
+        ros2_quirks.setting_leaks(context, type(action).__name__, action._origin)
     return shared
 
 
 @public("launch_ros.actions.set_parameter")
+@parsed
 class SetParameter(Action):
     """Gives all nodes of the scope a parameter.
 
@@ -80,11 +79,6 @@ class SetParameter(Action):
         super().__init__(**kwargs)
         key = tuple(normalize_to_list_of_substitutions(name))
         self.__param_dict = normalize_parameter_dict({key: value})
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetParameter", cls, entity, parser)
 
     @property
     def name(self) -> Any:
@@ -103,17 +97,13 @@ class SetParameter(Action):
 
 
 @public("launch_ros.actions.set_parameters_from_file")
+@parsed
 class SetParametersFromFile(Action):
     """Gives all nodes of the scope a parameter file."""
 
     def __init__(self, filename: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._input_file = normalize_to_list_of_substitutions(filename)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetParametersFromFile", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Add it to the parameters of the scope."""
@@ -122,6 +112,7 @@ class SetParametersFromFile(Action):
 
 
 @public("launch_ros.actions.set_remap")
+@parsed
 class SetRemap(Action):
     """Gives all nodes of the scope a remapping, before their own."""
 
@@ -129,11 +120,6 @@ class SetRemap(Action):
         super().__init__(**kwargs)
         self.__src = normalize_to_list_of_substitutions(src)
         self.__dst = normalize_to_list_of_substitutions(dst)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetRemap", cls, entity, parser)
 
     @property
     def src(self) -> list[Substitution]:
@@ -152,17 +138,13 @@ class SetRemap(Action):
 
 
 @public("launch_ros.actions.set_ros_log_dir")
+@parsed
 class SetROSLogDir(Action):
     """Sets the folder that the nodes of the scope log into."""
 
     def __init__(self, new_log_dir: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__new_log_dir = normalize_to_list_of_substitutions(new_log_dir)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetROSLogDir", cls, entity, parser)
 
     @property
     def log_dir(self) -> list[Substitution]:
@@ -175,17 +157,13 @@ class SetROSLogDir(Action):
 
 
 @public("launch_ros.actions.set_use_sim_time")
+@parsed
 class SetUseSimTime(Action):
     """Tells the launcher's own clock, not the nodes, to follow simulated time."""
 
     def __init__(self, value: bool, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__value = value
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetUseSimTime", cls, entity, parser)
 
     @property
     def value(self) -> bool:

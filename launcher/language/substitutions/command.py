@@ -6,8 +6,9 @@ import shlex
 import subprocess
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )

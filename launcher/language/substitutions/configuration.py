@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 
+from launcher.language.class_tools import ensure_argument_type, is_iterable
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
-    ensure_argument_type,
-    is_iterable,
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )

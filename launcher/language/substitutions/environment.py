@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )

@@ -6,10 +6,12 @@ import os
 import shutil
 from collections.abc import Iterable
 
-from launcher.language import session, surprises
+from launcher.language import session
+from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -83,7 +85,7 @@ class ThisLaunchFile(Substitution):
 
     def perform(self, context: LaunchContext) -> str:
         """The path; SubstitutionFailure outside of a launch file."""
-        surprises.this_file_is_another(context, "ThisLaunchFile()", self._origin)
+        ros2_quirks.this_file_is_another(context, "ThisLaunchFile()", self._origin)
         return _local(context, "current_launch_file_path", "ThisLaunchFile")
 
 
@@ -100,7 +102,7 @@ class ThisLaunchFileDir(Substitution):
 
     def perform(self, context: LaunchContext) -> str:
         """The folder; SubstitutionFailure outside of a launch file."""
-        surprises.this_file_is_another(context, "ThisLaunchFileDir()", self._origin)
+        ros2_quirks.this_file_is_another(context, "ThisLaunchFileDir()", self._origin)
         return _local(context, "current_launch_file_directory", "ThisLaunchFileDir")
 
 

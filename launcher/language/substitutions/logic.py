@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.type_utils import is_substitution, perform_typed_substitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.type_utils import is_substitution, perform_typed_substitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -6,12 +6,12 @@ import os
 import re
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.configuration import LocalSubstitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import LocalSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable
 
+from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
-    ensure_argument_type,
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )

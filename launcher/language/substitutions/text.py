@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
-    ensure_argument_type,
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -15,28 +14,6 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
-
-
-@public("launch.substitutions.text_substitution")
-class TextSubstitution(Substitution):
-    """A text that stands for itself."""
-
-    def __init__(self, *, text: str) -> None:
-        ensure_argument_type(text, str, "text", "TextSubstitution")
-        self.__text = text
-
-    @property
-    def text(self) -> str:
-        """The text."""
-        return self.__text
-
-    def describe(self) -> str:
-        """The text in quotes."""
-        return f"'{self.text}'"
-
-    def perform(self, context: LaunchContext) -> str:
-        """The text."""
-        return self.text
 
 
 @public("launch.substitutions.string_join_substitution")

@@ -5,7 +5,7 @@ from __future__ import annotations
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
-    from launcher.language.origin import Origin
+    from launcher.language.diagnostics.origin import Origin
 
 _INCLUDERS = "_launch_file_includers"  # attribute of the context: file -> file that includes it
 

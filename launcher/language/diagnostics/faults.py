@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from types import TracebackType
 
 from launcher.errors import LauncherError, LaunchFileError
-from launcher.language import hints
-from launcher.language.origin import Origin, is_own_file
+from launcher.language.diagnostics import hints
+from launcher.language.diagnostics.origin import Origin, is_own_file
 from launcher.language.sources import InvalidLaunchFileError
 
 TYPE_CHECKING = False

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 
-from launcher.language.origin import Origin, is_own_file
+from launcher.language.diagnostics.origin import Origin, is_own_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -195,9 +195,7 @@ def _shown(item: Any) -> str:
 
 
 def _repair(item: Any, holder: Any) -> str:
-    from launcher.language.event import Event
-    from launcher.language.event_handler import BaseEventHandler
-    from launcher.language.sources import LaunchDescriptionSource
+    from launcher.language.event import BaseEventHandler, Event
     from launcher.language.substitution import Substitution
 
     kind = item if isinstance(item, type) else type(item)
@@ -217,7 +215,7 @@ def _repair(item: Any, holder: Any) -> str:
         return f"{name} is a class: call it, as in {name}(...)"
     if isinstance(item, BaseEventHandler):
         return f"a handler is registered by RegisterEventHandler({name}(...))"
-    if isinstance(item, LaunchDescriptionSource):
+    if hasattr(kind, "get_launch_description"):
         return f"a launch file is included by IncludeLaunchDescription({name}(...))"
     if isinstance(item, Substitution):
         return "a substitution is a value for an action, as in LogInfo(msg=...)"

@@ -7,8 +7,8 @@ import sys
 
 from launcher.model.record import Record
 
-# As the code objects of the modules beside this one spell it.
-_OWN_FILES = os.path.dirname(os.path.dirname(__file__)) + "/"
+# The folder of the launcher, as code objects of its modules spell it.
+_OWN_FILES = os.path.dirname(os.path.dirname(os.path.dirname(__file__))) + "/"
 _MAX_FRAMES = 40  # deeper than any helper library; bounds the cost of a runaway recursion
 
 

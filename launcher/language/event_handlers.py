@@ -1,16 +1,15 @@
-"""Event handlers for the usual events: process start, exit, output, shutdown, completion."""
+"""Event handlers, except those of processes: a matcher, and what to do with a matching event."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from launcher.language.action import Action
+from launcher.language.class_tools import is_a_subclass
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.event import Event
-from launcher.language.event_handler import BaseEventHandler
+from launcher.language.event import BaseEventHandler, Event
 from launcher.language.events import ExecutionComplete, IncludeLaunchDescription, Shutdown
 from launcher.language.naming import public
-from launcher.language.process_events import ProcessExited, ProcessIO, ProcessStarted
-from launcher.language.utilities import is_a_subclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -96,77 +95,11 @@ def _entities(on_event: Any) -> list[Any]:
     return entities
 
 
-def _execute_local() -> type:
-    from launcher.language.actions.process import ExecuteLocal  # handlers stand below actions
-
-    return ExecuteLocal
-
-
-@public("launch.event_handlers.on_process_start")
-class OnProcessStart(OnActionEventBase):
-    """Reacts when a process was started."""
-
-    def __init__(self, *, target_action: Any = None, on_start: Any, **kwargs: Any) -> None:
-        super().__init__(
-            action_matcher=target_action,
-            on_event=on_start,
-            target_event_cls=ProcessStarted,
-            target_action_cls=_execute_local(),
-            **kwargs,
-        )
-
-
-@public("launch.event_handlers.on_process_exit")
-class OnProcessExit(OnActionEventBase):
-    """Reacts when a process ended, however it ended."""
-
-    def __init__(self, *, target_action: Any = None, on_exit: Any, **kwargs: Any) -> None:
-        super().__init__(
-            action_matcher=target_action,
-            on_event=on_exit,
-            target_event_cls=ProcessExited,
-            target_action_cls=_execute_local(),
-            **kwargs,
-        )
-
-
-@public("launch.event_handlers.on_process_io")
-class OnProcessIO(OnActionEventBase):
-    """Reacts to bytes that a process wrote."""
-
-    def __init__(
-        self,
-        *,
-        target_action: Any = None,
-        on_stdin: Callable[[ProcessIO], Any] | None = None,
-        on_stdout: Callable[[ProcessIO], Any] | None = None,
-        on_stderr: Callable[[ProcessIO], Any] | None = None,
-        **kwargs: Any,
-    ) -> None:
-        def on_io(event: Event, context: LaunchContext) -> Any:
-            assert isinstance(event, ProcessIO)
-            if event.from_stdout:
-                return on_stdout(event) if on_stdout is not None else None
-            if event.from_stderr:
-                return on_stderr(event) if on_stderr is not None else None
-            return on_stdin(event) if on_stdin is not None else None
-
-        super().__init__(
-            action_matcher=target_action,
-            on_event=on_io,
-            target_event_cls=ProcessIO,
-            target_action_cls=_execute_local(),
-            **kwargs,
-        )
-
-
 @public("launch.event_handlers.on_execution_complete")
 class OnExecutionComplete(OnActionEventBase):
     """Reacts when an action was executed and has ended."""
 
     def __init__(self, *, target_action: Any = None, on_completion: Any, **kwargs: Any) -> None:
-        from launcher.language.action import Action
-
         super().__init__(
             action_matcher=target_action,
             on_event=on_completion,
