@@ -14,6 +14,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.substitution import Substitution
+
 
 class NoDescriptionError(LaunchFileError):
     """`generate_launch_description()` returned something else."""
@@ -66,4 +68,12 @@ def _parse(key: str, *args: Any, **kwargs: Any) -> Any:
     return parsers.parse_function(key)(*args, **kwargs)
 
 
-frontend_registry.provide(parse=_parse, parser_class=_parser_class)
+def _parse_substitution(text: str) -> list[Substitution]:
+    from launcher.frontends.grammar_substitutions import parse_substitution
+
+    return parse_substitution(text)
+
+
+frontend_registry.provide(
+    parse_with=_parse, parse_substitution=_parse_substitution, parser_class=_parser_class
+)

@@ -23,14 +23,20 @@ substitution_parse_methods: dict[str, Callable[..., Any]] = {}
 _provided: dict[str, Callable[..., Any]] = {}
 
 
-def provide(*, parse: Callable[..., Any], parser_class: Callable[[str], Any]) -> None:
-    """Set what `parse_with` and `parser_class` call."""
-    _provided.update(parse=parse, parser_class=parser_class)
+def provide(**functions: Callable[..., Any]) -> None:
+    """Set what `parse_with`, `parse_substitution` and `parser_class` call."""
+    _provided.update(functions)
 
 
 def parse_with(key: str, *args: Any, **kwargs: Any) -> Any:
-    """Call the parse function that the front ends have for a class or for another purpose."""
-    return _provided["parse"](key, *args, **kwargs)
+    """Call the parse function that the front ends have for a class or another key."""
+    return _provided["parse_with"](key, *args, **kwargs)
+
+
+def parse_substitution(text: str) -> list[Any]:
+    """The substitutions of a text with `$(...)` in it."""
+    substitutions: list[Any] = _provided["parse_substitution"](text)
+    return substitutions
 
 
 def parser_class(extension: str) -> Any:

@@ -7,7 +7,7 @@ from collections.abc import Collection
 
 from launcher.frontends.entity import Entity
 from launcher.frontends.entity_errors import AttributeTypeError, UnexpectedContentError, shown
-from launcher.frontends.parsers.base import (
+from launcher.frontends.parsers.attributes import (
     Parsed,
     as_dictionary,
     name_value_pairs,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from launcher.frontends.entity_errors import AttributeTypeError
-from launcher.frontends.parsers.base import Parsed
+from launcher.frontends.parsers.attributes import Parsed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -109,10 +109,3 @@ def _modules(word: Sequence[Any]) -> list[str]:
         return []
     names: str = word[0].perform(None)
     return [name.strip() for name in names.split(",")]
-
-
-def parse_template(text: str) -> list[Any]:
-    """The substitutions of a text that stands in no launch file (a parameter file, say)."""
-    from launcher.frontends.grammar_substitutions import parse_substitution as parse
-
-    return parse(text)

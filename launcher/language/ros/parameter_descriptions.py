@@ -158,7 +158,7 @@ class ParameterFile:
     def _substituted(self, context: LaunchContext, path: Path) -> Path:
         import yaml
 
-        substitutions = frontend_registry.parse_with("parse_substitution", path.read_text())
+        substitutions = frontend_registry.parse_substitution(path.read_text())
         text = perform_substitutions(context, substitutions)
         try:
             content = yaml.safe_load(text)
