@@ -139,7 +139,6 @@ class XmlEntity(Entity):
 
     @property
     def type_name(self) -> str:
-        """The tag."""
         return self._element.tag
 
     @property
@@ -155,12 +154,10 @@ class XmlEntity(Entity):
 
     @property
     def place(self) -> Place:
-        """The opening `<`."""
         return self._source.place(self._element.line, self._element.column)
 
     @property
     def source(self) -> SourceText:
-        """The launch file."""
         return self._source
 
     def assert_entity_completely_parsed(self) -> None:

@@ -130,7 +130,6 @@ class YamlEntity(Entity):
 
     @property
     def type_name(self) -> str:
-        """The key."""
         return self._type_name
 
     @property
@@ -146,7 +145,6 @@ class YamlEntity(Entity):
 
     @property
     def source(self) -> SourceText:
-        """The launch file."""
         return self._source
 
     @property

@@ -84,11 +84,9 @@ class RunHost:
         return True
 
     def later(self, step: Callable[[], None]) -> None:
-        """Run a step when the current event is done."""
         self.steps.append(step)
 
     def next_process_number(self) -> int:
-        """The number of the next process of this run, from 1."""
         self._processes_numbered += 1
         return self._processes_numbered
 
@@ -130,38 +128,31 @@ class RunHost:
         return None
 
     def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
-        """Call back after some seconds."""
         timer_id = self._new_id()
         self.timers[timer_id] = callback
         self.request(model.CallLater(timer_id=timer_id, delay_s=delay_s))
         return timer_id
 
     def cancel_call(self, timer_id: int) -> None:
-        """Forget a `call_later`."""
         if self.timers.pop(timer_id, None) is not None:
             self.request(model.CancelTimer(timer_id=timer_id))
 
     def log(self, logger: str, level: str, text: str) -> None:
-        """Say something to the user."""
         self.request(model.LogMessage(logger=logger, level=level, text=text))
 
     def visiting(self, entity: Any) -> None:
-        """Tell the watcher, if there is one."""
         self._depth += 1
         if self.watcher is not None:
             self.watcher.visiting(entity, self._depth)
 
     def visited(self) -> None:
-        """Go back up."""
         self._depth -= 1
 
     def skipped(self, action: Any) -> None:
-        """Tell the watcher, if there is one."""
         if self.watcher is not None:
             self.watcher.skipped(action)
 
     def warn_surprise(self, text: str, origin: Origin | None) -> None:
-        """Note a surprise and tell the user, once."""
         surprise = Surprise(text, origin)
         if surprise not in self.surprises:
             self.surprises[surprise] = None
@@ -169,37 +160,30 @@ class RunHost:
             self.log("launch", "WARNING", place + text)
 
     def configuration_read(self, name: str) -> None:
-        """Note that the launch file reads this launch configuration."""
         self.names_read.add(name)
 
     def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
-        """Tell the watcher, if there is one."""
         if self.watcher is not None:
             self.watcher.configured(name, value, origin)
 
     def declared(self, argument: Any, value: str) -> None:
-        """Note the value of a launch argument."""
         self.declared_values[argument.name] = value
         self.declared_arguments[argument.name] = argument
 
     def remember_file(self, path: str, content: Any) -> None:
-        """Own a generated parameter file."""
         self.generated[path] = content
 
     def load_component(self, request: Any, done: Callable[[Any], None]) -> None:
-        """Ask a container to load a node."""
         request_id = self._new_id()
         self.waiting[request_id] = done
         self.request(model.LoadComponent(request_id=request_id, request=request))
 
     def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
-        """Ask a lifecycle node for a transition."""
         request_id = self._new_id()
         self.waiting[request_id] = done
         self.request(model.ChangeState(request_id=request_id, request=request))
 
     def watch_lifecycle(self, node: str, seen: Callable[[Any], None]) -> None:
-        """Call `seen` for each transition of the node."""
         self.lifecycle_watchers.setdefault(node, []).append(seen)
 
     def asyncio_loop(self) -> Any:

@@ -35,7 +35,6 @@ class Action(LaunchDescriptionEntity):
         return self.__condition
 
     def describe(self) -> str:
-        """A text for people."""
         return self.__repr__()
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:

@@ -68,7 +68,6 @@ class Configurations(_Table):
         return super().__getitem__(name)
 
     def update(self, *others: Any, **values: Any) -> None:
-        """Set several values."""
         for name, value in dict(*others, **values).items():
             self[name] = value
 
@@ -95,21 +94,17 @@ class Configurations(_Table):
         return super().__iter__()
 
     def items(self) -> ItemsView[str, Any]:  # type: ignore[override]
-        """All pairs."""
         self._read(ALL_NAMES)
         return super().items()
 
     def keys(self) -> KeysView[str]:  # type: ignore[override]
-        """All names."""
         self._read(ALL_NAMES)
         return super().keys()
 
     def values(self) -> ValuesView[Any]:  # type: ignore[override]
-        """All values."""
         self._read(ALL_NAMES)
         return super().values()
 
     def copy(self) -> dict[str, Any]:
-        """A plain dictionary."""
         self._read(ALL_NAMES)
         return dict(super().items())

@@ -130,7 +130,6 @@ class LaunchContext:
 
     @property
     def locals(self) -> Any:
-        """The locals as attributes."""
         return _Locals(self.get_locals_as_dict())
 
     # ---- launch configurations
@@ -210,7 +209,6 @@ class LaunchContext:
         self._event_handlers.remove(event_handler)
 
     def emit_event_sync(self, event: Event) -> None:
-        """Queue an event."""
         if self._host.accepts(event):
             self._event_queue.append(event)
 

@@ -44,7 +44,6 @@ class LaunchDescription(LaunchDescriptionEntity):
         return self.__entities
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """The entities."""
         return self.__entities
 
     def get_launch_arguments(
@@ -66,25 +65,20 @@ class LaunchDescription(LaunchDescriptionEntity):
 
     @property
     def entities(self) -> list[LaunchDescriptionEntity]:
-        """The entities."""
         return self.__entities
 
     def add_entity(self, entity: LaunchDescriptionEntity) -> None:
-        """Append an entity."""
         self.__entities.append(entity)
 
     def add_action(self, action: Action) -> None:
-        """Append an action."""
         self.add_entity(action)
 
     @property
     def deprecated(self) -> bool:
-        """Whether it is deprecated."""
         return self.__deprecated_reason is not None
 
     @property
     def deprecated_reason(self) -> str | None:
-        """Why."""
         return self.__deprecated_reason
 
 

@@ -38,7 +38,6 @@ class LaunchDescriptionEntity:
         return None
 
     def describe(self) -> str:
-        """A text for people."""
         return self.__repr__()
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:

@@ -84,7 +84,6 @@ class EventHandler(BaseEventHandler):
         return self.__entities
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
-        """A text and the entities."""
         text, _ = super().describe()
         entities = self.__entities
         if entities is None:
@@ -92,6 +91,5 @@ class EventHandler(BaseEventHandler):
         return (text, list(entities) if isinstance(entities, Iterable) else [entities])
 
     def handle(self, event: Event, context: LaunchContext) -> Any:
-        """Yield the entities."""
         super().handle(event, context)
         return self.entities

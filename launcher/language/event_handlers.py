@@ -155,7 +155,6 @@ class OnIncludeLaunchDescription(BaseEventHandler):
         return "event issubclass of launch.events.IncludeLaunchDescription"
 
     def handle(self, event: Event, context: LaunchContext) -> Any:
-        """Yield the launch description."""
         super().handle(event, context)
         assert isinstance(event, IncludeLaunchDescription)
         return event.launch_description

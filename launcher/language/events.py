@@ -23,7 +23,6 @@ class ExecutionComplete(Event):
 
     @property
     def action(self) -> Any:
-        """The action."""
         return self.__action
 
 
@@ -49,12 +48,10 @@ class Shutdown(Event):
 
     @property
     def reason(self) -> str:
-        """Why."""
         return self.__reason
 
     @property
     def due_to_sigint(self) -> bool:
-        """Whether Ctrl-C caused it."""
         return self.__due_to_sigint
 
 
@@ -69,7 +66,6 @@ class TimerEvent(Event):
 
     @property
     def timer_action(self) -> Any:
-        """The timer."""
         return self.__timer_action
 
 

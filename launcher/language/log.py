@@ -43,7 +43,6 @@ class LaunchConfig:
         session.current().log_dir = new_log_dir
 
     def reset(self) -> None:
-        """Back to the defaults."""
         self.__init__()  # type: ignore[misc]
 
     def set_screen_format(self, screen_format: str, *, screen_style: str | None = None) -> None:

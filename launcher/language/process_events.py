@@ -68,12 +68,10 @@ class RunningProcessEvent(Event):
 
     @property
     def env(self) -> Mapping[str, str] | None:
-        """The environment."""
         return self.__env
 
     @property
     def pid(self) -> int:
-        """The process id."""
         return self.__pid
 
 
@@ -113,7 +111,6 @@ class ProcessIO(RunningProcessEvent):
 
     @property
     def text(self) -> bytes:
-        """The bytes."""
         return self.__text
 
     @property
@@ -183,9 +180,6 @@ class ShutdownProcess(ProcessTargetedEvent):
 
     name = "launch.events.process.ShutdownProcess"
 
-    def __init__(self, *, process_matcher: ProcessMatcher) -> None:
-        super().__init__(process_matcher=process_matcher)
-
 
 @public("launch.events.process.signal_process")
 class SignalProcess(ProcessTargetedEvent):
@@ -206,40 +200,30 @@ class SignalProcess(ProcessTargetedEvent):
 
     @property
     def signal(self) -> signals.Signals:
-        """The signal."""
         return self.__signal
 
     @property
     def signal_name(self) -> str:
-        """Its name, like SIGINT."""
         return self.__signal.name
 
 
 def matches_pid(pid: int) -> ProcessMatcher:
     """A matcher for the process with this id."""
-
-    def matcher(action: Any) -> bool:
-        details = action.process_details
-        return bool(details is not None and details.get("pid") == pid)
-
-    return matcher
+    return _matcher(lambda details: details.get("pid") == pid)
 
 
 def matches_name(name: str) -> ProcessMatcher:
     """A matcher for the process with this label."""
-
-    def matcher(action: Any) -> bool:
-        details = action.process_details
-        return bool(details is not None and details["name"] == name)
-
-    return matcher
+    return _matcher(lambda details: details["name"] == name)
 
 
 def matches_executable(executable: str) -> ProcessMatcher:
     """A matcher for processes whose first word is this."""
+    return _matcher(lambda details: details["cmd"][0] == executable)
 
+
+def _matcher(fits: Callable[[Mapping[str, Any]], bool]) -> ProcessMatcher:
     def matcher(action: Any) -> bool:
-        details = action.process_details
-        return bool(details is not None and details["cmd"][0] == executable)
+        return action.process_details is not None and bool(fits(action.process_details))
 
     return matcher

@@ -43,11 +43,9 @@ class LaunchService:
         return None
 
     def emit_event(self, event: Any) -> None:
-        """Queue an event."""
         self.__context.emit_event_sync(event)
 
     def include_launch_description(self, launch_description: Any) -> None:
-        """Keep a description."""
         self._descriptions.append(launch_description)
 
     def run(self, *, shutdown_when_idle: bool = True) -> NoReturn:

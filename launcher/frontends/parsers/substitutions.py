@@ -22,7 +22,6 @@ class Words:
     optional: tuple[str, ...] = ()
 
     def described(self) -> str:
-        """Like `$(env NAME [DEFAULT_VALUE])`."""
         words = [self.name, *map(str.upper, self.required)]
         words += [f"[{keyword.upper()}]" for keyword in self.optional]
         return f"$({' '.join(words)})"

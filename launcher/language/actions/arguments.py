@@ -8,7 +8,7 @@ from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,
-    normalize_to_list_of_substitutions,
+    optional_substitutions,
     perform_substitutions,
 )
 
@@ -39,9 +39,7 @@ class DeclareLaunchArgument(Action):
     ) -> None:
         super().__init__(**kwargs)
         self.__name = name
-        self.__default_value = (
-            None if default_value is None else normalize_to_list_of_substitutions(default_value)
-        )
+        self.__default_value = optional_substitutions(default_value)
         _check_choices(default_value, choices)
         self.__description = _describe(description, choices)
         self.__choices = choices
@@ -50,7 +48,6 @@ class DeclareLaunchArgument(Action):
 
     @property
     def name(self) -> str:
-        """The name."""
         return self.__name
 
     @property
@@ -65,7 +62,6 @@ class DeclareLaunchArgument(Action):
 
     @property
     def choices(self) -> list[str] | None:
-        """The allowed values."""
         return self.__choices
 
     def execute(self, context: LaunchContext) -> None:

@@ -25,37 +25,15 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 
-@public("launch.actions.set_launch_configuration")
-@parsed
-class SetLaunchConfiguration(Action):
-    """Sets a launch configuration; it may not exist yet."""
+class _Plain(Action):
+    """Base of actions without settings of their own."""
 
-    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.__name = normalize_to_list_of_substitutions(name)
-        self.__value = normalize_to_list_of_substitutions(value)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The name."""
-        return self.__name
-
-    @property
-    def value(self) -> list[Substitution]:
-        """The value."""
-        return self.__value
-
-    def execute(self, context: LaunchContext) -> None:
-        """Set it."""
-        name = perform_substitutions(context, self.name)
-        value = perform_substitutions(context, self.value)
-        context.launch_configurations.assign(name, value, self._origin)
 
 
-@public("launch.actions.unset_launch_configuration")
-@parsed
-class UnsetLaunchConfiguration(Action):
-    """Removes a launch configuration, if it exists."""
+class _Named(Action):
+    """Base of actions on one name."""
 
     def __init__(self, name: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -63,12 +41,39 @@ class UnsetLaunchConfiguration(Action):
 
     @property
     def name(self) -> list[Substitution]:
-        """The name."""
         return self.__name
 
+
+class _NamedValue(_Named):
+    """Base of actions on a name and a value."""
+
+    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+        super().__init__(name, **kwargs)
+        self.__value = normalize_to_list_of_substitutions(value)
+
+    @property
+    def value(self) -> list[Substitution]:
+        return self.__value
+
+
+@public("launch.actions.set_launch_configuration")
+@parsed
+class SetLaunchConfiguration(_NamedValue):
+    """Sets a launch configuration; it may not exist yet."""
+
     def execute(self, context: LaunchContext) -> None:
-        """Remove it."""
-        context.launch_configurations.pop(perform_substitutions(context, self.__name), None)
+        name = perform_substitutions(context, self.name)
+        value = perform_substitutions(context, self.value)
+        context.launch_configurations.assign(name, value, self._origin)
+
+
+@public("launch.actions.unset_launch_configuration")
+@parsed
+class UnsetLaunchConfiguration(_Named):
+    """Removes a launch configuration, if it exists."""
+
+    def execute(self, context: LaunchContext) -> None:
+        context.launch_configurations.pop(perform_substitutions(context, self.name), None)
 
 
 @public("launch.actions.reset_launch_configurations")
@@ -85,7 +90,6 @@ class ResetLaunchConfigurations(Action):
         self.__launch_configurations = launch_configurations
 
     def execute(self, context: LaunchContext) -> None:
-        """Clear, then set what is kept."""
         kept = {
             _text(context, name): _text(context, value)
             for name, value in (self.__launch_configurations or {}).items()
@@ -100,78 +104,44 @@ def _text(context: LaunchContext, value: Any) -> str:
 
 @public("launch.actions.push_launch_configurations")
 @parsed
-class PushLaunchConfigurations(Action):
+class PushLaunchConfigurations(_Plain):
     """Saves the launch configurations; changes last until they are popped."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
     def execute(self, context: LaunchContext) -> None:
-        """Save."""
         context._push_launch_configurations()
 
 
 @public("launch.actions.pop_launch_configurations")
 @parsed
-class PopLaunchConfigurations(Action):
+class PopLaunchConfigurations(_Plain):
     """Restores the launch configurations that were pushed last."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
     def execute(self, context: LaunchContext) -> None:
-        """Restore."""
         context._pop_launch_configurations()
 
 
 @public("launch.actions.set_environment_variable")
 @parsed
-class SetEnvironmentVariable(Action):
+class SetEnvironmentVariable(_NamedValue):
     """Sets an environment variable for what comes after."""
 
-    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.__name = normalize_to_list_of_substitutions(name)
-        self.__value = normalize_to_list_of_substitutions(value)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The name."""
-        return self.__name
-
-    @property
-    def value(self) -> list[Substitution]:
-        """The value."""
-        return self.__value
-
     def execute(self, context: LaunchContext) -> None:
-        """Set it."""
         name = perform_substitutions(context, self.name)
         context.environment[name] = perform_substitutions(context, self.value)
 
 
 @public("launch.actions.unset_environment_variable")
 @parsed
-class UnsetEnvironmentVariable(Action):
+class UnsetEnvironmentVariable(_Named):
     """Removes an environment variable, if it is set."""
 
-    def __init__(self, name: Any, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.__name = normalize_to_list_of_substitutions(name)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The name."""
-        return self.__name
-
     def execute(self, context: LaunchContext) -> None:
-        """Remove it."""
         context.environment.pop(perform_substitutions(context, self.name), None)
 
 
 @public("launch.actions.append_environment_variable")
 @parsed
-class AppendEnvironmentVariable(Action):
+class AppendEnvironmentVariable(_NamedValue):
     """Extends an environment variable at its end, or with `prepend` at its start."""
 
     def __init__(
@@ -182,21 +152,9 @@ class AppendEnvironmentVariable(Action):
         separator: Any = os.pathsep,
         **kwargs: Any,
     ) -> None:
-        super().__init__(**kwargs)
-        self.__name = normalize_to_list_of_substitutions(name)
-        self.__value = normalize_to_list_of_substitutions(value)
+        super().__init__(name, value, **kwargs)
         self.__prepend = normalize_typed_substitution(prepend, bool)
         self.__separator = normalize_to_list_of_substitutions(separator)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The name."""
-        return self.__name
-
-    @property
-    def value(self) -> list[Substitution]:
-        """What is added."""
-        return self.__value
 
     @property
     def prepend(self) -> Any:
@@ -222,40 +180,28 @@ class AppendEnvironmentVariable(Action):
 
 @public("launch.actions.push_environment")
 @parsed
-class PushEnvironment(Action):
+class PushEnvironment(_Plain):
     """Saves the environment; changes last until it is popped."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
     def execute(self, context: LaunchContext) -> None:
-        """Save."""
         context._push_environment()
 
 
 @public("launch.actions.pop_environment")
 @parsed
-class PopEnvironment(Action):
+class PopEnvironment(_Plain):
     """Restores the environment that was pushed last."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
     def execute(self, context: LaunchContext) -> None:
-        """Restore."""
         context._pop_environment()
 
 
 @public("launch.actions.reset_environment")
 @parsed
-class ResetEnvironment(Action):
+class ResetEnvironment(_Plain):
     """Sets the environment back to that of the start of the run."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
     def execute(self, context: LaunchContext) -> None:
-        """Reset."""
         context._reset_environment()
 
 
@@ -270,7 +216,6 @@ class ReplaceEnvironmentVariables(Action):
 
     @property
     def environment(self) -> Mapping[Any, Any]:
-        """The new environment."""
         return self.__environment
 
     def execute(self, context: LaunchContext) -> None:

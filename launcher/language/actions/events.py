@@ -40,11 +40,9 @@ class EmitEvent(Action):
 
     @property
     def event(self) -> Event:
-        """The event."""
         return self.__event
 
     def execute(self, context: LaunchContext) -> None:
-        """Queue it."""
         context.emit_event_sync(self.__event)
 
 
@@ -76,11 +74,9 @@ class LogInfo(Action):
 
     @property
     def msg(self) -> list[Substitution]:
-        """The message."""
         return self.__msg
 
     def execute(self, context: LaunchContext) -> None:
-        """Print it."""
         context._host.log("launch.user", "INFO", perform_substitutions(context, self.msg))
 
 
@@ -113,7 +109,6 @@ class OpaqueFunction(Action):
         return self.__function
 
     def execute(self, context: LaunchContext) -> Any:
-        """Call it."""
         return self.__function(context, *self.__args, **self.__kwargs)
 
 
@@ -127,11 +122,9 @@ class RegisterEventHandler(Action):
 
     @property
     def event_handler(self) -> BaseEventHandler:
-        """The handler."""
         return self.__event_handler
 
     def execute(self, context: LaunchContext) -> None:
-        """Register it, to be asked first."""
         ros2_quirks.scope_is_lost(context, "this event handler", self._origin)
         context.register_event_handler(self.__event_handler)
 
@@ -153,9 +146,7 @@ class UnregisterEventHandler(Action):
 
     @property
     def event_handler(self) -> BaseEventHandler:
-        """The handler."""
         return self.__event_handler
 
     def execute(self, context: LaunchContext) -> None:
-        """Unregister it."""
         context.unregister_event_handler(self.__event_handler)

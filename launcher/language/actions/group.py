@@ -79,5 +79,4 @@ class GroupAction(Action):
         return [PopEnvironment(), PopLaunchConfigurations()] if self.__scoped else []
 
     def execute(self, context: LaunchContext) -> Any:
-        """Yield them."""
         return self.get_sub_entities()

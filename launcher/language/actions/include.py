@@ -45,13 +45,11 @@ class IncludeLaunchDescription(Action):
 
     @property
     def launch_description_source(self) -> LaunchDescriptionSource:
-        """Where the description comes from."""
         source: LaunchDescriptionSource = self.__launch_description_source
         return source
 
     @property
     def launch_arguments(self) -> tuple[tuple[Any, Any], ...]:
-        """(name, value) pairs."""
         return self.__launch_arguments
 
     def _get_launch_file(self) -> str:

@@ -30,16 +30,13 @@ class Log(Action):
 
     @property
     def msg(self) -> list[Substitution]:
-        """The message."""
         return self.__msg
 
     @property
     def level(self) -> list[Substitution]:
-        """The level."""
         return self.__level
 
     def execute(self, context: LaunchContext) -> None:
-        """Print it."""
         level = perform_substitutions(context, self.level).upper()
         context._host.log("launch.user", level, perform_substitutions(context, self.msg))
 

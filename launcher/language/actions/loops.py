@@ -38,7 +38,6 @@ class ForEach(Action):
 
     @property
     def function(self) -> Any:
-        """The function."""
         return self._function
 
     def execute(self, context: LaunchContext) -> list[Any] | None:
@@ -76,12 +75,10 @@ class ForLoop(Action):
 
     @property
     def length(self) -> Any:
-        """The number of turns."""
         return self._length
 
     @property
     def function(self) -> Any:
-        """The function."""
         return self._function
 
     def execute(self, context: LaunchContext) -> list[Any] | None:

@@ -96,7 +96,6 @@ class ExecuteLocal(Action):
 
     @property
     def process_description(self) -> Executable:
-        """The command."""
         return self.__process_description
 
     @property

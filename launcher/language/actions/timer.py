@@ -78,11 +78,9 @@ class TimerAction(Action):
         return self.__actions
 
     def describe(self) -> str:
-        """Like `TimerAction(period=5.0, actions=<actions>)`."""
         return f"TimerAction(period={self.__period}, actions=<actions>)"
 
     def describe_conditional_sub_entities(self) -> Any:
-        """The actions."""
         return [(f"{self.__period} seconds pass without being canceled", self.__actions)]
 
     def handle(self, context: LaunchContext) -> Any:
@@ -176,5 +174,4 @@ class RosTimer(TimerAction):
         self.__period = normalize_typed_substitution(period, float)
 
     def describe(self) -> str:
-        """Like `RosTimer(period=5.0, actions=<actions>)`."""
         return f"RosTimer(period={self.__period}, actions=<actions>)"

@@ -28,6 +28,7 @@ from launcher.language.substitution import (
     SomeSubstitutionsType_types_tuple,
     Substitution,
     normalize_to_list_of_substitutions,
+    optional_substitutions,
     perform_substitutions,
 )
 from launcher.model.events import ComponentLoaded, LoadRequest
@@ -40,10 +41,6 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 _LOGGER = "launch_ros.actions.load_composable_nodes"
-
-
-def _optional(value: Any) -> list[Substitution] | None:
-    return None if value is None else normalize_to_list_of_substitutions(value)
 
 
 @public("launch_ros.descriptions.composable_node")
@@ -65,8 +62,8 @@ class ComposableNode:
     ) -> None:
         self.__package = normalize_to_list_of_substitutions(package)
         self.__node_plugin = normalize_to_list_of_substitutions(plugin)
-        self.__node_name = _optional(name)
-        self.__node_namespace = _optional(namespace)
+        self.__node_name = optional_substitutions(name)
+        self.__node_namespace = optional_substitutions(namespace)
         self.__parameters = None if parameters is None else normalize_parameters(parameters)
         self.__remappings = list(normalize_remap_rules(remappings)) if remappings else None
         self.__extra_arguments = normalize_parameters(extra_arguments) if extra_arguments else None
@@ -74,22 +71,18 @@ class ComposableNode:
 
     @property
     def package(self) -> list[Substitution]:
-        """The package."""
         return self.__package
 
     @property
     def node_plugin(self) -> list[Substitution]:
-        """The plug-in's class."""
         return self.__node_plugin
 
     @property
     def node_name(self) -> list[Substitution] | None:
-        """The node's name."""
         return self.__node_name
 
     @property
     def node_namespace(self) -> list[Substitution] | None:
-        """The node's namespace."""
         return self.__node_namespace
 
     @property

@@ -73,7 +73,6 @@ class StateTransition(Event):
 
     @property
     def action(self) -> LifecycleNode:
-        """The node's action."""
         return self.__action
 
     @property
@@ -83,7 +82,6 @@ class StateTransition(Event):
 
     @property
     def timestamp(self) -> int:
-        """The node's time stamp."""
         return int(self.__timestamp)
 
     @property
@@ -168,7 +166,6 @@ class LifecycleNode(Node):
 
     @property
     def is_lifecycle_node(self) -> bool:
-        """True."""
         return True
 
     def execute(self, context: LaunchContext) -> Any:

@@ -147,17 +147,14 @@ class RosExecutable(Executable):
 
     @property
     def package(self) -> Any:
-        """The package."""
         return self.__package
 
     @property
     def executable(self) -> Any:
-        """The executable."""
         return self.__executable
 
     @property
     def nodes(self) -> Any:
-        """The nodes."""
         return self.__nodes
 
     def prepare(self, context: LaunchContext, action: Any) -> None:

@@ -12,6 +12,7 @@ from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -77,7 +78,6 @@ class FindPackage(Substitution):
 
     @property
     def package(self) -> list[Substitution]:
-        """The package's name."""
         return self.__package
 
     @classmethod
@@ -89,12 +89,10 @@ class FindPackage(Substitution):
 
     @staticmethod
     def find(package_name: str) -> str:
-        """The path; subclasses say which."""
         raise NotImplementedError()
 
     def describe(self) -> str:
-        """Like `FindPackageShare(pkg='demo')`."""
-        package = " + ".join([sub.describe() for sub in self.package])
+        package = describe_substitutions(self.package)
         return f"{self.__class__.__name__}(pkg={package})"
 
     def perform(self, context: LaunchContext) -> str:
@@ -108,7 +106,6 @@ class FindPackagePrefix(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        """The prefix."""
         return _package_prefix(package_name)
 
 
@@ -118,7 +115,6 @@ class FindPackageShare(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        """The folder."""
         return _share_directory(package_name)
 
 
@@ -161,13 +157,11 @@ class ExecutableInPackage(FindPackagePrefix):
 
     @property
     def executable(self) -> list[Substitution]:
-        """The executable's name."""
         return self.__executable
 
     def describe(self) -> str:
-        """Like `ExecInPkg(pkg='demo', exec='talker')`."""
-        executable = " + ".join([sub.describe() for sub in self.executable])
-        package = " + ".join([sub.describe() for sub in self.package])
+        executable = describe_substitutions(self.executable)
+        package = describe_substitutions(self.package)
         return f"ExecInPkg(pkg={package}, exec={executable})"
 
     def perform(self, context: LaunchContext) -> str:

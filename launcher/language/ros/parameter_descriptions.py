@@ -48,7 +48,6 @@ class ParameterValue:
 
     @property
     def value_type(self) -> Any:
-        """The type."""
         return self.__value_type
 
     def __str__(self) -> str:
@@ -81,12 +80,10 @@ class Parameter:
 
     @property
     def value(self) -> Any:
-        """The value."""
         return self.__parameter_value.value
 
     @property
     def value_type(self) -> Any:
-        """The type."""
         return self.__parameter_value.value_type
 
     def __str__(self) -> str:

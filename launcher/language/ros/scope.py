@@ -19,6 +19,7 @@ from launcher.language.ros.parameter_values import (
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -41,7 +42,6 @@ class PushROSNamespace(Action):
 
     @property
     def namespace(self) -> list[Substitution]:
-        """The namespace."""
         return self.__namespace
 
     def execute(self, context: LaunchContext) -> None:
@@ -82,7 +82,6 @@ class SetParameter(Action):
 
     @property
     def name(self) -> Any:
-        """The name."""
         return next(iter(self.__param_dict.keys()))
 
     @property
@@ -123,12 +122,10 @@ class SetRemap(Action):
 
     @property
     def src(self) -> list[Substitution]:
-        """The name to replace."""
         return self.__src
 
     @property
     def dst(self) -> list[Substitution]:
-        """The new name."""
         return self.__dst
 
     def execute(self, context: LaunchContext) -> None:
@@ -148,11 +145,9 @@ class SetROSLogDir(Action):
 
     @property
     def log_dir(self) -> list[Substitution]:
-        """The folder."""
         return self.__new_log_dir
 
     def execute(self, context: LaunchContext) -> None:
-        """Set `ROS_LOG_DIR`."""
         context.environment["ROS_LOG_DIR"] = perform_substitutions(context, self.log_dir)
 
 
@@ -167,7 +162,6 @@ class SetUseSimTime(Action):
 
     @property
     def value(self) -> bool:
-        """Whether to follow it."""
         return self.__value
 
     def execute(self, context: LaunchContext) -> None:
@@ -186,7 +180,6 @@ class Parameter(Substitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The name."""
         return self.__name
 
     @property
@@ -195,8 +188,7 @@ class Parameter(Substitution):
         return self.__default
 
     def describe(self) -> str:
-        """Like `Parameter('rate')`."""
-        return f"Parameter({' + '.join([sub.describe() for sub in self.name])})"
+        return f"Parameter({describe_substitutions(self.name)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The value as text, else the default; SubstitutionFailure without either."""

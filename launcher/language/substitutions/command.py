@@ -9,6 +9,7 @@ from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -35,17 +36,14 @@ class Command(Substitution):
 
     @property
     def command(self) -> list[Substitution]:
-        """The command line."""
         return self.__command
 
     @property
     def on_stderr(self) -> list[Substitution]:
-        """The policy."""
         return self.__on_stderr
 
     def describe(self) -> str:
-        """Like `Command('xacro ' + ...)`."""
-        return f"Command({' + '.join([sub.describe() for sub in self.command])})"
+        return f"Command({describe_substitutions(self.command)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The output; SubstitutionFailure if the command is missing or fails."""

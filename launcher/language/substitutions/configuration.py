@@ -9,6 +9,7 @@ from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -36,7 +37,6 @@ class LaunchConfiguration(Substitution):
 
     @property
     def variable_name(self) -> list[Substitution]:
-        """The name."""
         return self.__variable_name
 
     @property
@@ -45,8 +45,7 @@ class LaunchConfiguration(Substitution):
         return self.__default
 
     def describe(self) -> str:
-        """Like `LaunchConfig('name')`."""
-        return "LaunchConfig({})".format(" + ".join([sub.describe() for sub in self.variable_name]))
+        return f"LaunchConfig({describe_substitutions(self.variable_name)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The value, else the default; SubstitutionFailure without either."""
@@ -81,7 +80,6 @@ class LocalSubstitution(Substitution):
         return self.__expression
 
     def describe(self) -> str:
-        """Like `LocalVar('node name')`."""
         text = self.__expression if self.__description is None else self.__description
         return f"LocalVar('{text}')"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -26,20 +27,16 @@ class StringJoinSubstitution(Substitution):
 
     @property
     def substitutions(self) -> list[list[Substitution]]:
-        """The texts to join."""
         return self.__substitutions
 
     @property
     def delimiter(self) -> list[Substitution]:
-        """What goes between them."""
         return self.__delimiter
 
     def describe(self) -> str:
-        """Like `StringJoin('a', 'b')`."""
-        parts = ", ".join(" + ".join(s.describe() for s in subs) for subs in self.substitutions)
+        parts = ", ".join(describe_substitutions(subs) for subs in self.substitutions)
         return f"StringJoin({parts})"
 
     def perform(self, context: LaunchContext) -> str:
-        """The joined text."""
         delimiter = perform_substitutions(context, self.delimiter)
         return delimiter.join(perform_substitutions(context, sub) for sub in self.substitutions)
