@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, List, get_args, get_origin  # noqa: UP035 - List[...] is the API
 
-from launcher.frontends.entity_errors import Place, UnexpectedContentError, did_you_mean
+from launcher.frontends.entity_errors import Place, UnexpectedContentError
 from launcher.language.type_utils import get_typed_value
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from launcher.errors import LaunchFileError
+from launcher.text import did_you_mean, suggest
 
 _SHOWN = 120  # characters of a text of the launch file in a message
 
@@ -110,7 +111,7 @@ _OTHER_NAMES = {
 
 def attribute_hint(tag: str, name: str, known: Iterable[str]) -> str | None:
     """What somebody may have meant by an attribute that the tag does not have."""
-    return _OTHER_NAMES.get((tag, name)) or did_you_mean(name, known)
+    return _OTHER_NAMES.get((tag, name)) or did_you_mean(name, sorted(known))
 
 
 def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
@@ -118,21 +119,8 @@ def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
     for other in present:
         if f"'{name}'" in _OTHER_NAMES.get((tag, other), ""):
             return f"'{other}' is written '{name}' in ROS 2"
-    near = _nearest(name, present)
+    near = suggest(name, sorted(present))
     return f"is '{near}' meant to be '{name}'?" if near else None
-
-
-def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """A hint that names the nearest known name; None if none is near."""
-    near = _nearest(name, known)
-    return f"did you mean '{near}'?" if near else None
-
-
-def _nearest(name: str, known: Iterable[str]) -> str | None:
-    import difflib  # only mistakes pay for it
-
-    near = difflib.get_close_matches(name, sorted(known), n=1)
-    return near[0] if near else None
 
 
 def count_of(error: LaunchFileError) -> int:

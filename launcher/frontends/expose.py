@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterable
 
 from launcher.frontends import parsers
 from launcher.frontends.entity import Entity
-from launcher.frontends.entity_errors import StructureError, did_you_mean
+from launcher.frontends.entity_errors import StructureError
 from launcher.language import frontend_registry
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from launcher.errors import UsageError
 from launcher.packages import search_prefixes, share_directory
+from launcher.text import did_you_mean
 
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
@@ -127,10 +128,5 @@ def _stem(file: Path) -> str:
 
 
 def _near(name: str, known: Sequence[str]) -> str | None:
-    import difflib
-
-    near = difflib.get_close_matches(name, known, n=1)
-    if near:
-        return f"did you mean '{near[0]}'?"
-    known = known[:20]
-    return f"there is: {', '.join(known)}" if known else None
+    shown = ", ".join(known[:20])
+    return did_you_mean(name, known) or (f"there is: {shown}" if shown else None)

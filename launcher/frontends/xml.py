@@ -18,11 +18,11 @@ from launcher.frontends.entity_errors import (
     Place,
     UnexpectedContentError,
     attribute_hint,
-    did_you_mean,
     missing_hint,
     shown,
 )
 from launcher.frontends.parser import Parser, read_text
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from types import FrameType, ModuleType
 
 from launcher.language.compat.table import MODULES, SUBMODULES
+from launcher.text import suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -92,10 +93,8 @@ class PublicModule(ModuleType):
 
 
 def _message(module: str, name: str, names: list[str]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(name, names, n=1)
-    advice = f"did you mean {near[0]}? " if near else ""
+    near = suggest(name, names)
+    advice = f"did you mean {near}? " if near else ""
     return (
         f"{module}.{name} is not provided by this launcher ({advice}provided: {', '.join(names)})"
     )

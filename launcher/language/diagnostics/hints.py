@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 
 from launcher.errors import LauncherError
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -84,14 +84,6 @@ def _near_module(name: str) -> str:
     top = name.partition(".")[0]
     near = did_you_mean(top, [module.name for module in pkgutil.iter_modules()])
     return near or f"install the Python package that has {name}, or add it to PYTHONPATH"
-
-
-def did_you_mean(name: str, names: Iterable[str]) -> str | None:
-    """The question with the nearest name, None if none is near."""
-    import difflib
-
-    near = difflib.get_close_matches(name, list(names), n=1)
-    return f"did you mean '{near[0]}'?" if near else None
 
 
 def _keywords() -> set[str]:

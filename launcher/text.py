@@ -1,0 +1,58 @@
+"""Text for people: suggestions for misspelt words, counts, control characters made visible."""
+
+from __future__ import annotations
+
+import re
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+# How much of a word has to fit: `kil` fits `kill` (0.86), `bogus` does not fit `logs` (0.67).
+_CUTOFF, _CUTOFF_SHORT, _SHORT = 0.6, 0.7, 6
+
+
+def suggest(word: str, known: Iterable[str]) -> str | None:
+    """The most similar known word; None if none is similar."""
+    import difflib  # takes 5 ms; only mistakes need it
+
+    words = list(known)
+    cutoff = _CUTOFF_SHORT if len(word) < _SHORT else _CUTOFF
+    similar = difflib.get_close_matches(word, words, n=1, cutoff=cutoff)
+    anagrams = (one for one in words if sorted(one) == sorted(word))  # `cta` for `cat`
+    return similar[0] if similar else next(anagrams, None)
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str | None:
+    """`did you mean 'dispatcher'?`; None if no known word is similar."""
+    similar = suggest(word, known)
+    return similar and f"did you mean '{similar}'?"
+
+
+def count(number: int, noun: str) -> str:
+    """`1 process`, `2 processes`, `3 nodes`."""
+    plural = f"{noun}es" if noun.endswith("s") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"
+
+
+def escape(text: str, *, keep: str = "\n\t") -> str:
+    """The text with what is not printable as backslash escapes, except the characters in `keep`."""
+    if text.isprintable():
+        return text
+    return "".join(
+        char if char.isprintable() or char in keep else char.encode("unicode_escape").decode()
+        for char in text
+    )
+
+
+def escape_controls(text: str) -> str:
+    """The text with control characters as `\\x1b`, except newlines and tabs.
+
+    Unlike `escape` it keeps all other characters, as messages of nodes need.
+    """
+    return re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+def drop_controls(text: str) -> str:
+    """The text without control characters, except newlines, tabs and sequences that set colours."""
+    return re.sub(r"\x1b(?!\[[0-9;:]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f]", "", text)
