@@ -1,4 +1,4 @@
-"""Entity: one tag of an XML launch file, or one key of a YAML launch file, as parsers see it."""
+"""The interface of a tag of an XML launch file, or a key of a YAML launch file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class SourceText:
         return Place(self.path, line, column, source_line)
 
     def note_read(self, value: object, place: Place) -> None:
-        """Remember where a text came from: whoever read it will parse it next."""
+        """Remember where the text was read: it is parsed next."""
         if isinstance(value, str):
             self._last_read = (value, place)
 
@@ -50,7 +50,7 @@ class SourceText:
 class Entity:
     """Interface of the entities of all front ends.
 
-    An entity notes what was asked of it, so that attributes and tags that nobody knows are found.
+    An entity records what is read from it, so that unknown attributes and tags are found.
     """
 
     @property
@@ -60,7 +60,7 @@ class Entity:
 
     @property
     def parent(self) -> Entity | None:
-        """The entity around this one; None as in ROS 2, where no front end tells."""
+        """None: ROS 2's front ends do not provide it."""
         raise NotImplementedError
 
     @property
@@ -79,7 +79,7 @@ class Entity:
         return None
 
     def assert_entity_completely_parsed(self) -> None:
-        """ValueError if there is an attribute or a nested entity that nobody asked for."""
+        """ValueError if there is an attribute or a nested entity that was not read."""
         raise NotImplementedError
 
     def get_attr(
@@ -121,7 +121,9 @@ def get_data_type_from_identifier(identifier: str) -> Any:
         return TYPE_IDENTIFIERS[identifier]
     hint = did_you_mean(str(identifier), TYPE_IDENTIFIERS)
     known = ", ".join(TYPE_IDENTIFIERS)
-    raise UnexpectedContentError(f"there is no type '{identifier}' ({known})", hint=hint)
+    raise UnexpectedContentError(
+        f"unknown type '{identifier}', expected one of: {known}", hint=hint
+    )
 
 
 def is_entity_list(data_type: Any) -> bool:

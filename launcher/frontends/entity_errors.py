@@ -1,4 +1,4 @@
-"""The mistakes that a person can make in an XML or YAML launch file, each with its place.
+"""Errors in XML and YAML launch files, each with its place.
 
 They are LaunchFileErrors that also are what ROS 2 raises (AttributeError, TypeError, ...), since
 `parse` methods of third-party actions may rely on it.
@@ -70,7 +70,7 @@ class AttributeTypeError(FrontendError, TypeError):
 
 
 class UnexpectedContentError(FrontendError, ValueError):
-    """An attribute or a tag that nobody asked for, or a value that is not allowed."""
+    """An unknown attribute or tag, or a value that is not allowed."""
 
     ros_type = "ValueError"
 
@@ -95,7 +95,7 @@ def _taken_from(error: LaunchFileError) -> tuple[LaunchFileError, ...]:
     return taken
 
 
-# What people write who come from ROS 1, or who take one tag for another: the right attribute.
+# What users of ROS 1 write, or attributes of similar tags: the right attribute.
 _OTHER_NAMES = {
     ("arg", "value"): "'default' suggests a value, <let> sets one",
     ("include", "ns"): "put it into a <group> with a <push_ros_namespace namespace=.../>",
@@ -105,7 +105,7 @@ _OTHER_NAMES = {
     ("node", "type"): "it is written 'exec'",
     ("group", "ns"): "use push_ros_namespace within the group",
     ("node", "required"): "it is written on_exit: shutdown",
-    ("node", "clear_params"): "ROS 2 knows no such thing: every node has its own parameters",
+    ("node", "clear_params"): "not in ROS 2: every node has its own parameters",
 }
 
 
@@ -124,7 +124,7 @@ def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
 
 
 def count_of(error: LaunchFileError) -> int:
-    """How many mistakes an error tells of."""
+    """How many mistakes an error reports."""
     return 1 + len(getattr(error, "others", ()))
 
 

@@ -14,7 +14,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import NoReturn
 
-MAX_DEPTH = 40  # of calls in calls; a recursive parser needs a bound, no person comes near it
+MAX_DEPTH = 40  # of nested calls; bounds the recursion
 
 _NAME = "[A-Za-z][A-Za-z0-9_-]*"
 _ESCAPED = r"\\(.)"

@@ -15,7 +15,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-# What people who come from ROS 1 write, and what they want.
+# What users of ROS 1 write, and what ROS 2 has instead.
 _ROS_1_WORDS = {
     "find": "ROS 2 writes $(find-pkg-share PACKAGE)",
     "arg": "ROS 2 writes $(var NAME)",
@@ -78,7 +78,7 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
     if method is None:
         hint = _ROS_1_WORDS.get(call.name) or did_you_mean(call.name, expose.substitution_names())
         hint = hint or expose.failed_extensions()
-        message = f"there is no substitution $({call.name} ...)"
+        message = f"unknown substitution $({call.name} ...)"
         raise FrontendError(message, place=here, hint=hint, ros_type="VisitError")
     try:
         substitution_type, arguments = method(words)

@@ -1,4 +1,4 @@
-"""Parser: from entities to actions, and from a file to the parser that understands it."""
+"""Turns entities into actions, and finds the parser of a file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 PARSER_GROUP = "launch.frontend.parser"
 BUILTIN_SUFFIXES = ("xml", "yaml")
-MAX_PROBLEMS = 20  # told at once; a file with more is broken in another way
+MAX_PROBLEMS = 20  # reported at once
 
 
 @public("launch.frontend.parser")
@@ -130,7 +130,7 @@ class Parser:
         return actions
 
     def parse_action(self, entity: Entity) -> Action:
-        """The action of one entity; whatever goes wrong is told with its place."""
+        """The action of one entity; every error gets its place."""
         place = entity.place
         try:
             action = expose.instantiate_action(entity, self)

@@ -52,8 +52,8 @@ def parse_xml(source: SourceText) -> XmlElement:
     builder = _TreeBuilder(source)
     try:
         return builder.parse()
-    except (LookupError, ValueError) as problem:  # an encoding that nobody knows
-        raise FrontendError(f"this is no XML: {problem}", ros_type="ParseError") from problem
+    except (LookupError, ValueError) as problem:  # an unknown encoding
+        raise FrontendError(f"invalid XML: {problem}", ros_type="ParseError") from problem
     except expat.ExpatError as problem:
         message = expat.errors.messages.get(problem.code, str(problem))
         place = source.place(problem.lineno, problem.offset + 1)
@@ -82,7 +82,7 @@ class _TreeBuilder:
         return self._root
 
     def open_tag_hint(self) -> str | None:
-        """Which tag was open when the text stopped making sense."""
+        """The tag that was open where parsing failed."""
         if not self._open:
             return None
         tag = self._open[-1]
@@ -143,7 +143,7 @@ class XmlEntity(Entity):
 
     @property
     def parent(self) -> Entity | None:
-        """None: no front end of ROS 2 tells it."""
+        """None: ROS 2's front ends do not provide it."""
         return self._parent
 
     @property
@@ -161,7 +161,7 @@ class XmlEntity(Entity):
         return self._source
 
     def assert_entity_completely_parsed(self) -> None:
-        """ValueError that names the first tag or attribute that nobody asked for."""
+        """ValueError that names the first unknown tag or attribute."""
         for child in self._element.children:
             if child.tag not in self._read_tags:
                 self._fail_for_tag(child)

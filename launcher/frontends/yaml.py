@@ -48,7 +48,7 @@ def parse_yaml(source: SourceText) -> tuple[Any, yaml.Node | None]:
     except yaml.MarkedYAMLError as problem:
         raise _located(problem, source) from problem
     except (yaml.YAMLError, ValueError, TypeError, OverflowError) as problem:
-        message = f"this is no YAML: {problem}"
+        message = f"invalid YAML: {problem}"
         raise FrontendError(message, ros_type=type(problem).__name__) from problem
     except RecursionError:
         raise FrontendError("this YAML is nested too deeply", ros_type="RecursionError") from None
@@ -57,14 +57,14 @@ def parse_yaml(source: SourceText) -> tuple[Any, yaml.Node | None]:
 def _located(problem: yaml.MarkedYAMLError, source: SourceText) -> FrontendError:
     mark = problem.problem_mark or problem.context_mark
     place = source.place(mark.line + 1, mark.column + 1) if mark else None
-    message = problem.problem or problem.context or "this is no YAML"
+    message = problem.problem or problem.context or "invalid YAML"
     line = place.source_line if place else None
     hint = "indent with spaces" if line and line.lstrip(" ").startswith("\t") else None
     return FrontendError(message, place=place, hint=hint, ros_type=type(problem).__name__)
 
 
 def _check_size(root: yaml.Node, source: SourceText) -> None:
-    """Count every alias as what it stands for, so that a bomb is refused before it goes off."""
+    """Count every alias as what it stands for, so that an expansion bomb is refused."""
     sizes: dict[int, int] = {}
     open_nodes: set[int] = set()
 
@@ -134,7 +134,7 @@ class YamlEntity(Entity):
 
     @property
     def parent(self) -> Entity | None:
-        """None: no front end of ROS 2 tells it."""
+        """None: ROS 2's front ends do not provide it."""
         return self._parent
 
     @property
@@ -168,10 +168,10 @@ class YamlEntity(Entity):
         return [self._child(item, at) for item, at in zip(items, nodes, strict=True)]
 
     def assert_entity_completely_parsed(self) -> None:
-        """ValueError that names the first key that nobody asked for."""
+        """ValueError that names the first unknown key."""
         if isinstance(self._element, list):
             if not self._children_read:
-                message = f"'{self._type_name}' takes no list of actions"
+                message = f"'{self._type_name}' does not take a list of actions"
                 raise UnexpectedContentError(message, place=self.place)
             return
         for key in self._element:

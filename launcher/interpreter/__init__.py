@@ -25,7 +25,8 @@ which answers with RequestShutdown among others; so does `handle(ShutdownAsked(.
 other reason to end the run. A StartProcess after a RequestShutdown comes
 from an OnShutdown handler: start it and let it end by itself. When nothing lives any more the
 interpreter itself asks for the shutdown (reason `idle`). `watches_output(process_id)` tells
-whether the launch file wants the output of a process. `warnings` holds surprises of the file.
+whether the launch file wants the output of a process. `warnings` holds those of
+`launcher.language.diagnostics.ros2_quirks`.
 """
 
 from launcher.interpreter.core import Interpreter

@@ -1,4 +1,4 @@
-"""TimerLoop: an asyncio loop for coroutines of launch files, driven by the run's own timers."""
+"""An asyncio loop for coroutines of launch files, driven by the run's own timers."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
         self.call_exception_handler(context)
 
     def call_exception_handler(self, context: dict[str, Any]) -> None:
-        """Tell the user; a failed coroutine does not end the run, as in ROS 2."""
+        """Log the error; a failed coroutine does not end the run, as in ROS 2."""
         text = f"{context.get('message')}: {context.get('exception', '')}"
         self._host.log("launch", "ERROR", text)
 

@@ -1,4 +1,4 @@
-"""RunHost: what entities ask for during a run, collected as effects for the driver."""
+"""Collects the requests of entities as effects for the driver."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.interpreter.watcher import Watcher
+    from launcher.interpreter.trace import Trace
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
     from launcher.language.diagnostics.origin import Origin
@@ -35,8 +35,8 @@ class Process:
         self.alive = True
 
 
-class Surprise(Record):
-    """Behaviour copied from ROS 2 that surprises people, and where it happens."""
+class Quirk(Record):
+    """Behaviour copied from ROS 2 that people do not expect, and where it happens."""
 
     text: str
     origin: Origin | None
@@ -45,8 +45,8 @@ class Surprise(Record):
 class RunHost:
     """Collects effects in order; the interpreter's loop runs the deferred steps.
 
-    `answer` is asked for the events with which the world answers an effect at once; a driver
-    in real time has none.
+    `answer` returns the events that follow an effect at once (the planner); a driver in real
+    time has none.
     """
 
     def __init__(self, context: LaunchContext, answer: Answer | None = None) -> None:
@@ -66,9 +66,9 @@ class RunHost:
         self.declared_values: dict[str, str] = {}
         self.declared_arguments: dict[str, Any] = {}
         self.names_read: set[str] = set()
-        self.surprises: dict[Surprise, None] = {}
+        self.quirks: dict[Quirk, None] = {}
         self.shutdown_pending = False
-        self.watcher: Watcher | None = None
+        self.watcher: Trace | None = None
         self._depth = 0
         self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
 
@@ -115,7 +115,7 @@ class RunHost:
         return self._next_id
 
     def request(self, effect: model.Effect) -> None:
-        """Hand an effect to the driver, and take what it answers at once."""
+        """Hand an effect to the driver, and queue its immediate answers."""
         self.effects.append(effect)
         if self._answer is not None:
             self.answers.extend(self._answer(effect))
@@ -152,10 +152,10 @@ class RunHost:
         if self.watcher is not None:
             self.watcher.skipped(action)
 
-    def warn_surprise(self, text: str, origin: Origin | None) -> None:
-        surprise = Surprise(text, origin)
-        if surprise not in self.surprises:
-            self.surprises[surprise] = None
+    def warn_quirk(self, text: str, origin: Origin | None) -> None:
+        quirk = Quirk(text, origin)
+        if quirk not in self.quirks:
+            self.quirks[quirk] = None
             place = "" if origin is None else f"{origin}: "
             self.log("launch", "WARNING", place + text)
 
@@ -203,7 +203,7 @@ class RunHost:
 
     @property
     def is_busy(self) -> bool:
-        """Whether something is going on that may bring further events."""
+        """Whether further events are possible."""
         if self.timers or self.waiting or any(p.alive for p in self.processes.values()):
             return True
         return any(not future.done() for future in self._context._completion_futures)

@@ -1,4 +1,4 @@
-"""Process specs: an action that was prepared, as the plain data that drivers work with."""
+"""Builds the ProcessSpec of a prepared action."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _stop_policy(
         if problem is not None:
             is_for_all = any(isinstance(sub, LaunchConfiguration) for sub in subs)
             origin = None if is_for_all else action._origin
-            context._host.warn_surprise(f"{name} '{text}' {problem}", origin)
+            context._host.warn_quirk(f"{name} '{text}' {problem}", origin)
         seconds.append(value_s)
     return StopPolicy(sigterm_timeout_s=seconds[0], sigkill_timeout_s=seconds[1])
 
@@ -94,9 +94,9 @@ def _seconds(text: str, default_s: float) -> tuple[float, str | None]:
     except ValueError:
         value_s = float("nan")
     if not abs(value_s) < float("inf"):  # nan is not, either; importing math would take its time
-        return default_s, f"is no number of seconds to wait; taken as {default_s:g}"
+        return default_s, f"is not a number of seconds; using {default_s:g}"
     if value_s < 0:
-        return 0.0, "is below 0; taken as 0"
+        return 0.0, "is negative; using 0"
     return value_s, None
 
 

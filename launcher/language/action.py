@@ -1,4 +1,4 @@
-"""Action: an entity that does something, maybe under a condition."""
+"""Base class of actions: entities that do something, optionally under a condition."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Action(LaunchDescriptionEntity):
         return self.__repr__()
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Execute if the condition allows it, then tell that the execution is complete."""
+        """Execute if the condition allows it, then emit ExecutionComplete."""
         if self.__condition is not None and not self.__condition.evaluate(context):
             context._host.skipped(self)
             return None
@@ -46,9 +46,9 @@ class Action(LaunchDescriptionEntity):
             below: list[LaunchDescriptionEntity] | None = self.execute(context)
             return below
         finally:
-            self._tell_completion(context)
+            self._emit_completion(context)
 
-    def _tell_completion(self, context: LaunchContext) -> None:
+    def _emit_completion(self, context: LaunchContext) -> None:
         event = ExecutionComplete(action=self)
         if not context.would_handle_event(event):
             return

@@ -26,7 +26,7 @@ VALID_FALSE_EXPRESSIONS = ["false", "0"]
 
 @public("launch.condition")
 class Condition:
-    """Answers with the predicate that it was given; without one the answer is no."""
+    """Evaluates a predicate; without one it is False."""
 
     def __init__(self, *, predicate: Callable[[LaunchContext], bool] | None = None) -> None:
         self._predicate = predicate
@@ -79,12 +79,12 @@ class _ExpressionCondition(Condition):
 
 @public("launch.conditions.if_condition")
 class IfCondition(_ExpressionCondition):
-    """Yes if the expression is true."""
+    """True if the expression is true."""
 
 
 @public("launch.conditions.unless_condition")
 class UnlessCondition(_ExpressionCondition):
-    """Yes if the expression is false."""
+    """True if the expression is false."""
 
     def _predicate_func(self, context: LaunchContext) -> bool:
         return not super()._predicate_func(context)
@@ -92,7 +92,7 @@ class UnlessCondition(_ExpressionCondition):
 
 @public("launch.conditions.launch_configuration_equals")
 class LaunchConfigurationEquals(Condition):
-    """Yes if a launch configuration has a value; with None, if it does not exist."""
+    """True if a launch configuration has a value; with None, if it does not exist."""
 
     def __init__(self, launch_configuration_name: str, expected_value: Any) -> None:
         self.__launch_configuration_name = launch_configuration_name

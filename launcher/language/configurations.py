@@ -1,4 +1,4 @@
-"""Configurations: the launch configurations of a scope, which notice what is read."""
+"""The launch configurations of a scope; they record which names are read."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ else:
     _Table = dict
 
 _ABSENT = object()
-ALL_NAMES = "*"  # what is noted when a launch file looks at all of them
+ALL_NAMES = "*"  # recorded when a launch file reads all of them
 
 
 class Configurations(_Table):
-    """A dictionary that knows where each value was set.
+    """A dictionary that records where each value was set.
 
     `read` is called with each name that is asked for, so that the launcher knows which arguments
     a launch file understands, also those that nothing declares; `written` with each name, value
@@ -35,7 +35,7 @@ class Configurations(_Table):
         self._origins: dict[str, Origin | None] = {}
 
     def snapshot(self) -> Configurations:
-        """A copy for the stack of scopes; nothing is noted."""
+        """A copy for the stack of scopes; not recorded as a read."""
         copy = Configurations(self._read, self._written)
         dict.update(copy, super().items())
         copy._origins = dict(self._origins)
@@ -57,7 +57,7 @@ class Configurations(_Table):
         return sorted(name for name in mine if others.get(name, _ABSENT) != mine[name])
 
     def peek(self, name: str) -> Any:
-        """The value or None; nothing is noted."""
+        """The value or None; not recorded as a read."""
         return super().get(name)
 
     def __setitem__(self, name: str, value: Any) -> None:

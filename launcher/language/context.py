@@ -44,7 +44,7 @@ class LaunchContext:
     """Launch configurations, environment, locals, event handlers and the event queue.
 
     `environment` is `os.environ` itself, as in ROS 2: launch files and the programs that
-    `Command` runs see what was set. Whoever owns the context restores it afterwards.
+    `Command` runs see what was set. The owner of the context restores it afterwards.
     """
 
     def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
@@ -67,7 +67,7 @@ class LaunchContext:
 
     @property
     def _host(self) -> Host:
-        """Whoever runs the entities; somebody who does nothing where nobody has said."""
+        """The host of this run; a NullHost if none was set."""
         if self.__host is None:
             from launcher.language.null_host import NullHost
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from launcher.language.diagnostics.origin import Origin
 
 
-_MAX_INSIDE_ITSELF = 6  # levels of a file in itself that are searched for arguments
+_MAX_INSIDE_ITSELF = 6  # levels of a file that includes itself, searched for arguments
 
 
 @public("launch.launch_description")
@@ -34,7 +34,7 @@ class LaunchDescription(LaunchDescriptionEntity):
         self.__deprecated_reason = deprecated_reason
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Yield the entities; a deprecated description says so."""
+        """Yield the entities; warn if the description is deprecated."""
         if self.__deprecated_reason is not None:
             path = context.get_locals_as_dict().get("current_launch_file_path")
             what = "deprecated launch description: "
@@ -106,7 +106,7 @@ class _ArgumentSearch:
                 from launcher.language.diagnostics.bad_entries import wrong_entry
 
                 raise wrong_entry(entity, holder, entities)
-            # By an attribute: who uses none of these actions need not import them.
+            # By an attribute, so that these actions are not imported where none is used.
             meaning = getattr(entity, "_to_arguments", "")
             if meaning == "resets":
                 return

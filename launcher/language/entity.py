@@ -1,4 +1,4 @@
-"""LaunchDescriptionEntity: what can stand in a launch description."""
+"""Base class of everything that can be in a launch description."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class LaunchDescriptionEntity:
 
     _origin: Origin | None
 
-    # What it means to whoever looks for launch arguments: it "declares" one, "includes" a file,
+    # Its role in the search for launch arguments: it "declares" one, "includes" a file,
     # or "resets", so that nothing behind it can be set from outside.
     _to_arguments = ""
 
@@ -34,7 +34,7 @@ class LaunchDescriptionEntity:
         """Nothing to set; subclasses may leave it out."""
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Do what the entity stands for; the result is visited next, in order."""
+        """Execute; the entities returned are visited next, in order."""
         return None
 
     def describe(self) -> str:

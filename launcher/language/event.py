@@ -36,12 +36,12 @@ class BaseEventHandler:
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, for people."""
+        """What the handler does, as a text."""
         return self.__repr__()
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, for people."""
+        """What the handler waits for, as a text."""
         return self.__repr__()
 
     def matches(self, event: Event) -> bool:

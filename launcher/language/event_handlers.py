@@ -56,12 +56,12 @@ class OnActionEventBase(BaseEventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, for people."""
+        """What the handler does, as a text."""
         return "<actions>" if self.__actions_on_event else f"{self.__on_event}"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, for people."""
+        """What the handler waits for, as a text."""
         text = f"event == {self.__target_event_cls.__name__}"
         if self.__action_matcher is None:
             return text
@@ -119,12 +119,12 @@ class OnShutdown(BaseEventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, for people."""
+        """What the handler does, as a text."""
         return f"{self.__on_shutdown}"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, for people."""
+        """What the handler waits for, as a text."""
         return "event issubclass of launch.events.Shutdown"
 
     def handle(self, event: Event, context: LaunchContext) -> Any:
@@ -146,12 +146,12 @@ class OnIncludeLaunchDescription(BaseEventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, for people."""
+        """What the handler does, as a text."""
         return "returns the launch_description in the event"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, for people."""
+        """What the handler waits for, as a text."""
         return "event issubclass of launch.events.IncludeLaunchDescription"
 
     def handle(self, event: Event, context: LaunchContext) -> Any:

@@ -57,7 +57,7 @@ class Shutdown(Event):
 
 @public("launch.events.timer_event")
 class TimerEvent(Event):
-    """The time of a timer has come."""
+    """A timer fired."""
 
     name = "launch.events.TimerEvent"
 

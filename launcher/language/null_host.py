@@ -37,6 +37,6 @@ class NullHost:
         """No-op."""
 
     later = spawn = request = cancel_call = log = _ignore
-    visiting = visited = skipped = warn_surprise = _ignore
+    visiting = visited = skipped = warn_quirk = _ignore
     configuration_read = configuration_written = declared = remember_file = _ignore
     load_component = change_state = watch_lifecycle = _ignore

@@ -24,7 +24,7 @@ _REQUIRED = "generate_launch_description"
 
 @public("launch.invalid_launch_file_error")
 class InvalidLaunchFileError(Exception):
-    """No loader could make sense of a launch file."""
+    """No loader accepts the launch file."""
 
     def __init__(
         self, extension: str = "", *, likely_errors: list[Exception] | None = None
@@ -68,7 +68,7 @@ class LaunchDescriptionSource:
         try:
             location = perform_substitutions(LaunchContext(), self.__location)
             return self._get_launch_description(location)
-        except Exception:  # it is an attempt: whatever fails now is told when it is visited
+        except Exception:  # an attempt: errors are reported when it is visited
             return None
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
@@ -214,7 +214,7 @@ def get_launch_description_from_frontend_launch_file(
 def get_launch_description_from_any_launch_file(
     launch_file_path: str, *, parser: Any = None
 ) -> LaunchDescription:
-    """The description of a file of any kind; InvalidLaunchFileError if no loader likes it.
+    """The description of a file of any kind; InvalidLaunchFileError if no loader accepts it.
 
     The error's `__cause__` is that of the loader which the file's name suggests.
     """

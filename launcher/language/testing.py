@@ -24,7 +24,7 @@ _WAIT_SCRIPT = (
 
 @public("launch_testing.actions.ready")
 class ReadyToTest(Action):
-    """Tells the test runner that the system is up; without one there is nothing to tell."""
+    """Signals the test runner that the system is up; no-op without one."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -61,9 +61,9 @@ def _check_several(entity: LaunchDescriptionEntity, sub_entities: Any) -> None:
     if hasattr(type(sub_entities), "__getitem__") and not isinstance(sub_entities, str):
         return  # the old way to be iterable
     # Most launch files have none.
-    from launcher.language.diagnostics.bad_entries import not_several
+    from launcher.language.diagnostics.bad_entries import not_a_list
 
-    raise not_several(sub_entities, entity)
+    raise not_a_list(sub_entities, entity)
 
 
 def _wrong_entry(entity: LaunchDescriptionEntity, item: Any, items: Any) -> Exception:
@@ -73,7 +73,7 @@ def _wrong_entry(entity: LaunchDescriptionEntity, item: Any, items: Any) -> Exce
 
 
 def remember_place(error: Exception, entity: Any) -> None:
-    """Let an error know the innermost entity that it came out of, for the message."""
+    """Attach the innermost entity to an error, for the message."""
     if not hasattr(error, "_launcher_origin"):
         error._launcher_origin = getattr(entity, "_origin", None)  # type: ignore[attr-defined]
 

@@ -107,7 +107,7 @@ def parse_timer(cls: type, entity: Entity, parser: Any) -> Parsed:
 def parse_for_each(cls: type, entity: Entity, parser: Any) -> Parsed:
     """`for_each`: the nested actions once for each set of values, seen by `$(for-var name)`."""
     _, arguments = parse_texts(cls, entity, parser, {"input_values": "values"})
-    children_as_actions(entity, parser)  # mistakes are told now, not in the first turn
+    children_as_actions(entity, parser)  # report mistakes now, not in the first turn
 
     def turn(**values: Any) -> list[Any]:
         return _turn(entity, parser, "for_each_values", values)

@@ -70,7 +70,7 @@ def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
         return cls, _joined(cls.__name__, data)
     if cls.__name__ in _ONLY_IN_PYTHON:
         raise AttributeTypeError(
-            "ROS 2 Jazzy knows this substitution in Python only",
+            "in ROS 2 Jazzy this substitution exists in Python only",
             hint=f"write {_ONLY_IN_PYTHON[cls.__name__]}",
             ros_type="VisitError",
         )

@@ -43,7 +43,7 @@ class DeclareLaunchArgument(Action):
         _check_choices(default_value, choices)
         self.__description = _describe(description, choices)
         self.__choices = choices
-        # Found out by whoever looks for arguments; True where a condition decides.
+        # Set by the search for arguments: True where a condition decides.
         self._conditionally_included = False
 
     @property
@@ -57,7 +57,7 @@ class DeclareLaunchArgument(Action):
 
     @property
     def description(self) -> str:
-        """What it is for, with the choices."""
+        """The description with the choices."""
         return self.__description
 
     @property

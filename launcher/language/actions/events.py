@@ -55,7 +55,7 @@ class Shutdown(EmitEvent):
         super().__init__(event=ShutdownEvent(reason=reason), **kwargs)
 
     def execute(self, context: LaunchContext) -> None:
-        """Queue the event; when a process's end leads here, say which one was required."""
+        """Emit the event; log which required process exited if that led here."""
         event = context.get_locals_as_dict().get("event")
         if isinstance(event, ProcessExited):
             text = f"process[{event.process_name}] was required: shutting down launched system"
@@ -105,7 +105,7 @@ class OpaqueFunction(Action):
 
     @property
     def _function_called(self) -> Callable[..., Any]:
-        """Whose result is visited, for messages."""
+        """The function whose result is visited, for messages."""
         return self.__function
 
     def execute(self, context: LaunchContext) -> Any:

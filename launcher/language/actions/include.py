@@ -109,7 +109,7 @@ class IncludeLaunchDescription(Action):
     def _try_get_arguments_names_without_context(self) -> list[str]:
         try:
             return _names(LaunchContext(), self.launch_arguments)
-        except Exception:  # an attempt: names that need a context are not known here
+        except Exception:  # an attempt: names that need a context are unknown here
             return []
 
 

@@ -43,7 +43,7 @@ class Log(Action):
 
 @public("launch.actions.log")
 class LogDebug(Log):
-    """Prints a message for those who look for a fault."""
+    """Prints a debug message."""
 
     def __init__(self, *, msg: Any, **kwargs: Any) -> None:
         super().__init__(msg=msg, level="DEBUG", **kwargs)

@@ -148,7 +148,7 @@ class ExecuteLocal(Action):
         return self.__on_exit if isinstance(self.__on_exit, list) else []
 
     def prepare(self, context: LaunchContext) -> None:
-        """Fix the command and what the events will tell about it."""
+        """Perform the substitutions of the command, and fill `process_details`."""
         self.__process_description.prepare(context, self)
         self.__process_event_args = {
             "action": self,
@@ -163,7 +163,7 @@ class ExecuteLocal(Action):
             self.__respawn = perform_typed_substitution(context, self.__respawn, bool)
 
     def execute(self, context: LaunchContext) -> Any:
-        """Prepare, register handlers for what may happen to the process, ask for its start.
+        """Prepare, register the process's own handlers, request its start.
 
         RuntimeError if it was executed before.
         """
@@ -251,7 +251,7 @@ class ExecuteLocal(Action):
         if event.action is self and process_id is not None:
             context._host.request(model.WriteStdin(process_id=process_id, data=event.text))
 
-    # ---- what the interpreter asks and tells
+    # ---- for the interpreter
 
     def _spawn_emulates_tty(self, context: LaunchContext) -> bool:
         # Read when the process really starts, so a later SetLaunchConfiguration counts.
@@ -310,7 +310,7 @@ def _as_switch(value: Any) -> Any:
 
 
 class TargetedHandler(EventHandler):
-    """Calls a method of the action for one kind of event."""
+    """Calls a function for one kind of event."""
 
     def __init__(self, action: ExecuteLocal, kind: type, react: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, kind))
@@ -318,7 +318,7 @@ class TargetedHandler(EventHandler):
         self._react = react
 
     def matches(self, event: Any) -> bool:
-        """Whether it is of this kind; every event of a run is shown to those of every process."""
+        """Faster than the general matcher: called for every event and every process of a run."""
         return isinstance(event, self._kind)
 
     def handle(self, event: Any, context: LaunchContext) -> Any:

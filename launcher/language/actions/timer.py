@@ -74,7 +74,7 @@ class TimerAction(Action):
 
     @property
     def actions(self) -> Any:
-        """What is visited when the time has come."""
+        """The entities to visit when the timer fires."""
         return self.__actions
 
     def describe(self) -> str:
@@ -89,7 +89,7 @@ class TimerAction(Action):
         return self.__actions
 
     def cancel(self) -> None:
-        """Forget the timer; allowed at any moment, also before and after its time."""
+        """Cancel the timer; allowed at any time, also before it starts and after it fired."""
         self.__canceled = True
         if self._context is not None and self.__timer_id is not None:
             self._context._host.cancel_call(self.__timer_id)
@@ -120,16 +120,16 @@ class TimerAction(Action):
         try:
             delay_s = perform_typed_substitution(context, self.__period, float)
         except Exception as error:
-            # ROS 2 loses the timer and hangs at the end; we lose it and say so.
+            # ROS 2 loses the timer and hangs at the end; here it is lost with a warning.
             self._lose(context, error)
             return
         if not self.__canceled:
             self.__timer_id = self._call_later(context, delay_s)
 
     def _lose(self, context: LaunchContext, error: Exception) -> None:
-        text = f"the timer never fires, its period is no number: {error}"
+        text = f"the timer never fires: its period is not a number: {error}"
         context._host.log("launch.actions.timer_action", "ERROR", text)
-        context._host.warn_surprise(text, self._origin)
+        context._host.warn_quirk(text, self._origin)
         assert self._completed_future is not None
         self._completed_future.set_result(None)
 

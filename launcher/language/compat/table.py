@@ -203,14 +203,13 @@ MODULES = {
         "launcher.language.ros.component_parameters": "to_parameters_list",
         "launcher.language.ros.names": (
             "add_node_name get_node_name_count is_namespace_absolute is_root_namespace "
-            "make_namespace_absolute prefix_namespace"
+            "make_namespace_absolute normalize_remap_rule normalize_remap_rules prefix_namespace"
         ),
         "launcher.language.ros.parameter_values": (
             "evaluate_parameter_dict evaluate_parameters "
             "evaluate_parameters_dict=evaluate_parameter_dict normalize_parameter_dict "
             "normalize_parameters normalize_parameters_dict=normalize_parameter_dict"
         ),
-        "launcher.language.ros.remappings": "normalize_remap_rule normalize_remap_rules",
     },
     "launch_ros.utilities.plugin_support": {
         "launcher.language.ros.adapters": "PluginException satisfies_version",

@@ -1,6 +1,6 @@
-"""Wrong entries: what stands among entities and is none, with its place and a repair.
+"""Errors about values that are no entities, each with its place and a repair.
 
-The errors are of the types that ROS 2 raises, so that what catches these catches them.
+The errors have the types that ROS 2 raises, for code that catches those.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class WrongEntryError(AttributeError):
         self._launcher_place = place
 
 
-class NotSeveralError(TypeError):
-    """A function returned one thing where several are expected, in a list."""
+class NotAListError(TypeError):
+    """A function returned a single object where a list is expected."""
 
     ros_type = "TypeError"
 
@@ -70,7 +70,7 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     """The error about `item`, one of the `entries` of an entity, or of what its function gave."""
     if holder._to_arguments == "includes":
         return WrongEntryError(
-            f"the included launch file gives {_shown(item)}, no LaunchDescription",
+            f"the included launch file returns {_shown(item)}, not a LaunchDescription",
             "end its generate_launch_description() with return LaunchDescription([...])",
             holder._origin,
         )
@@ -83,7 +83,7 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     else:
         who, place = f"{type(holder).__name__}([...])", _entry_place(holder, index)
     return WrongEntryError(
-        f"{among} in {who} is no action: {_shown(item)}", _repair(item, holder), place
+        f"{among} in {who} is not an action: {_shown(item)}", _repair(item, holder), place
     )
 
 
@@ -96,7 +96,7 @@ def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
     return FromHandlerError(item, _repair(item, handler), place)
 
 
-def not_several(result: Any, holder: Any) -> TypeError | AttributeError:
+def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:
     """The error about a function, or an action's `execute`, that returned no list of entities."""
     function = getattr(holder, "_function_called", None)
     who = f"{type(holder).__name__}.execute" if function is None else _name(function)
@@ -104,8 +104,8 @@ def not_several(result: Any, holder: Any) -> TypeError | AttributeError:
     hint = "return a list of actions, or nothing"
     if is_entity(result):
         hint = f"return [{type(result).__name__}(...)]"
-    kind = WrongEntryError if isinstance(result, str) else NotSeveralError
-    return kind(f"{who}() returned no list of actions: {_shown(result)}", hint, place)
+    kind = WrongEntryError if isinstance(result, str) else NotAListError
+    return kind(f"{who}() did not return a list of actions: {_shown(result)}", hint, place)
 
 
 def return_place(function: Any) -> Origin | None:
@@ -168,7 +168,7 @@ def _nodes(path: str) -> Iterator[ast.AST]:
 
     try:
         tree = ast.parse("".join(linecache.getlines(path)))
-    except (SyntaxError, ValueError):  # the line that we know already has to do
+    except (SyntaxError, ValueError):  # fall back on the line of the call
         return
     yield from ast.walk(tree)
 
@@ -201,13 +201,13 @@ def _repair(item: Any, holder: Any) -> str:
     kind = item if isinstance(item, type) else type(item)
     name = kind.__name__
     if item is None:
-        return "leave it out; an action that is not always wanted takes a condition"
+        return "remove it; an optional action takes a condition"
     if isinstance(item, str):
         return (
             "LogInfo(msg=...) prints a text; Node(...) and ExecuteProcess(cmd=[...]) run programs"
         )
     if isinstance(item, (list, tuple, set)):
-        return "put a star before it, as in [first, *others]"
+        return "unpack it, as in [first, *others]"
     if issubclass(kind, Event):
         action = "; or take Shutdown from launch.actions" if name == "Shutdown" else ""
         return f"an event is emitted by EmitEvent(event={name}(...)){action}"

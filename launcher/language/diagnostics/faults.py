@@ -1,4 +1,4 @@
-"""Faults: an exception of a launch file as an error that names the file, the line and a repair."""
+"""Exceptions of launch files as errors with file, line and a hint."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | N
         places.insert(0, entity)
     in_launch_files = [place for place in places if _is_launch_file(place.path, path)]
     if in_launch_files or places:
-        # A recursion ends anywhere; what matters is where it goes round.
+        # A recursion may end anywhere: show where it starts.
         innermost = 0 if isinstance(error, RecursionError) else -1
         return (in_launch_files or places)[innermost]
     return Origin(path, 1) if os.path.isfile(path) else None
@@ -112,7 +112,7 @@ def _source_line(place: Origin) -> str | None:
 
 
 def _column(error: BaseException, message: str, line: str) -> int:
-    """Where the caret goes: what the message quotes, else the first word."""
+    """The column of what the message quotes, else of the first word; from 1."""
     if isinstance(error, SyntaxError) and error.offset:
         return min(error.offset, len(line) + 1)
     for quoted in _QUOTED.findall(message):
@@ -125,7 +125,7 @@ def _column(error: BaseException, message: str, line: str) -> int:
 
 
 def _undecodable(error: BaseException, path: str) -> LaunchFileError | None:
-    """The fault of a file that is not in the encoding that it should have, at that byte."""
+    """The error about a file that is not UTF-8, at that line; None if it is UTF-8."""
     is_coding = isinstance(error, SyntaxError) and "codec can't decode" in str(error.msg)
     if not is_coding and not isinstance(error, UnicodeDecodeError):
         return None

@@ -1,4 +1,4 @@
-"""Hints: what to do about an exception of a launch file."""
+"""What to do about an exception of a launch file: one hint each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NOT_PROVIDED = re.compile(r" \((did you mean \w+\?)? ?provided: (.*)\)$")
 
 
 def hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
-    """One suggestion, if there is a good one."""
+    """A hint, or None."""
     if isinstance(error, LauncherError):
         return error.hint
     known: str | None = getattr(error, "_launcher_hint", None)
@@ -37,7 +37,7 @@ def hint(error: BaseException, message: str, context: LaunchContext | None) -> s
 
 
 def without_hint(message: str) -> str:
-    """The message of an ImportError of ours without the names that the hint tells."""
+    """The message of a NameNotProvidedError without the names that the hint lists."""
     return _NOT_PROVIDED.sub("", message)
 
 
@@ -66,7 +66,7 @@ def _no_function(name: str, context: LaunchContext | None) -> str:
 
 
 def _into_a_list(name: str, context: LaunchContext | None) -> str:
-    return f"a list is wanted, as in [{name}(...)]"
+    return f"expected a list, as in [{name}(...)]"
 
 
 _SUGGESTIONS = (

@@ -1,4 +1,4 @@
-"""Origin: the place in a launch file where an entity was created."""
+"""Where in a launch file an entity was created."""
 
 from __future__ import annotations
 

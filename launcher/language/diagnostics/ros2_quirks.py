@@ -1,4 +1,4 @@
-"""Surprises: behaviour copied from ROS 2 that people do not expect, noted where it happens."""
+"""Warnings about behaviour that ROS 2 has and people do not expect."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def scope_is_lost(context: LaunchContext, what: str, origin: Origin | None) -> N
     lost = context._lost_later()
     if lost:
         names = ", ".join(lost)
-        text = f"what {what} does later happens outside of its group: {names} will be as outside"
-        context._host.warn_surprise(text, origin)
+        text = f"the actions of {what} run outside of its group, without the group's {names}"
+        context._host.warn_quirk(text, origin)
 
 
 def value_of_another_include(context: LaunchContext, name: str, origin: Origin | None) -> None:
@@ -38,8 +38,8 @@ def value_of_another_include(context: LaunchContext, name: str, origin: Origin |
             return
         file = includers.get(file)
     value = context.launch_configurations.peek(name)
-    text = f"argument '{name}' keeps the value '{value}' of {setter}: includes are no scopes"
-    context._host.warn_surprise(text, origin)
+    text = f"argument '{name}' keeps the value '{value}' of {setter}: an include is not a scope"
+    context._host.warn_quirk(text, origin)
 
 
 def this_file_is_another(context: LaunchContext, what: str, origin: Origin | None) -> None:
@@ -48,16 +48,16 @@ def this_file_is_another(context: LaunchContext, what: str, origin: Origin | Non
     path = context.get_locals_as_dict().get("current_launch_file_path")
     if origin is None or path is None or origin.path not in includers or origin.path == path:
         return
-    context._host.warn_surprise(f"{what} is that of {path}, which was included before", origin)
+    context._host.warn_quirk(f"{what} is that of {path}, which was included before", origin)
 
 
 def setting_leaks(context: LaunchContext, what: str, origin: Origin | None) -> None:
     """SetParameter and SetRemap leave a scoped group if there was one outside before."""
     text = f"{what} also holds after its group, because one outside of it came before"
-    context._host.warn_surprise(text, origin)
+    context._host.warn_quirk(text, origin)
 
 
 def parameter_file_is_missing(context: LaunchContext, path: str, origin: Origin | None) -> None:
     """A node starts without a parameter file that does not exist."""
     text = f"parameter file {path} does not exist; the node starts without it"
-    context._host.warn_surprise(text, origin)
+    context._host.warn_quirk(text, origin)

@@ -1,4 +1,4 @@
-"""ROS adapters: ROS 2's node inside of the launcher. There is none here."""
+"""What launch_ros offers to extensions. A node inside of the launcher is not available here."""
 
 from __future__ import annotations
 
@@ -58,5 +58,5 @@ def satisfies_version(version: str, caret_range: str) -> None:
 
 def _numbers(text: str) -> list[int]:
     if not re.fullmatch(r"\d+(\.\d+){0,2}", text):
-        raise ValueError(f"'{text}' is no version number")
+        raise ValueError(f"'{text}' is not a version number")
     return [int(part) for part in text.split(".")]

@@ -14,6 +14,7 @@ from launcher.language.ros.names import (
     add_node_name,
     get_node_name_count,
     make_namespace_absolute,
+    normalize_remap_rules,
     prefix_namespace,
 )
 from launcher.language.ros.node import Node
@@ -23,7 +24,6 @@ from launcher.language.ros.parameter_values import (
     normalize_parameter_dict,
     normalize_parameters,
 )
-from launcher.language.ros.remappings import normalize_remap_rules
 from launcher.language.substitution import (
     SomeSubstitutionsType_types_tuple,
     Substitution,
@@ -144,7 +144,7 @@ def _is_wanted(description: ComposableNode, context: LaunchContext) -> bool:
 @public("launch_ros.actions.load_composable_nodes")
 @parsed
 class LoadComposableNodes(Action):
-    """Asks a running container to load nodes, one after the other."""
+    """Requests a running container to load nodes, one after the other."""
 
     def __init__(
         self,
@@ -165,7 +165,7 @@ class LoadComposableNodes(Action):
         self.__container_name = ""
 
     def execute(self, context: LaunchContext) -> None:
-        """Work out all requests now, while the scope is there; send the first."""
+        """Build all requests now, in the current scope; send the first."""
         if isinstance(self.__target_container, ComposableNodeContainer):
             self.__container_name = self.__target_container.node_name
         else:
@@ -215,7 +215,7 @@ class LoadComposableNodes(Action):
 def get_composable_node_load_request(
     composable_node_description: ComposableNode, context: LaunchContext, container: str = ""
 ) -> LoadRequest | None:
-    """What is asked of the container; None if the description's condition says no."""
+    """The request to the container; None if the description's condition is false."""
     description = composable_node_description
     if not _is_wanted(description, context):
         return None

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str:
-    """Write `text` into a new temporary file that the run owns; `content` is what it says."""
+    """Write `text` to a new temporary file that the run deletes; `content` is its data."""
     from tempfile import NamedTemporaryFile  # only nodes with parameters pay for it
 
     with NamedTemporaryFile(mode="w", prefix="launch_params_", delete=False) as file:

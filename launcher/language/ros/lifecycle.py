@@ -143,12 +143,12 @@ class OnStateTransition(EventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, for people."""
+        """What the handler does, as a text."""
         return "<actions>"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, for people."""
+        """What the handler waits for, as a text."""
         if self.__target is None:
             return "event == StateTransition"
         return (
@@ -158,7 +158,7 @@ class OnStateTransition(EventHandler):
 
 @public("launch_ros.actions.lifecycle_node")
 class LifecycleNode(Node):
-    """Starts a lifecycle node, tells its transitions as events, and hands it ChangeState events."""
+    """Starts a lifecycle node, emits its transitions as events, handles ChangeState events."""
 
     def __init__(self, *, name: Any, namespace: Any, **kwargs: Any) -> None:
         super().__init__(name=name, namespace=namespace, **kwargs)

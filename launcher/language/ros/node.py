@@ -17,6 +17,7 @@ from launcher.language.ros.names import (
     add_node_name,
     get_node_name_count,
     make_namespace_absolute,
+    normalize_remap_rules,
     prefix_namespace,
     validate_namespace,
     validate_node_name,
@@ -24,7 +25,6 @@ from launcher.language.ros.names import (
 from launcher.language.ros.packages import ExecutableInPackage
 from launcher.language.ros.parameter_descriptions import Parameter
 from launcher.language.ros.parameter_values import evaluate_parameters, normalize_parameters
-from launcher.language.ros.remappings import normalize_remap_rules
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,

@@ -9,6 +9,7 @@ from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
     make_namespace_absolute,
+    normalize_remap_rules,
     prefix_namespace,
     validate_namespace,
     validate_node_name,
@@ -16,7 +17,6 @@ from launcher.language.ros.names import (
 from launcher.language.ros.packages import ExecutableInPackage
 from launcher.language.ros.parameter_descriptions import Parameter
 from launcher.language.ros.parameter_values import evaluate_parameters, normalize_parameters
-from launcher.language.ros.remappings import normalize_remap_rules
 from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 
 TYPE_CHECKING = False

@@ -38,7 +38,7 @@ def _missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
 
 
 class IllFormedNameError(PackageNotFoundError, ValueError):
-    """What no package can be called: ROS 2's ValueError, with our advice."""
+    """An invalid package name: ROS 2's ValueError, with a hint."""
 
     ros_type = "ValueError"
 
@@ -119,7 +119,7 @@ class FindPackageShare(FindPackage):
 
 
 class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
-    """The package has no such executable: ROS 2's failure, with our advice."""
+    """The package has no such executable: ROS 2's failure, with a hint."""
 
     ros_type = "SubstitutionFailure"
 
@@ -134,7 +134,7 @@ def _program_elsewhere(package: str, executable: str) -> str:
         return executable
     raise ExecutableNotFoundError(
         f"executable '{executable}' not found on the libexec directory '{libexec}'",
-        hint="ROS 2 wants the name of a program in that folder itself, without a slash",
+        hint="ROS 2 expects the name of a program in that folder, without a slash",
     )
 
 
@@ -145,7 +145,7 @@ class ExecutableInPackage(FindPackagePrefix):
     def __init__(self, executable: Any, package: Any) -> None:
         super().__init__(package)
         self.__executable = normalize_to_list_of_substitutions(executable)
-        # (package, executable) when it was performed last, for those who show them apart.
+        # (package, executable) of the last `perform`, for renderings that show both.
         self._found: tuple[str, str] | None = None
 
     @classmethod

@@ -154,7 +154,7 @@ class SetROSLogDir(Action):
 @public("launch_ros.actions.set_use_sim_time")
 @parsed
 class SetUseSimTime(Action):
-    """Tells the launcher's own clock, not the nodes, to follow simulated time."""
+    """Makes the launcher's own clock, not the nodes, follow simulated time."""
 
     def __init__(self, value: bool, **kwargs: Any) -> None:
         super().__init__(**kwargs)

@@ -27,7 +27,7 @@ _POLICIES = ("fail", "ignore", "warn", "capture")
 class Command(Substitution):
     """What a command writes to standard output; `on_stderr` says what becomes of the rest.
 
-    `fail`: an error; `ignore`; `warn`: tell the user; `capture`: part of the text.
+    `fail`: an error; `ignore`; `warn`: a warning; `capture`: part of the text.
     """
 
     def __init__(self, command: Any, *, on_stderr: Any = "fail") -> None:

@@ -1,4 +1,4 @@
-"""Names that nobody else has, and loop variables."""
+"""Unique names, and loop variables."""
 
 from __future__ import annotations
 
