@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, List, get_args, get_origin  # noqa: UP035 - List[...] is the API
 
-from launcher.frontends.entity_errors import Place, UnexpectedContentError
+from launcher.frontends.errors import Place, UnexpectedContentError
 from launcher.language.type_utils import get_typed_value
 from launcher.text import did_you_mean
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 
 from launcher.frontends import parsers
 from launcher.frontends.entity import Entity
-from launcher.frontends.entity_errors import StructureError
+from launcher.frontends.errors import StructureError
 from launcher.language import frontend_registry
 from launcher.text import did_you_mean
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from launcher.frontends import expose
-from launcher.frontends.entity_errors import FrontendError, Place, locate, shown
+from launcher.frontends.errors import FrontendError, Place, locate, shown
 from launcher.frontends.grammar import Call, GrammarError, Part, Text, parse_template
 from launcher.language.diagnostics.origin import Origin
 from launcher.language.substitution import Substitution, TextSubstitution

@@ -8,7 +8,7 @@ from pathlib import Path
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.frontends import expose, grammar, grammar_substitutions
 from launcher.frontends.entity import Entity, SourceText
-from launcher.frontends.entity_errors import (
+from launcher.frontends.errors import (
     FrontendError,
     Place,
     StructureError,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from launcher.frontends.entity import Entity, SourceText, coerce_text, is_entity_list
-from launcher.frontends.entity_errors import (
+from launcher.frontends.errors import (
     AttributeTypeError,
     FrontendError,
     MissingAttributeError,

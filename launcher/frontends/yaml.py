@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import yaml
 
 from launcher.frontends.entity import Entity, SourceText, is_entity_list
-from launcher.frontends.entity_errors import (
+from launcher.frontends.errors import (
     AttributeTypeError,
     FrontendError,
     MissingAttributeError,

@@ -94,6 +94,12 @@ class Interpreter:
         """Warnings about the launch file so far, each once."""
         return tuple(self.host.quirks)
 
+    @property
+    def may_start_more(self) -> bool:
+        """Whether handlers of the launch file may start processes that are not known yet."""
+        harmless = (OnIncludeLaunchDescription, OnShutdown, TargetedHandler)
+        return any(type(handler) not in harmless for handler in self.context._event_handlers)
+
     # ---- the driver's side
 
     def start(self) -> list[model.Effect]:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from launcher.frontends import expose
-from launcher.frontends.entity_errors import FrontendError
+from launcher.frontends.errors import FrontendError
 from launcher.frontends.parser import MAX_PROBLEMS, Parser
 from launcher.frontends.parsers.process import parse_words
 from launcher.frontends.xml import XmlParser

@@ -69,6 +69,15 @@ def test_a_started_process_wakes_its_handler():
     assert first.process_details["pid"] == 7
 
 
+def test_only_handlers_of_the_launch_file_may_start_more():
+    quiet = ExecuteProcess(cmd=["a"])
+    reacting = ExecuteProcess(cmd=["a"], on_exit=[ExecuteProcess(cmd=["b"])])
+    for action, may_start_more in ((quiet, False), (reacting, True)):
+        with interpreting([action]) as interpreter:
+            interpreter.start()
+            assert interpreter.may_start_more is may_start_more
+
+
 def test_an_exit_reaches_on_exit_with_its_code():
     def tell(event: Any, context: Any) -> LogInfo:
         return LogInfo(msg=f"{event.process_name} gave {event.returncode}")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, List  # noqa: UP035 - List[Entity] is what entities understand
 
 from launcher.frontends.entity import Entity
-from launcher.frontends.entity_errors import StructureError
+from launcher.frontends.errors import StructureError
 
 ENTITIES = List[Entity]  # noqa: UP006
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from launcher.frontends.entity import Entity, get_data_type_from_identifier
-from launcher.frontends.entity_errors import (
+from launcher.frontends.errors import (
     AttributeTypeError,
     StructureError,
     UnexpectedContentError,

@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Collection
 
 from launcher.frontends.entity import Entity
-from launcher.frontends.entity_errors import AttributeTypeError, UnexpectedContentError, shown
+from launcher.frontends.errors import AttributeTypeError, UnexpectedContentError, shown
 from launcher.frontends.parsers.attributes import (
     Parsed,
     as_dictionary,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from launcher.frontends.entity_errors import AttributeTypeError
+from launcher.frontends.errors import AttributeTypeError
 from launcher.frontends.parsers.attributes import Parsed
 
 TYPE_CHECKING = False
