@@ -27,7 +27,9 @@ class SourceText:
     def lines(self) -> list[str]:
         """The lines without their ends."""
         if self._lines is None:
-            self._lines = self.text.split("\n")  # as expat counts; splitlines() knows more ends
+            self._lines = self.text.split(
+                "\n"
+            )  # as expat counts; splitlines() splits at more characters
         return self._lines
 
     def place(self, line: int, column: int | None = None) -> Place:

@@ -110,12 +110,12 @@ _OTHER_NAMES = {
 
 
 def attribute_hint(tag: str, name: str, known: Iterable[str]) -> str | None:
-    """What somebody may have meant by an attribute that the tag does not have."""
+    """A hint for an attribute that the tag does not have."""
     return _OTHER_NAMES.get((tag, name)) or did_you_mean(name, sorted(known))
 
 
 def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
-    """Which of the attributes present may have been meant as the one that is missing."""
+    """A hint for a missing attribute: one of those present may be meant."""
     for other in present:
         if f"'{name}'" in _OTHER_NAMES.get((tag, other), ""):
             return f"'{other}' is written '{name}' in ROS 2"
@@ -135,7 +135,7 @@ def shown(text: object) -> str:
 
 
 def locate(error: LaunchFileError, place: Place | None) -> None:
-    """Give an error its place, unless it knows it already."""
+    """Set the place of an error, unless it has one."""
     if place is not None and error.where is None:
         error.where = place.where
         error.source_line = place.source_line

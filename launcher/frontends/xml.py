@@ -1,6 +1,6 @@
 """XML launch files: text to elements with their lines, the entities on top of them, the parser.
 
-ElementTree forgets line numbers, so expat is asked directly. Bounds on size, depth and entity
+ElementTree drops line numbers, so expat is used directly. Bounds on size, depth and entity
 declarations keep a hostile file from eating time or memory.
 """
 
@@ -126,7 +126,7 @@ def _qualified(name: str) -> str:
 
 
 class XmlEntity(Entity):
-    """One tag of an XML launch file; values are coerced to what is asked for."""
+    """One tag of an XML launch file; values are coerced to the type that is read."""
 
     def __init__(
         self, xml_element: XmlElement, source: SourceText, *, parent: Entity | None = None

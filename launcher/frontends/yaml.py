@@ -1,6 +1,6 @@
 """YAML launch files: text to nodes with their marks, the entities on top of them, the parser.
 
-Values are made by YAML's own rules and kept beside their nodes, which know line and column.
+Values follow YAML's own rules and are kept beside their nodes, which have line and column.
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ class Interpreter:
         return self.take_effects()
 
     def begin(self) -> None:
-        """Like `start`, for drivers that want the effects before a fault: see `failure`."""
+        """Like `start`, but keeps the effects before a fault: see `failure`."""
         current = session.current()
         current.sink = self.host.log
         for message in current.pending:
@@ -150,7 +150,7 @@ class Interpreter:
         return self.take_effects()
 
     def watches_output(self, process_id: int) -> bool:
-        """Whether a handler of the launch file wants the output of this process."""
+        """Whether a handler of the launch file matches the output of this process."""
         handlers = tuple(self.context._event_handlers)
         if handlers == self._handlers_without_output or process_id not in self.host.processes:
             return False
@@ -277,7 +277,7 @@ class Interpreter:
             self.context.emit_event_sync(event)
 
     def _on_shutdown(self, event: Any, context: LaunchContext) -> None:
-        # Registered first, so asked last: handlers of the launch file have run.
+        # Registered first, so called last: handlers of the launch file have run.
         if not context.is_shutdown:
             context._set_is_shutdown(True)
             self.host.request(model.RequestShutdown(reason=event.reason))

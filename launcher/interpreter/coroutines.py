@@ -45,7 +45,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
     ) -> asyncio.TimerHandle:
         handle = asyncio.TimerHandle(delay, callback, args, self, context)
         timer_id = self._host.call_later(max(0.0, delay), lambda: self._run(handle))
-        setattr(handle, "_scheduled", True)  # noqa: B010 - so that a cancelled handle tells us
+        setattr(handle, "_scheduled", True)  # noqa: B010 - cancelled handles then call _timer_handle_cancelled
         self._timer_ids[id(handle)] = timer_id
         return handle
 

@@ -26,7 +26,7 @@ Answer = Callable[[model.Effect], Iterable[model.Event]]
 
 
 class Process:
-    """A process that was asked for; `alive` from StartProcess to its last end."""
+    """A requested process; `alive` from StartProcess to its last exit."""
 
     __slots__ = ("action", "alive")
 
@@ -72,10 +72,10 @@ class RunHost:
         self._depth = 0
         self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
 
-    # ---- asked by entities (launcher.language.host.Host)
+    # ---- for entities (launcher.language.host.Host)
 
     def accepts(self, event: Event) -> bool:
-        """Queue everything but a shutdown that the driver does not want."""
+        """Queue everything but a shutdown that the driver's filter rejects."""
         if not isinstance(event, Shutdown):
             return True
         if not self.shutdown_filter(event):
@@ -96,7 +96,7 @@ class RunHost:
 
     def _start(self, action: ExecuteLocal) -> None:
         if self.shutdown_pending:
-            action._completed()  # a shutdown asked for in the same visit comes first
+            action._completed()  # a shutdown requested in the same visit comes first
             return
         try:
             spec = make_spec(action, self._context, self.generated)
@@ -194,7 +194,7 @@ class RunHost:
             self._loop = make_loop(self)
         return self._loop
 
-    # ---- asked by the interpreter
+    # ---- for the interpreter
 
     def take_effects(self) -> list[model.Effect]:
         """The effects since the last time."""

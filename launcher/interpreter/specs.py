@@ -87,7 +87,7 @@ def _seconds(text: str, default_s: float) -> tuple[float, str | None]:
     """(seconds to wait, what is wrong with the text).
 
     ROS 2 looks at these texts only when it stops the process, so a bad one is no start error.
-    There it ends the escalation, or waits for ever; a stop has to come to an end here.
+    There it ends the escalation, or waits for ever; here a stop always ends.
     """
     try:
         value_s = float(text)

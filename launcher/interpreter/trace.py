@@ -34,7 +34,7 @@ class Visit:
 
     `depth` counts from 1; `stamp` tells when; `event` is what led to a visit without parent.
     `skipped`: the condition was false; `read` holds the launch configurations that the condition
-    asks for, as they were. `settings` were made by this visit itself, `logs` are texts that it
+    reads, as they were. `settings` were made by this visit itself, `logs` are texts that it
     printed for the user, `processes` are the numbers of the processes that it started.
     """
 
@@ -75,7 +75,7 @@ class Visit:
 
 
 class Trace:
-    """Collects visits ; `stamp` returns the time to note."""
+    """Collects visits; `stamp` returns the time of each."""
 
     def __init__(self, context: LaunchContext, stamp: Callable[[], Any]) -> None:
         self._context = context
@@ -123,7 +123,7 @@ class Trace:
             visit.processes.append(process)
 
     def _note_argument(self, visit: Visit) -> None:
-        """An argument that has a value already: where that comes from."""
+        """Record where the value of an argument was set, if it has one already."""
         configurations = self._context.launch_configurations
         name = visit.entity.name
         value = configurations.peek(name)
@@ -136,7 +136,7 @@ class Trace:
 
 
 def _configurations_in(part: Any, depth: int) -> Iterator[str]:
-    """Names of the launch configurations that a condition or a substitution asks for."""
+    """Names of the launch configurations that a condition or a substitution reads."""
     if depth == 0:
         return
     if isinstance(part, LaunchConfiguration):

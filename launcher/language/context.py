@@ -185,7 +185,7 @@ class LaunchContext:
         replace_environment(self.__environment_stack.pop())
 
     def _remember_environment(self, environment: Mapping[str, str]) -> None:
-        """Let this be the environment that ResetEnvironment goes back to."""
+        """Set the environment that ResetEnvironment restores."""
         self.__environment_reset = dict(environment)
 
     def _reset_environment(self) -> None:
@@ -198,7 +198,7 @@ class LaunchContext:
         return any(handler.matches(event) for handler in self._event_handlers)
 
     def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
-        """Add a handler; it is asked before those registered earlier, unless `append`."""
+        """Add a handler before those registered earlier, or with `append` after them."""
         if append:
             self._event_handlers.append(event_handler)
         else:

@@ -51,5 +51,5 @@ class LaunchDescriptionEntity:
         return []
 
     def get_asyncio_future(self) -> Any:
-        """Something with `done()` while the entity has work that goes on, else None."""
+        """An object with `done()` while the entity is still at work, else None."""
         return None

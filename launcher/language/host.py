@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Host(Protocol):
     """Requests of entities; none blocks, and none takes effect before the visit is over.
 
-    `shutdown_pending` is true from the moment a shutdown is asked for to its handling.
+    `shutdown_pending` is true from the request of a shutdown to its handling.
     """
 
     shutdown_pending: bool

@@ -1,4 +1,4 @@
-"""Substitution: a text that is known only when it is asked for; and lists of them as one text."""
+"""Substitutions: texts that are evaluated when needed; lists of them stand for one text."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def normalize_to_list_of_entities(entities: Any) -> list[LaunchDescriptionEntity
 def visit_all_entities_and_collect_futures(
     entity: LaunchDescriptionEntity, context: LaunchContext
 ) -> list[tuple[LaunchDescriptionEntity, Any]]:
-    """Visit an entity and, depth first, all that it yields; (entity, future) of what goes on."""
+    """Visit an entity and, depth first, all that it yields; (entity, future) of unfinished ones."""
     pairs: list[tuple[LaunchDescriptionEntity, Any]] = []
     context._host.visiting(entity)
     try:

@@ -144,7 +144,7 @@ def _turn(entity: Entity, parser: Any, local: str, values: dict[str, Any]) -> li
 
 
 def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """`log`; newer releases of ROS 2 know an attribute `level`."""
+    """`log`; newer releases of ROS 2 have an attribute `level`."""
     _, arguments = parse_texts(cls, entity, parser, {"msg": "message"})
     level = entity.get_attr("level", optional=True)
     if level is None:

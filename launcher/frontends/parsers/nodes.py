@@ -56,7 +56,7 @@ def parse_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
 
 
 def parse_lifecycle_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
-    """`lifecycle_node`, which newer releases of ROS 2 Jazzy know."""
+    """`lifecycle_node`, from newer releases of ROS 2 Jazzy."""
     _, arguments = parse_node(cls, entity, parser)
     autostart = entity.get_attr("autostart", data_type=bool, optional=True)
     if autostart is not None:

@@ -123,7 +123,7 @@ class PopLaunchConfigurations(_Plain):
 @public("launch.actions.set_environment_variable")
 @parsed
 class SetEnvironmentVariable(_NamedValue):
-    """Sets an environment variable for what comes after."""
+    """Sets an environment variable for the entities after it."""
 
     def execute(self, context: LaunchContext) -> None:
         name = perform_substitutions(context, self.name)

@@ -120,7 +120,7 @@ class ExecuteLocal(Action):
 
     @property
     def output(self) -> Any:
-        """Where its output goes: substitutions, or a dictionary as it was given."""
+        """The destination of output: substitutions, or a dictionary as it was given."""
         return self.__output
 
     @property

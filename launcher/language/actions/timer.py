@@ -148,7 +148,7 @@ class TimerAction(Action):
 
 
 def _install_timer_event_handler(context: LaunchContext) -> None:
-    # With the first timer, not earlier: handlers that were registered later are asked first.
+    # With the first timer, not earlier: later handlers take precedence.
     if hasattr(context, _INSTALLED):
         return
     context.register_event_handler(

@@ -65,7 +65,7 @@ class _Listing:
             yield prefix + name, bool(submodules(f"{self._package}.{name}"))
 
     def find_spec(self, fullname: str, target: ModuleType | None = None) -> None:
-        """None: the meta-path finder has been asked already."""
+        """None: the meta-path finder comes first."""
 
 
 @contextmanager

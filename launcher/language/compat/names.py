@@ -1,4 +1,4 @@
-"""A public module: its names are looked up in the table, and imported when first asked for."""
+"""The public modules: names from the table, imported on first access."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _sources(module: str) -> dict[str, tuple[str, str]]:
 
 
 class PublicModule(ModuleType):
-    """Imports the source of a name when it is first asked for: a launch file pays for its own.
+    """Imports the source of a name on first access: a launch file loads only what it uses.
 
     A name that is a submodule is that submodule, as after ROS 2's own `import launch`. For an
     unknown name `from launch.actions import X` is an ImportError with our message; everything
@@ -82,7 +82,7 @@ class PublicModule(ModuleType):
         raise AttributeError(f"module '{module}' has no attribute '{name}'")
 
     def __setattr__(self, name: str, value: Any) -> None:
-        # The import system binds submodules; a function of the same name is what users want.
+        # The import system binds submodules; a function of the same name takes precedence.
         if not (isinstance(value, ModuleType) and name in self.__dict__.get("_sources", ())):
             super().__setattr__(name, value)
 

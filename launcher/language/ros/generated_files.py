@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str:
     """Write `text` to a new temporary file that the run deletes; `content` is its data."""
-    from tempfile import NamedTemporaryFile  # only nodes with parameters pay for it
+    from tempfile import NamedTemporaryFile  # only for nodes with parameters
 
     with NamedTemporaryFile(mode="w", prefix="launch_params_", delete=False) as file:
         file.write(text)

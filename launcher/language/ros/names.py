@@ -1,4 +1,4 @@
-"""ROS names: validation, and namespaces put together."""
+"""ROS names: validation, namespaces, remapping rules, and how often a node name was used."""
 
 from __future__ import annotations
 

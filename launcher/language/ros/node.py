@@ -118,7 +118,7 @@ class Node(ExecuteProcess):
 
     @staticmethod
     def parse_nested_parameters(params: Any, parser: Any) -> Any:
-        """The `param` tags of an entity as the constructor wants them."""
+        """The `param` tags of an entity as the constructor's argument."""
         return frontend_registry.parse_with("Node.parameters", Node, params, parser)
 
     @property

@@ -184,6 +184,6 @@ def _uniform(name: str, items: Sequence[Any]) -> tuple[Any, ...]:
 
 
 def _yaml() -> Any:
-    import yaml  # only launch files with parameters pay for it
+    import yaml  # only for launch files with parameters
 
     return yaml

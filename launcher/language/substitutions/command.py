@@ -25,7 +25,7 @@ _POLICIES = ("fail", "ignore", "warn", "capture")
 
 @public("launch.substitutions.command")
 class Command(Substitution):
-    """What a command writes to standard output; `on_stderr` says what becomes of the rest.
+    """What a command writes to standard output; `on_stderr` decides about standard error.
 
     `fail`: an error; `ignore`; `warn`: a warning; `capture`: part of the text.
     """

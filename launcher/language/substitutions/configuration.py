@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @public("launch.substitutions.launch_configuration")
 class LaunchConfiguration(Substitution):
-    """The value of a launch configuration when it is asked for."""
+    """The value of a launch configuration at the time of `perform`."""
 
     def __init__(self, variable_name: Any, *, default: Any = None) -> None:
         self.__variable_name = normalize_to_list_of_substitutions(variable_name)

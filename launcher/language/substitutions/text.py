@@ -1,4 +1,4 @@
-"""Texts that are known, and lists of substitutions that become one text."""
+"""StringJoinSubstitution: texts joined by a delimiter."""
 
 from __future__ import annotations
 
