@@ -1,4 +1,4 @@
-"""The planner: a launch file in virtual time. Nothing is started; the plan says what would be.
+"""Runs a launch file in virtual time; the plan holds what would be started, and when.
 
 Phase `run`: every process starts and lives, timers fire. Phase `exit`: each process in turn ends
 once with code 0, and what follows from it is played. A shutdown ends phase `run` and is ignored
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import heapq
-import importlib
 import math
 import signal
 import sys
@@ -30,7 +29,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.interpreter.host import Surprise
+    from launcher.interpreter.host import Quirk
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
     from launcher.language.events import Shutdown
@@ -58,7 +57,7 @@ class Stamp(Record):
 
 
 class PlannedProcess(Record):
-    """A process, and the launch file's own words on how it is started again."""
+    """A process, and its restart settings as in the launch file."""
 
     spec: ProcessSpec
     respawn: bool
@@ -92,9 +91,9 @@ class Plan:
         self.logs: list[tuple[str, Stamp]] = []
         self.shutdowns: list[tuple[str, Stamp]] = []
         self.visits: list[Visit] = []  # those that events led to; the others are below them
-        self.warnings: tuple[Surprise, ...] = ()
+        self.warnings: tuple[Quirk, ...] = ()
         self.names_read: frozenset[str] = frozenset()
-        # What was evaluated, and how far it came, for a closer look at what went wrong.
+        # What was evaluated, and its state at the end, for the analysis of errors.
         self.description: LaunchDescription | None = None
         self.context: LaunchContext | None = None
         self.error: PlanError | None = None
@@ -122,14 +121,6 @@ def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
     return plan
 
 
-def plan_document(path: str, arguments: Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """The canonical document of the plan, ready for `json.dumps`."""
-    # Renderings know the plan, not the reverse; this one is looked up for those who want it.
-    rendering: Any = importlib.import_module("launcher.render.plan_json")
-    document: dict[str, Any] = rendering.document(make_plan(path, arguments))
-    return document
-
-
 def _load(plan: Plan) -> LaunchDescription | None:
     from launcher import frontends
 
@@ -144,7 +135,7 @@ def _load(plan: Plan) -> LaunchDescription | None:
 def _evaluate(
     plan: Plan, description: LaunchDescription, arguments: Iterable[tuple[str, str]]
 ) -> None:
-    world = _World(plan)
+    world = _VirtualTime(plan)
     interpreter = Interpreter(
         description,
         path=plan.path,
@@ -160,14 +151,14 @@ def _evaluate(
 
 
 def plan_error(fault: LaunchFileError, stage: str, phase: str) -> PlanError:
-    """The fault as the plan tells it."""
+    """The error as the plan reports it."""
     cause = fault.__cause__ or fault
     kind = getattr(cause, "ros_type", None) or type(cause).__name__
     return PlanError(kind=kind, message=str(cause), stage=stage, phase=phase, fault=fault)
 
 
-class _World:
-    """Virtual time and the processes in it; answers each effect at once."""
+class _VirtualTime:
+    """Simulates time and processes; answers each effect at once."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -182,7 +173,7 @@ class _World:
         self._living: dict[int, int] = {}  # process_id -> index in the plan
         self._to_exit: deque[int] = deque()
 
-    # ---- the course of time
+    # ---- time
 
     def play(self, interpreter: Interpreter, description: LaunchDescription) -> None:
         """Phase run, then phase exit; the interpreter is closed in the end."""
@@ -209,11 +200,11 @@ class _World:
             self._plan.arguments_error = f"{type(error).__name__}: {error}"
 
     @property
-    def _goes_on(self) -> bool:
+    def _continues(self) -> bool:
         return self._interpreter.failure is None and self._phase != "shutdown"
 
     def _run_timers(self) -> None:
-        while self._goes_on and self._next_time_s() <= HORIZON_S:
+        while self._continues and self._next_time_s() <= HORIZON_S:
             self._now_s = self._next_time_s()
             due: list[model.Event] = []
             while self._next_time_s() == self._now_s:
@@ -226,7 +217,7 @@ class _World:
         return self._timers[0][0] if self._timers else math.inf
 
     def _run_exits(self) -> None:
-        while self._goes_on and self._to_exit:
+        while self._continues and self._to_exit:
             self._phase = "exit"
             process_id = self._to_exit.popleft()
             if process_id not in self._living:
@@ -337,7 +328,7 @@ def _with_content(source: ParameterSource) -> ParameterSource:
 
 
 def _pid(process_id: int) -> int:
-    return 100_000 + process_id  # looks like one; nothing has it
+    return 100_000 + process_id  # looks like a pid; no process has it
 
 
 def _loaded(request_id: int, load: model.LoadRequest) -> model.ComponentLoaded:

@@ -34,8 +34,8 @@ def main(words: Sequence[str]) -> int:
 def show(path: str, patience: Patience) -> int:
     """List the arguments of a launch file; LaunchFileError if it cannot be loaded."""
     from launcher import frontends
-    from launcher.language import faults
     from launcher.language.compat import vocabulary
+    from launcher.language.diagnostics import faults
     from launcher.render.arguments import describe_arguments
 
     with stdout_to_stderr(), limited(patience, path), vocabulary([path]):

@@ -15,8 +15,8 @@ from launcher.language.compat import vocabulary
 from launcher.language.conditions import LaunchConfigurationEquals
 from launcher.language.context import LaunchContext
 from launcher.language.entity import LaunchDescriptionEntity
+from launcher.language.substitution import TextSubstitution
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.substitutions.text import TextSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -247,7 +247,7 @@ class _SoundCore:
         """UsageError if a required process is not started, and nothing could start it later."""
         from launcher.engine.unmatched import nearest
         from launcher.language.actions.process import TargetedHandler
-        from launcher.language.handlers import OnIncludeLaunchDescription, OnShutdown
+        from launcher.language.event_handlers import OnIncludeLaunchDescription, OnShutdown
         from launcher.model.events import LogMessage, StartProcess
         from launcher.model.options import matches
 

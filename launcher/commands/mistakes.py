@@ -15,12 +15,12 @@ from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, Usage
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.configurations import ALL_NAMES
 from launcher.language.ros.node import Node
-from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.substitutions.text import TextSubstitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    TextSubstitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.packages import find_executable
 
 TYPE_CHECKING = False
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
-    from launcher.language.origin import Origin
+    from launcher.language.diagnostics.origin import Origin
 
 Arguments = Sequence[tuple[str, str]]
 MAX_MISTAKES = 20  # told at once; a file with more is broken in another way

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from types import FrameType
 
 from launcher.errors import ExitCode, LaunchFileError, UsageError
-from launcher.language.origin import Origin
+from launcher.language.diagnostics.origin import Origin
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
@@ -50,7 +50,7 @@ class _Endless(BaseException):
     """Raised in the middle of an evaluation; no `except Exception` may stop it."""
 
     ros_type = "TimeoutError"
-    _launcher_origin: Origin | None = None  # see launcher.language.faults
+    _launcher_origin: Origin | None = None  # see launcher.language.diagnostics.faults
 
 
 @contextlib.contextmanager
@@ -117,7 +117,7 @@ def _end_at_once(error: _Endless, path: str) -> NoReturn:
 
 
 def _explained(error: _Endless, path: str) -> LaunchFileError:
-    from launcher.language import faults
+    from launcher.language.diagnostics import faults
 
     fault = faults.explain(error, path)
     fault.hint = "--evaluation-timeout S gives it more time, 0 any time"

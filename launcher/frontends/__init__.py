@@ -1,18 +1,27 @@
-"""The front ends: a launch file of any kind becomes a LaunchDescription."""
+"""The front ends: a launch file of any kind becomes a LaunchDescription.
+
+Importing this package gives the language its parsers, which are imported when first needed.
+"""
 
 from __future__ import annotations
 
-import importlib
-
-from launcher.frontends import python
+from launcher.errors import LaunchFileError
+from launcher.language import frontend_registry
+from launcher.language.description import LaunchDescription
+from launcher.language.sources import get_launch_description_from_any_launch_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.description import LaunchDescription
+    from launcher.language.substitution import Substitution
 
-_MARKUP = {"xml": "launcher.frontends.xml", "yaml": "launcher.frontends.yaml"}
+
+class NoDescriptionError(LaunchFileError):
+    """`generate_launch_description()` returned something else."""
+
+    ros_type = "AttributeError"
+    stage = "run"  # ROS 2 finds out when it looks at what it got
 
 
 def load(path: str) -> LaunchDescription:
@@ -20,27 +29,51 @@ def load(path: str) -> LaunchDescription:
 
     Raises LaunchFileError with the place in the file; its `__cause__` is what went wrong.
     """
-    return python.load(path)
+    try:
+        description = get_launch_description_from_any_launch_file(path)
+    except (Exception, SystemExit) as error:
+        from launcher.language.diagnostics import faults
 
+        raise faults.explain(error, path) from error.__cause__ or error
+    if not isinstance(description, LaunchDescription):
+        from launcher.language.diagnostics.bad_entries import place_of_return
 
-def load_xml(path: str) -> LaunchDescription:
-    """The description in an XML launch file."""
-    return _load_markup("xml", path)
-
-
-def load_yaml(path: str) -> LaunchDescription:
-    """The description in a YAML launch file."""
-    return _load_markup("yaml", path)
-
-
-def load_markup(path: str) -> LaunchDescription:
-    """The description in an XML or YAML launch file; both are tried, the likely one first."""
-    module: Any = importlib.import_module("launcher.frontends.parser")
-    description: LaunchDescription = module.load_markup(path)
+        place = place_of_return(path, "generate_launch_description")
+        raise NoDescriptionError(
+            f"generate_launch_description() returned {type(description).__name__}, "
+            "not a LaunchDescription",
+            where=f"{path}:1" if place is None else str(place),
+            hint="end it with `return LaunchDescription([...])`",
+        )
     return description
 
 
-def _load_markup(kind: str, path: str) -> LaunchDescription:
-    module: Any = importlib.import_module(_MARKUP[kind])
-    description: LaunchDescription = module.load(path)
-    return description
+def _parser_class(extension: str) -> Any:
+    if extension == "xml":
+        from launcher.frontends.xml import XmlParser
+
+        return XmlParser
+    if extension == "yaml":
+        from launcher.frontends.yaml import YamlParser
+
+        return YamlParser
+    from launcher.frontends.parser import Parser
+
+    return Parser
+
+
+def _parse(key: str, *args: Any, **kwargs: Any) -> Any:
+    from launcher.frontends import parsers
+
+    return parsers.parse_function(key)(*args, **kwargs)
+
+
+def _parse_substitution(text: str) -> list[Substitution]:
+    from launcher.frontends.grammar_substitutions import parse_substitution
+
+    return parse_substitution(text)
+
+
+frontend_registry.provide(
+    parse_with=_parse, parse_substitution=_parse_substitution, parser_class=_parser_class
+)

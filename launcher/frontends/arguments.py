@@ -1,4 +1,4 @@
-"""Arguments: the `name:=value` words of a command line."""
+"""The `name:=value` arguments of a command line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def split_words(words: Iterable[str]) -> tuple[list[str], list[tuple[str, str]]]
         if not name or not value:
             raise UsageError(
                 f"malformed launch argument '{word}', expected format '<name>:=<value>'",
-                hint="a value cannot be empty; without the argument its default counts",
+                hint="a value cannot be empty; omit the argument to use its default",
             )
         arguments.append((name, value))
     return targets, arguments

@@ -1,10 +1,13 @@
-"""Entity: one tag of an XML launch file, or one key of a YAML launch file, as parsers see it."""
+"""The interface of a tag of an XML launch file, or a key of a YAML launch file."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, List, get_args, get_origin  # noqa: UP035 - List[...] is the API
 
-from launcher.frontends.entity_errors import Place
+from launcher.frontends.errors import Place, UnexpectedContentError
+from launcher.language.type_utils import get_typed_value
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -24,7 +27,9 @@ class SourceText:
     def lines(self) -> list[str]:
         """The lines without their ends."""
         if self._lines is None:
-            self._lines = self.text.split("\n")  # as expat counts; splitlines() knows more ends
+            self._lines = self.text.split(
+                "\n"
+            )  # as expat counts; splitlines() splits at more characters
         return self._lines
 
     def place(self, line: int, column: int | None = None) -> Place:
@@ -33,7 +38,7 @@ class SourceText:
         return Place(self.path, line, column, source_line)
 
     def note_read(self, value: object, place: Place) -> None:
-        """Remember where a text came from: whoever read it will parse it next."""
+        """Remember where the text was read: it is parsed next."""
         if isinstance(value, str):
             self._last_read = (value, place)
 
@@ -47,7 +52,7 @@ class SourceText:
 class Entity:
     """Interface of the entities of all front ends.
 
-    An entity notes what was asked of it, so that attributes and tags that nobody knows are found.
+    An entity records what is read from it, so that unknown attributes and tags are found.
     """
 
     @property
@@ -57,7 +62,7 @@ class Entity:
 
     @property
     def parent(self) -> Entity | None:
-        """The entity around this one; None as in ROS 2, where no front end tells."""
+        """None: ROS 2's front ends do not provide it."""
         raise NotImplementedError
 
     @property
@@ -76,7 +81,7 @@ class Entity:
         return None
 
     def assert_entity_completely_parsed(self) -> None:
-        """ValueError if there is an attribute or a nested entity that nobody asked for."""
+        """ValueError if there is an attribute or a nested entity that was not read."""
         raise NotImplementedError
 
     def get_attr(
@@ -95,3 +100,47 @@ class Entity:
         AttributeError if it is missing, TypeError if it has another type.
         """
         raise NotImplementedError
+
+
+MAX_TYPED = 100_000  # characters; what is longer is a text (a robot description), no value
+
+# How `type="..."` of a parameter is written.
+TYPE_IDENTIFIERS: dict[str, Any] = {
+    "bool": bool,
+    "float": float,
+    "int": int,
+    "str": str,
+    "list_of_bool": List[bool],  # noqa: UP006
+    "list_of_float": List[float],  # noqa: UP006
+    "list_of_int": List[int],  # noqa: UP006
+    "list_of_str": List[str],  # noqa: UP006
+}
+
+
+def get_data_type_from_identifier(identifier: str) -> Any:
+    """The type of that name; ValueError if there is none."""
+    if identifier in TYPE_IDENTIFIERS:
+        return TYPE_IDENTIFIERS[identifier]
+    hint = did_you_mean(str(identifier), TYPE_IDENTIFIERS)
+    known = ", ".join(TYPE_IDENTIFIERS)
+    raise UnexpectedContentError(
+        f"unknown type '{identifier}', expected one of: {known}", hint=hint
+    )
+
+
+def is_entity_list(data_type: Any) -> bool:
+    """Whether nested entities are asked for: `List[Entity]`, of any class of entities."""
+    if get_origin(data_type) is not list:
+        return False
+    (member,) = get_args(data_type)
+    return isinstance(member, type) and issubclass(member, Entity)
+
+
+def coerce_text(text: str | list[str], data_type: Any, *, can_be_str: bool) -> Any:
+    """The value of the text of an XML attribute, or of its pieces.
+
+    ValueError if it is no such value, TypeError if pieces are given for a scalar.
+    """
+    if len(text) > MAX_TYPED and isinstance(text, str) and can_be_str:
+        return text
+    return get_typed_value(text, data_type, can_be_str)

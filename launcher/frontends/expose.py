@@ -1,8 +1,8 @@
 """Which tags and substitutions there are: the built-in ones, then those of installed packages.
 
 Packages that expose their own are found by the entry points of the group
-`launch.frontend.launch_extension`. Importing them takes time, so it is done when a name turns up
-that nobody knows.
+`launch.frontend.launch_extension`. Importing them takes time, so it is done when an unknown name
+turns up.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ from collections.abc import Callable, Iterable
 
 from launcher.frontends import parsers
 from launcher.frontends.entity import Entity
-from launcher.frontends.entity_errors import StructureError, did_you_mean
+from launcher.frontends.errors import StructureError
 from launcher.language import frontend_registry
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.frontends.parser import Parser
     from launcher.language.action import Action
 
     _ParseMethod = Callable[..., Any]
 
 EXTENSION_GROUP = "launch.frontend.launch_extension"
 
-# What people who come from ROS 1 write, and what they want.
+# What users of ROS 1 write, and what ROS 2 has instead.
 _ROS_1_TAGS = {
     "param": "in ROS 2 a <param> stands within its <node>",
     "rosparam": 'ROS 2 writes <param from="FILE"/> within the <node>',
@@ -36,7 +36,7 @@ _ROS_1_TAGS = {
 }
 
 
-def instantiate_action(entity: Entity, parser: Parser) -> Action:
+def instantiate_action(entity: Entity, parser: Any) -> Action:
     """The action that an entity stands for; RuntimeError if its name is unknown."""
     method = action_parser(entity.type_name)
     if method is None:
@@ -83,7 +83,7 @@ def load_extensions() -> list[str]:
     failures = []
     for point in entry_points(group=EXTENSION_GROUP):
         if point.value.split(":")[0].split(".")[0] in ("launch", "launch_ros"):
-            continue  # a real ROS 2 beside us; its vocabulary is built in here
+            continue  # an installed ROS 2: its names are built in
         try:
             point.load()
         except Exception as problem:  # one broken package must not hide the others
@@ -92,10 +92,10 @@ def load_extensions() -> list[str]:
 
 
 def failed_extensions() -> str | None:
-    """A hint at the packages that should expose something and cannot be loaded."""
+    """A hint that names the packages with extensions that cannot be loaded."""
     failures = load_extensions()
     return (
-        f"a package with further names does not load: {'; '.join(failures)}" if failures else None
+        f"a package with extensions cannot be loaded: {'; '.join(failures)}" if failures else None
     )
 
 
@@ -118,4 +118,4 @@ def _unknown_tag(entity: Entity) -> StructureError:
     hint = _ROS_1_TAGS.get(name) or did_you_mean(name, action_names())
     if hint is None:
         hint = failed_extensions()
-    return StructureError(f"there is no action '{name}'", place=entity.place, hint=hint)
+    return StructureError(f"unknown action '{name}'", place=entity.place, hint=hint)

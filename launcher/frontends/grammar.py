@@ -1,4 +1,4 @@
-"""The `$(...)` language: text of a launch file to a tree of texts and calls, and back.
+"""The `$(...)` language: text of a launch file to a tree of texts and calls.
 
 Three kinds of context exist: bare (the words of a call), and between single or double quotes. A
 backslash takes the meaning from the character after it. One space separates the words of a call;
@@ -8,14 +8,13 @@ a word is either quoted as a whole or holds no quote, space or bare parenthesis.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import NoReturn
 
-MAX_DEPTH = 40  # of calls in calls; a recursive parser needs a bound, no person comes near it
+MAX_DEPTH = 40  # of nested calls; bounds the recursion
 
 _NAME = "[A-Za-z][A-Za-z0-9_-]*"
 _ESCAPED = r"\\(.)"
@@ -152,38 +151,3 @@ class _Reader:
         at_end = self._at >= len(self._source)
         found = "the text ends here" if at_end else f"found {self._source[self._at]!r}"
         raise GrammarError(f"{message}, {found}", position=self._at, at_end=at_end)
-
-
-def render_template(parts: Sequence[Part]) -> str:
-    """A source text that parses to these parts again (neighbouring texts become one)."""
-    return "".join(
-        _escape(part.text, r"\$") if isinstance(part, Text) else _render_call(part, "")
-        for part in parts
-    )
-
-
-def _render_call(call: Call, quote: str) -> str:
-    words = [_render_word(word, quote) for word in call.words]
-    return "$(" + " ".join([call.name, *words]) + ")"
-
-
-def _render_word(word: Sequence[Part], quote: str) -> str:
-    inner = quote or _quote_for(word)
-    if quote:  # a word in a call between quotes cannot be quoted once more
-        return "".join(_render_part(part, quote, rf"\$(){quote}") for part in word)
-    if not inner:
-        return "".join(_render_part(part, "", r"\$()'" + '"') for part in word)
-    return inner + "".join(_render_part(part, inner, rf"\${inner}") for part in word) + inner
-
-
-def _render_part(part: Part, quote: str, special: str) -> str:
-    return _escape(part.text, special) if isinstance(part, Text) else _render_call(part, quote)
-
-
-def _quote_for(word: Sequence[Part]) -> str:
-    needs_quotes = not word or any(isinstance(p, Text) and " " in p.text for p in word)
-    return "'" if needs_quotes else ""
-
-
-def _escape(text: str, special: str) -> str:
-    return "".join(f"\\{character}" if character in special else character for character in text)

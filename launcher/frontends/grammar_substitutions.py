@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from launcher.frontends import expose
-from launcher.frontends.entity_errors import FrontendError, Place, did_you_mean, locate, shown
+from launcher.frontends.errors import FrontendError, Place, locate, shown
 from launcher.frontends.grammar import Call, GrammarError, Part, Text, parse_template
-from launcher.language.origin import Origin
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.text import TextSubstitution
+from launcher.language.diagnostics.origin import Origin
+from launcher.language.substitution import Substitution, TextSubstitution
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-# What people who come from ROS 1 write, and what they want.
+# What users of ROS 1 write, and what ROS 2 has instead.
 _ROS_1_WORDS = {
     "find": "ROS 2 writes $(find-pkg-share PACKAGE)",
     "arg": "ROS 2 writes $(var NAME)",
@@ -78,7 +78,7 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
     if method is None:
         hint = _ROS_1_WORDS.get(call.name) or did_you_mean(call.name, expose.substitution_names())
         hint = hint or expose.failed_extensions()
-        message = f"there is no substitution $({call.name} ...)"
+        message = f"unknown substitution $({call.name} ...)"
         raise FrontendError(message, place=here, hint=hint, ros_type="VisitError")
     try:
         substitution_type, arguments = method(words)

@@ -1,4 +1,4 @@
-"""Locate: from what a person typed to the launch file that is meant."""
+"""Finds the launch file that the command line names."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from launcher.errors import UsageError
 from launcher.packages import search_prefixes, share_directory
+from launcher.text import did_you_mean
 
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
@@ -34,17 +35,15 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     if path.suffix or os.sep in target:
         folder = path.parent
         names = sorted(p.name for p in folder.glob("*.launch.*")) if folder.is_dir() else []
-        raise UsageError(
-            f"there is no launch file '{_shown(target)}'", hint=_near(path.name, names)
-        )
+        raise UsageError(f"launch file '{_shown(target)}' not found", hint=_near(path.name, names))
     found = _by_name(target, env)
     if not found:
         known = sorted({_stem(file) for file in _all_launch_files(env)})
         hint = _near(target, known) or (
-            "a name is looked for in launch/ here and in the folders above, and in installed "
-            "packages; a path is found from anywhere"
+            "names are searched in launch/ here and in the folders above, and in installed "
+            "packages; a path works from anywhere"
         )
-        raise UsageError(f"there is no launch file '{_shown(target)}'", hint=hint)
+        raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
     return _only(target, found)
 
 
@@ -117,7 +116,7 @@ def _only(name: str, found: list[Path]) -> Path:
     if len(found) > 1:
         raise UsageError(
             f"'{name}' is found more than once: {', '.join(map(str, found))}",
-            hint="name the one that you mean by its path",
+            hint="give the path of the one to use",
         )
     return found[0]
 
@@ -127,10 +126,5 @@ def _stem(file: Path) -> str:
 
 
 def _near(name: str, known: Sequence[str]) -> str | None:
-    import difflib
-
-    near = difflib.get_close_matches(name, known, n=1)
-    if near:
-        return f"did you mean '{near[0]}'?"
-    known = known[:20]
-    return f"there is: {', '.join(known)}" if known else None
+    shown = ", ".join(known[:20])
+    return did_you_mean(name, known) or (f"available: {shown}" if shown else None)

@@ -1,4 +1,4 @@
-"""Parser: from entities to actions, and from a file to the parser that understands it."""
+"""Turns entities into actions, and finds the parser of a file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.frontends import expose, grammar, grammar_substitutions
 from launcher.frontends.entity import Entity, SourceText
-from launcher.frontends.entity_errors import (
+from launcher.frontends.errors import (
     FrontendError,
     Place,
     StructureError,
@@ -16,9 +16,10 @@ from launcher.frontends.entity_errors import (
     first_of,
     locate,
 )
+from launcher.language import frontend_registry
 from launcher.language.description import LaunchDescription
+from launcher.language.diagnostics.origin import Origin
 from launcher.language.naming import public
-from launcher.language.origin import Origin
 from launcher.language.sources import InvalidLaunchFileError
 
 TYPE_CHECKING = False
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 PARSER_GROUP = "launch.frontend.parser"
 BUILTIN_SUFFIXES = ("xml", "yaml")
-MAX_PROBLEMS = 20  # told at once; a file with more is broken in another way
+MAX_PROBLEMS = 20  # reported at once
 
 
 @public("launch.frontend.parser")
@@ -86,18 +87,14 @@ class Parser:
     @classmethod
     def get_parser_from_extension(cls, extension: str) -> type[Parser]:
         """The parser class for a suffix; RuntimeError if there is none."""
-        if extension == "xml":
-            from launcher.frontends.xml import XmlParser
-
-            return XmlParser
-        if extension == "yaml":
-            from launcher.frontends.yaml import YamlParser
-
-            return YamlParser
+        parser: type[Parser]
+        if extension in BUILTIN_SUFFIXES:
+            parser = frontend_registry.parser_class(extension)
+            return parser
         from importlib.metadata import entry_points
 
         for point in entry_points(group=PARSER_GROUP, name=extension):
-            parser: type[Parser] = point.load()
+            parser = point.load()
             return parser
         raise StructureError("Not recognized frontend implementation")
 
@@ -133,7 +130,7 @@ class Parser:
         return actions
 
     def parse_action(self, entity: Entity) -> Action:
-        """The action of one entity; whatever goes wrong is told with its place."""
+        """The action of one entity; every error gets its place."""
         place = entity.place
         try:
             action = expose.instantiate_action(entity, self)
@@ -188,9 +185,3 @@ def read_text(file: Any) -> SourceText:
     except OSError as problem:
         message = f"cannot read {path}: {problem.strerror}"
         raise FrontendError(message, ros_type=type(problem).__name__) from problem
-
-
-def load_markup(path: str) -> LaunchDescription:
-    """The launch description of an XML or YAML file, whichever it is."""
-    entity, parser = Parser.load(path)
-    return parser.parse_description(entity)

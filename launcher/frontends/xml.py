@@ -1,14 +1,265 @@
-"""XML launch files."""
+"""XML launch files: text to elements with their lines, the entities on top of them, the parser.
+
+ElementTree drops line numbers, so expat is used directly. Bounds on size, depth and entity
+declarations keep a hostile file from eating time or memory.
+"""
 
 from __future__ import annotations
 
-from launcher.frontends.entity_xml import XmlEntity, parse_xml
+import re
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from launcher.frontends.entity import Entity, SourceText, coerce_text, is_entity_list
+from launcher.frontends.errors import (
+    AttributeTypeError,
+    FrontendError,
+    MissingAttributeError,
+    Place,
+    UnexpectedContentError,
+    attribute_hint,
+    missing_hint,
+    shown,
+)
 from launcher.frontends.parser import Parser, read_text
-from launcher.language.description import LaunchDescription
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from typing import Any, NoReturn
+
+
+MAX_TEXT = 1024 * 1024  # characters; the largest launch files of the field have some 100 KiB
+MAX_DEPTH = 60  # nested tags; each level costs Python frames while actions are parsed
+MAX_XML_ENTITY = 256  # characters that one `&name;` may stand for; it may not hold another one
+
+
+@dataclass(slots=True)
+class XmlElement:
+    """One tag: its attributes as written, its place (line and column from 1), its children."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    column: int
+    children: list[XmlElement] = field(default_factory=list)
+
+
+def parse_xml(source: SourceText) -> XmlElement:
+    """The root element; FrontendError that names the line if the text is no XML."""
+    if len(source.text) > MAX_TEXT:
+        raise FrontendError("the file is too large for a launch file", ros_type="ParseError")
+    builder = _TreeBuilder(source)
+    try:
+        return builder.parse()
+    except (LookupError, ValueError) as problem:  # an unknown encoding
+        raise FrontendError(f"invalid XML: {problem}", ros_type="ParseError") from problem
+    except expat.ExpatError as problem:
+        message = expat.errors.messages.get(problem.code, str(problem))
+        place = source.place(problem.lineno, problem.offset + 1)
+        hint = builder.open_tag_hint()
+        error = FrontendError(message, place=place, hint=hint, ros_type="ParseError")
+        raise error from problem
+
+
+class _TreeBuilder:
+    """Collects what expat reports."""
+
+    def __init__(self, source: SourceText) -> None:
+        self._source = source
+        self._open: list[XmlElement] = []
+        self._root: XmlElement | None = None
+        self._expat = expat.ParserCreate(namespace_separator="}")
+        self._expat.StartElementHandler = self._start
+        self._expat.EndElementHandler = self._end
+        self._expat.EntityDeclHandler = self._entity_declaration
+        self._expat.ExternalEntityRefHandler = lambda *_: 0
+
+    def parse(self) -> XmlElement:
+        # As bytes, so that an encoding that the text declares counts, as for ElementTree.
+        self._expat.Parse(self._source.text.encode(errors="surrogatepass"), True)
+        assert self._root is not None  # expat has complained about a file without a root
+        return self._root
+
+    def open_tag_hint(self) -> str | None:
+        """The tag that was open where parsing failed."""
+        if not self._open:
+            return None
+        tag = self._open[-1]
+        return f"<{tag.tag}> of line {tag.line} is still open here"
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        element = XmlElement(
+            tag=_qualified(name),
+            attributes={_qualified(key): value for key, value in attributes.items()},
+            line=self._expat.CurrentLineNumber,
+            column=self._expat.CurrentColumnNumber + 1,
+        )
+        if len(self._open) >= MAX_DEPTH:
+            self._refuse(f"tags are nested more than {MAX_DEPTH} deep")
+        if self._open:
+            self._open[-1].children.append(element)
+        else:
+            self._root = element
+        self._open.append(element)
+
+    def _end(self, name: str) -> None:
+        self._open.pop()
+
+    def _entity_declaration(
+        self, name: str, is_parameter: bool, value: str | None, *rest: str | None
+    ) -> None:
+        if is_parameter or value is None:
+            self._refuse(f"the XML entity '{name}' is defined outside of the file")
+        elif len(value) > MAX_XML_ENTITY or "&" in value:
+            self._refuse(f"the XML entity '{name}' is too long, or is made of other ones")
+
+    def _refuse(self, message: str) -> NoReturn:
+        place = self._source.place(
+            self._expat.CurrentLineNumber, self._expat.CurrentColumnNumber + 1
+        )
+        raise FrontendError(message, place=place, ros_type="ParseError")
+
+
+def _qualified(name: str) -> str:
+    return "{" + name if "}" in name else name
+
+
+class XmlEntity(Entity):
+    """One tag of an XML launch file; values are coerced to the type that is read."""
+
+    def __init__(
+        self, xml_element: XmlElement, source: SourceText, *, parent: Entity | None = None
+    ) -> None:
+        self._element = xml_element
+        self._source = source
+        self._parent = parent
+        self._read_attributes: set[str] = set()
+        self._read_tags: set[str] = set()
+
+    @property
+    def type_name(self) -> str:
+        return self._element.tag
+
+    @property
+    def parent(self) -> Entity | None:
+        """None: ROS 2's front ends do not provide it."""
+        return self._parent
+
+    @property
+    def children(self) -> list[XmlEntity]:
+        """All nested tags; reading them counts as asking for each of them."""
+        self._read_tags = {child.tag for child in self._element.children}
+        return self._entities(self._element.children)
+
+    @property
+    def place(self) -> Place:
+        return self._source.place(self._element.line, self._element.column)
+
+    @property
+    def source(self) -> SourceText:
+        return self._source
+
+    def assert_entity_completely_parsed(self) -> None:
+        """ValueError that names the first unknown tag or attribute."""
+        for child in self._element.children:
+            if child.tag not in self._read_tags:
+                self._fail_for_tag(child)
+        for name in self._element.attributes:
+            if name not in self._read_attributes:
+                self._fail_for_attribute(name)
+
+    def get_attr(
+        self,
+        name: str,
+        *,
+        data_type: Any = str,
+        optional: bool = False,
+        can_be_str: bool = True,
+    ) -> Any:
+        """The value, coerced; nested tags of that name if `List[Entity]` is asked for."""
+        if is_entity_list(data_type):
+            return self._nested(name, optional=optional)
+        self._read_attributes.add(name)
+        text = self._element.attributes.get(name)
+        if text is None:
+            return None if optional else self._fail_for_missing(name)
+        self._source.note_read(text, self._attribute_place(name))
+        separator = self._element.attributes.get(f"{name}-sep")
+        if separator is None:
+            return self._coerced(name, text, data_type, can_be_str=can_be_str)
+        self._read_attributes.add(f"{name}-sep")
+        if not separator:
+            raise UnexpectedContentError("empty separator", place=self._attribute_place(name))
+        return self._coerced(name, text.split(separator), data_type, can_be_str=can_be_str)
+
+    def _coerced(
+        self, name: str, text: str | list[str], data_type: Any, *, can_be_str: bool
+    ) -> Any:
+        try:
+            return coerce_text(text, data_type, can_be_str=can_be_str)
+        except ValueError as problem:
+            wanted = getattr(data_type, "__name__", str(data_type))
+            raise AttributeTypeError(
+                f"attribute '{name}' of <{self.type_name}> should be of type {wanted}, "
+                f"'{shown(text)}' is not",
+                place=self._attribute_place(name),
+            ) from problem
+
+    def _nested(self, name: str, *, optional: bool) -> list[XmlEntity] | None:
+        nested = [child for child in self._element.children if child.tag == name]
+        if not nested:
+            return None if optional else self._fail_for_missing_tag(name)
+        self._read_tags.add(name)
+        return self._entities(nested)
+
+    def _entities(self, elements: list[XmlElement]) -> list[XmlEntity]:
+        return [XmlEntity(element, self._source) for element in elements]
+
+    def _attribute_place(self, name: str) -> Place:
+        """Where the value of an attribute begins; the tag, if it cannot be found."""
+        found = self._find_attribute(name)
+        return self.place if found is None else self._source.place(found[0], found[1].end() + 1)
+
+    def _find_attribute(self, name: str) -> tuple[int, re.Match[str]] | None:
+        """(line, `name="` in it): the attribute may stand on a line below its tag."""
+        start = re.compile(rf"(?<![\w:.-]){re.escape(name)}\s*=\s*[\"']")
+        column = self._element.column - 1
+        for line in range(self._element.line, len(self._source.lines) + 1):
+            found = start.search(self._source.lines[line - 1], column)
+            if found:
+                return line, found
+            column = 0
+        return None
+
+    def _fail_for_missing(self, name: str) -> NoReturn:
+        unknown = [key for key in self._element.attributes if key not in self._read_attributes]
+        hint = missing_hint(self.type_name, name, unknown)
+        raise MissingAttributeError(
+            f"<{self.type_name}> needs the attribute '{name}'", place=self.place, hint=hint
+        )
+
+    def _fail_for_missing_tag(self, name: str) -> NoReturn:
+        raise MissingAttributeError(
+            f"<{self.type_name}> needs a nested tag <{name}>", place=self.place
+        )
+
+    def _fail_for_tag(self, child: XmlElement) -> NoReturn:
+        raise UnexpectedContentError(
+            f"<{child.tag}> has no meaning within <{self.type_name}>",
+            place=self._source.place(child.line, child.column),
+            hint=did_you_mean(child.tag, self._read_tags),
+        )
+
+    def _fail_for_attribute(self, name: str) -> NoReturn:
+        found = self._find_attribute(name)
+        raise UnexpectedContentError(
+            f"<{self.type_name}> has no attribute '{name}'",
+            place=self.place
+            if found is None
+            else self._source.place(found[0], found[1].start() + 1),
+            hint=attribute_hint(self.type_name, name, self._read_attributes),
+        )
 
 
 class XmlParser(Parser):
@@ -27,9 +278,3 @@ class XmlParser(Parser):
     def get_file_extensions(cls) -> set[str]:
         """How the names of such files end."""
         return {"launch.xml"}
-
-
-def load(path: str) -> LaunchDescription:
-    """The launch description of an XML file."""
-    entity, parser = XmlParser.load(path)
-    return parser.parse_description(entity)

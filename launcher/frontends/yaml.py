@@ -1,15 +1,317 @@
-"""YAML launch files."""
+"""YAML launch files: text to nodes with their marks, the entities on top of them, the parser.
+
+Values follow YAML's own rules and are kept beside their nodes, which have line and column.
+"""
 
 from __future__ import annotations
 
-from launcher.frontends.entity_errors import AttributeTypeError, StructureError
-from launcher.frontends.entity_yaml import YamlEntity, key_of, node_of_key, parse_yaml
+from collections.abc import Iterator
+
+import yaml
+
+from launcher.frontends.entity import Entity, SourceText, is_entity_list
+from launcher.frontends.errors import (
+    AttributeTypeError,
+    FrontendError,
+    MissingAttributeError,
+    Place,
+    StructureError,
+    UnexpectedContentError,
+    attribute_hint,
+    missing_hint,
+)
 from launcher.frontends.parser import Parser, read_text
-from launcher.language.description import LaunchDescription
+from launcher.language.type_utils import is_instance_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from typing import Any, NoReturn
+
+
+MAX_TEXT = 512 * 1024  # characters; YAML is read at some 100 KiB a second
+MAX_NUMBER = 1000  # digits; numbers to base 60 take quadratic time
+MAX_NODES = 200_000  # with every alias counted as what it stands for
+MAX_DEPTH = 120  # a nested action takes two levels
+
+
+def parse_yaml(source: SourceText) -> tuple[Any, yaml.Node | None]:
+    """(value, node) of the document; FrontendError that names the line if it is no YAML."""
+    if len(source.text) > MAX_TEXT:
+        raise FrontendError("the file is too large for a launch file", ros_type="YAMLError")
+    try:
+        loader = yaml.SafeLoader(source.text)
+        node = loader.get_single_node()
+        if node is None:
+            return None, None
+        _check_size(node, source)
+        return loader.construct_document(node), node
+    except yaml.MarkedYAMLError as problem:
+        raise _located(problem, source) from problem
+    except (yaml.YAMLError, ValueError, TypeError, OverflowError) as problem:
+        message = f"invalid YAML: {problem}"
+        raise FrontendError(message, ros_type=type(problem).__name__) from problem
+    except RecursionError:
+        raise FrontendError("this YAML is nested too deeply", ros_type="RecursionError") from None
+
+
+def _located(problem: yaml.MarkedYAMLError, source: SourceText) -> FrontendError:
+    mark = problem.problem_mark or problem.context_mark
+    place = source.place(mark.line + 1, mark.column + 1) if mark else None
+    message = problem.problem or problem.context or "invalid YAML"
+    line = place.source_line if place else None
+    hint = "indent with spaces" if line and line.lstrip(" ").startswith("\t") else None
+    return FrontendError(message, place=place, hint=hint, ros_type=type(problem).__name__)
+
+
+def _check_size(root: yaml.Node, source: SourceText) -> None:
+    """Count every alias as what it stands for, so that an expansion bomb is refused."""
+    sizes: dict[int, int] = {}
+    open_nodes: set[int] = set()
+
+    def size(node: yaml.Node, depth: int) -> int:
+        if id(node) in sizes:
+            return sizes[id(node)]
+        if id(node) in open_nodes or depth > MAX_DEPTH:
+            problem = "an alias within itself" if id(node) in open_nodes else "nested too deeply"
+            place = _place(node, source)
+            raise FrontendError(f"this YAML is {problem}", place=place, ros_type="RecursionError")
+        if _is_long_number(node):
+            raise FrontendError("this number is too long", place=_place(node, source))
+        open_nodes.add(id(node))
+        total = 1 + sum(size(child, depth + 1) for child in _child_nodes(node))
+        open_nodes.discard(id(node))
+        sizes[id(node)] = total
+        if total > MAX_NODES:
+            message = f"this YAML stands for more than {MAX_NODES} values"
+            raise FrontendError(message, place=_place(node, source), ros_type="MemoryError")
+        return total
+
+    size(root, 0)
+
+
+def _is_long_number(node: yaml.Node) -> bool:
+    is_number = node.tag.endswith((":int", ":float"))
+    return is_number and isinstance(node, yaml.ScalarNode) and len(node.value) > MAX_NUMBER
+
+
+def _child_nodes(node: yaml.Node) -> Iterator[yaml.Node]:
+    if isinstance(node, yaml.MappingNode):
+        for pair in node.value:
+            yield from pair
+    elif isinstance(node, yaml.SequenceNode):
+        yield from node.value
+
+
+def _place(node: yaml.Node, source: SourceText) -> Place:
+    return source.place(node.start_mark.line + 1, node.start_mark.column + 1)
+
+
+class YamlEntity(Entity):
+    """One key of a YAML launch file with its value; values are checked, never coerced."""
+
+    def __init__(
+        self,
+        element: Any,
+        type_name: str,
+        source: SourceText,
+        *,
+        node: yaml.Node | None = None,
+        key_node: yaml.Node | None = None,
+        parent: Entity | None = None,
+    ) -> None:
+        self._element = element
+        self._type_name = type_name
+        self._source = source
+        self._node = node
+        self._key_node = key_node
+        self._parent = parent
+        self._read_keys: set[Any] = set()
+        self._children_read = False
+
+    @property
+    def type_name(self) -> str:
+        return self._type_name
+
+    @property
+    def parent(self) -> Entity | None:
+        """None: ROS 2's front ends do not provide it."""
+        return self._parent
+
+    @property
+    def place(self) -> Place | None:
+        """Where its key begins; an item of a list has none, then where the item begins."""
+        node = self._key_node or self._node
+        return _place(node, self._source) if node is not None else None
+
+    @property
+    def source(self) -> SourceText:
+        return self._source
+
+    @property
+    def children(self) -> list[YamlEntity]:
+        """The items of the list, or of the list under the key `children`."""
+        self._children_read = True
+        items, node = self._element, self._node
+        if isinstance(items, dict):
+            if "children" not in items:
+                self._fail_for_children()
+            self._read_keys.add("children")
+            items, node = items["children"], self._value_node("children")
+        elif not isinstance(items, list):
+            raise self._wrong_shape("a list of actions", "AttributeError")
+        if not isinstance(items, list):
+            kinds: dict[type, str] = {str: "AttributeError", dict: "RuntimeError"}
+            message = f"the children of '{self._type_name}' should be a list of actions"
+            ros_type = kinds.get(type(items), "TypeError")
+            raise AttributeTypeError(message, place=self.place, ros_type=ros_type)
+        nodes = node.value if isinstance(node, yaml.SequenceNode) else [None] * len(items)
+        return [self._child(item, at) for item, at in zip(items, nodes, strict=True)]
+
+    def assert_entity_completely_parsed(self) -> None:
+        """ValueError that names the first unknown key."""
+        if isinstance(self._element, list):
+            if not self._children_read:
+                message = f"'{self._type_name}' does not take a list of actions"
+                raise UnexpectedContentError(message, place=self.place)
+            return
+        for key in self._element:
+            if key not in self._read_keys:
+                raise UnexpectedContentError(
+                    f"'{self._type_name}' has no attribute '{key}'",
+                    place=self._key_place(key),
+                    hint=attribute_hint(self._type_name, str(key), self._read_keys),
+                )
+
+    def get_attr(
+        self,
+        name: str,
+        *,
+        data_type: Any = str,
+        optional: bool = False,
+        can_be_str: bool = True,
+    ) -> Any:
+        """The value if it has the type; nested entities if `List[Entity]` is asked for."""
+        if not self._has(name):
+            self._read_keys.add(name)
+            return None if optional else self._fail_for_missing(name)
+        self._read_keys.add(name)
+        value = self._element[name]
+        if is_entity_list(data_type):
+            return self._nested(name, value)
+        place = self._value_place(name)
+        if not is_instance_of(value, data_type, can_be_str):
+            raise AttributeTypeError(
+                f"'{name}' of '{self._type_name}' should be of type {_type_text(data_type)}, "
+                f"it is of type {type(value).__name__}",
+                place=place,
+                hint=_quoting_hint(value, data_type),
+            )
+        if place is not None:
+            self._source.note_read(value, place)
+        return value
+
+    def _has(self, name: str) -> bool:
+        if isinstance(self._element, dict):
+            return name in self._element
+        if isinstance(self._element, list):
+            return False
+        kind = "AttributeError" if isinstance(self._element, str) else "TypeError"
+        raise self._wrong_shape("attributes (a mapping)", kind)
+
+    def _wrong_shape(self, wanted: str, ros_type: str) -> FrontendError:
+        found = "nothing" if self._element is None else type(self._element).__name__
+        return AttributeTypeError(
+            f"'{self._type_name}' takes {wanted}, not {found}",
+            place=self.place,
+            hint=f"write '{self._type_name}: {{}}'" if self._element is None else None,
+            ros_type=ros_type,
+        )
+
+    def _nested(self, name: str, value: Any) -> list[YamlEntity]:
+        if not (isinstance(value, list) and value and isinstance(value[0], dict)):
+            raise AttributeTypeError(
+                f"'{name}' of '{self._type_name}' should be a list of mappings",
+                place=self._value_place(name),
+                hint="begin each of them with '- '",
+                ros_type="IndexError" if value == [] else None,
+            )
+        node = self._value_node(name)
+        nodes = node.value if isinstance(node, yaml.SequenceNode) else [None] * len(value)
+        pairs = zip(value, nodes, strict=True)
+        return [YamlEntity(item, name, self._source, node=at) for item, at in pairs]
+
+    def _child(self, item: Any, node: yaml.Node | None) -> YamlEntity:
+        place = _place(node, self._source) if node is not None else self.place
+        if item is None:
+            message = f"an empty item in the list of '{self._type_name}'"
+            raise AttributeTypeError(message, place=place)
+        if not isinstance(item, dict) or len(item) != 1:
+            raise StructureError(
+                f"each item of '{self._type_name}' is one action: a mapping with exactly one key",
+                place=place,
+                hint="a new action begins with '- '" if isinstance(item, dict) else None,
+                ros_type="TypeError" if isinstance(item, (bool, int, float)) else None,
+            )
+        ((key, value),) = item.items()
+        key_node, value_node = _pair_of_key(node, key)
+        return YamlEntity(value, key, self._source, node=value_node, key_node=key_node or node)
+
+    def _value_node(self, name: Any) -> yaml.Node | None:
+        return node_of_key(self._node, name)
+
+    def _value_place(self, name: Any) -> Place | None:
+        node = self._value_node(name)
+        return _place(node, self._source) if node is not None else self.place
+
+    def _key_place(self, key: Any) -> Place | None:
+        for key_node, _ in _pairs(self._node):
+            if key_node.value == str(key):
+                return _place(key_node, self._source)
+        return self._value_place(key)
+
+    def _fail_for_missing(self, name: str) -> NoReturn:
+        unknown = [str(key) for key in self._element if key not in self._read_keys]
+        hint = missing_hint(self.type_name, name, unknown)
+        raise MissingAttributeError(
+            f"'{self._type_name}' needs the attribute '{name}'", place=self.place, hint=hint
+        )
+
+    def _fail_for_children(self) -> NoReturn:
+        raise UnexpectedContentError(
+            f"'{self._type_name}' should hold a list of actions, or a key 'children' with one",
+            place=self.place,
+        )
+
+
+def _pairs(node: yaml.Node | None) -> list[tuple[yaml.Node, yaml.Node]]:
+    return list(node.value) if isinstance(node, yaml.MappingNode) else []
+
+
+def key_of(node: yaml.Node | None) -> yaml.Node | None:
+    """The first key of a mapping."""
+    return next((key for key, _ in _pairs(node)), None)
+
+
+def node_of_key(node: yaml.Node | None, name: Any) -> yaml.Node | None:
+    """The value of a key of a mapping."""
+    return _pair_of_key(node, name)[1]
+
+
+def _pair_of_key(
+    node: yaml.Node | None, name: Any
+) -> tuple[yaml.Node, yaml.Node] | tuple[None, None]:
+    found = [pair for pair in _pairs(node) if pair[0].value == str(name)]
+    return found[-1] if found else (None, None)  # of keys that occur twice, the last one counts
+
+
+def _type_text(data_type: Any) -> str:
+    return "a parameter" if data_type is None else getattr(data_type, "__name__", str(data_type))
+
+
+def _quoting_hint(value: Any, data_type: Any) -> str | None:
+    if data_type is str and isinstance(value, (bool, int, float)):
+        return f'quote it: "{str(value).lower()}"'
+    return None
 
 
 class YamlParser(Parser):
@@ -36,9 +338,3 @@ class YamlParser(Parser):
     def get_file_extensions(cls) -> set[str]:
         """How the names of such files end."""
         return {"launch.yaml"}
-
-
-def load(path: str) -> LaunchDescription:
-    """The launch description of a YAML file."""
-    entity, parser = YamlParser.load(path)
-    return parser.parse_description(entity)

@@ -18,14 +18,15 @@ How a driver uses it::
         finally:
             interpreter.close()              # deletes generated files, restores os.environ
 
-`handle` never raises for a fault of the launch file: it sets `interpreter.failure` and asks for
+`handle` never raises for a fault of the launch file: it sets `interpreter.failure` and requests
 the shutdown of the system, as ROS 2 does. ProcessExited(will_restart=True) keeps the action
 alive; ProcessStarted comes again after each restart. Ctrl-C is `handle(SignalReceived(...))`,
 which answers with RequestShutdown among others; so does `handle(ShutdownAsked(...))`, for every
 other reason to end the run. A StartProcess after a RequestShutdown comes
-from an OnShutdown handler: start it and let it end by itself. When nothing lives any more the
-interpreter itself asks for the shutdown (reason `idle`). `watches_output(process_id)` tells
-whether the launch file wants the output of a process. `warnings` holds surprises of the file.
+from an OnShutdown handler: start it and let it end by itself. When no process is left the
+interpreter itself requests the shutdown (reason `idle`). `watches_output(process_id)`: whether
+the launch file handles the output of a process. `warnings` holds those of
+`launcher.language.diagnostics.ros2_quirks`.
 """
 
 from launcher.interpreter.core import Interpreter

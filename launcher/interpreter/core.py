@@ -1,4 +1,4 @@
-"""Interpreter: the event queue of a run, from the first visit to the last event."""
+"""The event queue of a run, from the first visit to the last event."""
 
 from __future__ import annotations
 
@@ -7,28 +7,23 @@ import signal
 from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.errors import LaunchFileError
-from launcher.interpreter.host import Answer, RunHost, Surprise
+from launcher.interpreter.host import Answer, Quirk, RunHost
 from launcher.language import events as language
 from launcher.language import process_events, session
 from launcher.language.actions.include import IncludeLaunchDescription
-from launcher.language.actions.process import TargetedHandler
+from launcher.language.actions.process import OnProcessExit, OnProcessStart, TargetedHandler
+from launcher.language.class_tools import is_a_subclass, is_iterable
 from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.handlers import (
+from launcher.language.event_handlers import (
     OnExecutionComplete,
     OnIncludeLaunchDescription,
-    OnProcessExit,
-    OnProcessStart,
     OnShutdown,
 )
 from launcher.language.session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
-from launcher.language.utilities import (
-    is_a_subclass,
-    is_iterable,
-    visit_all_entities_and_collect_futures,
-)
+from launcher.language.utilities import visit_all_entities_and_collect_futures
 from launcher.model import events as model
 
 TYPE_CHECKING = False
@@ -39,8 +34,8 @@ _STREAMS = {
     "stdout": process_events.ProcessStdout,
     "stderr": process_events.ProcessStderr,
 }
-# Whatever they were made with, output is not what they look for.
-_DEAF = frozenset(
+# Handlers that never match output, whatever their arguments.
+_WITHOUT_OUTPUT = frozenset(
     {
         OnExecutionComplete,
         OnIncludeLaunchDescription,
@@ -74,7 +69,7 @@ class Interpreter:
         self._environment_before = dict(os.environ)
         if environment is not None:
             replace_environment(environment)
-        # That of the call, not what the loading of the launch file has made of it.
+        # That of the call: loading the launch file may have changed os.environ.
         self.environment = dict(
             session.current().environment if environment is None else environment
         )
@@ -82,7 +77,7 @@ class Interpreter:
         self._path = path
         self._description = description
         self._is_virtual = answer is not None
-        self._deaf: tuple[Any, ...] = ()
+        self._handlers_without_output: tuple[Any, ...] = ()
         self.failure: LaunchFileError | None = None
         self.context = LaunchContext(
             argv=[f"{name}:={value}" for name, value in self.arguments.items()],
@@ -95,9 +90,15 @@ class Interpreter:
         self.context.register_event_handler(OnShutdown(on_shutdown=self._on_shutdown))
 
     @property
-    def warnings(self) -> Sequence[Surprise]:
-        """Surprises of the launch file so far, each once."""
-        return tuple(self.host.surprises)
+    def warnings(self) -> Sequence[Quirk]:
+        """Warnings about the launch file so far, each once."""
+        return tuple(self.host.quirks)
+
+    @property
+    def may_start_more(self) -> bool:
+        """Whether handlers of the launch file may start processes that are not known yet."""
+        harmless = (OnIncludeLaunchDescription, OnShutdown, TargetedHandler)
+        return any(type(handler) not in harmless for handler in self.context._event_handlers)
 
     # ---- the driver's side
 
@@ -112,12 +113,12 @@ class Interpreter:
         return self.take_effects()
 
     def begin(self) -> None:
-        """Like `start`, for drivers that want the effects before a fault: see `failure`."""
+        """Like `start`, but keeps the effects before a fault: see `failure`."""
         current = session.current()
-        current.say = self.host.log
-        for message in current.untold:
+        current.sink = self.host.log
+        for message in current.pending:
             self.host.log(*message)
-        current.untold.clear()
+        current.pending.clear()
         source = LaunchDescriptionSource(self._description, self._path)
         include = IncludeLaunchDescription(source, launch_arguments=self.arguments.items())
         include._origin = None  # it stands for the command line
@@ -135,7 +136,7 @@ class Interpreter:
         return self.host.take_effects()
 
     def handle(self, event: model.Event) -> list[model.Effect]:
-        """Take in what happened; the effects of it, in order."""
+        """Process an event of the driver; the effects, in order."""
         return self.handle_together([event])
 
     def handle_together(self, events: Iterable[model.Event]) -> list[model.Effect]:
@@ -149,19 +150,19 @@ class Interpreter:
         return self.take_effects()
 
     def watches_output(self, process_id: int) -> bool:
-        """Whether a handler of the launch file wants the output of this process."""
+        """Whether a handler of the launch file matches the output of this process."""
         handlers = tuple(self.context._event_handlers)
-        if handlers == self._deaf or process_id not in self.host.processes:
+        if handlers == self._handlers_without_output or process_id not in self.host.processes:
             return False
-        if all(type(handler) in _DEAF for handler in handlers):
-            self._deaf = handlers  # most launch files have no others: remember these
+        if all(type(handler) in _WITHOUT_OUTPUT for handler in handlers):
+            self._handlers_without_output = handlers  # most launch files have no others: cache them
             return False
         probe = process_events.ProcessStdout(text=b"", **self._details(process_id))
         return self.context.would_handle_event(probe)
 
     def close(self) -> None:
-        """Delete generated files and give `os.environ` back; more than once does no harm."""
-        session.current().say = None
+        """Delete generated files and restore `os.environ`; idempotent."""
+        session.current().sink = None
         self.host.close()
         replace_environment(self._environment_before)
 
@@ -175,7 +176,7 @@ class Interpreter:
                     callback()
             case model.ProcessStarted(process_id=process_id, pid=pid):
                 process = self.host.processes[process_id]
-                process.alive = True  # again, if a person has started what had ended
+                process.alive = True  # again, if the user started an exited process
                 details = process.action._started(pid)
                 self.context.emit_event_sync(process_events.ProcessStarted(**details))
             case model.ProcessExited():
@@ -242,7 +243,7 @@ class Interpreter:
         while self.host.steps or self.host.answers:
             while self.host.steps:
                 self.host.steps.popleft()()
-            # What the world answered at once came about before the next event of the queue.
+            # Immediate answers come before the next event of the queue.
             while self.host.answers:
                 self._take_in(self.host.answers.popleft())
 
@@ -263,7 +264,7 @@ class Interpreter:
             many = entities if is_iterable(entities) else (entities,)
             for entity in [entity for entity in many if entity is not None]:
                 if not is_a_subclass(entity, LaunchDescriptionEntity):
-                    from launcher.language.entries import from_handler
+                    from launcher.language.diagnostics.bad_entries import from_handler
 
                     raise from_handler(entity, handler, event)
                 visit_all_entities_and_collect_futures(entity, self.context)
@@ -276,14 +277,14 @@ class Interpreter:
             self.context.emit_event_sync(event)
 
     def _on_shutdown(self, event: Any, context: LaunchContext) -> None:
-        # Registered first, so asked last: handlers of the launch file have run.
+        # Registered first, so called last: handlers of the launch file have run.
         if not context.is_shutdown:
             context._set_is_shutdown(True)
             self.host.request(model.RequestShutdown(reason=event.reason))
         self.host.shutdown_pending = False
 
     def _explained(self, error: BaseException) -> LaunchFileError:
-        from launcher.language import faults  # most launch files have none
+        from launcher.language.diagnostics import faults  # most launch files have none
 
         return faults.explain(error, self._path, self.context)
 
@@ -300,7 +301,7 @@ class Interpreter:
         try:
             self._drain()
         except Exception:
-            # A handler fails again: the system is stopped without asking it further.
+            # A handler fails again: stop the system without calling handlers.
             if not self.context.is_shutdown:
                 self.context._set_is_shutdown(True)
                 self.host.request(model.RequestShutdown(reason="exception in the launch file"))

@@ -1,4 +1,4 @@
-"""TimerLoop: an asyncio loop for coroutines of launch files, driven by the run's own timers."""
+"""An asyncio loop for coroutines of launch files, driven by the run's own timers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.interpreter.host import RunHost
+    from launcher.language.host import Host
 
 
 class TimerLoop(asyncio.AbstractEventLoop):
@@ -21,7 +21,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
     turns with events in a fixed order, in real time and in virtual time.
     """
 
-    def __init__(self, host: RunHost) -> None:
+    def __init__(self, host: Host) -> None:
         self._host = host
         self._tasks: set[asyncio.Task[Any]] = set()
         self._timer_ids: dict[int, int] = {}
@@ -45,7 +45,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
     ) -> asyncio.TimerHandle:
         handle = asyncio.TimerHandle(delay, callback, args, self, context)
         timer_id = self._host.call_later(max(0.0, delay), lambda: self._run(handle))
-        setattr(handle, "_scheduled", True)  # noqa: B010 - so that a cancelled handle tells us
+        setattr(handle, "_scheduled", True)  # noqa: B010 - cancelled handles then call _timer_handle_cancelled
         self._timer_ids[id(handle)] = timer_id
         return handle
 
@@ -113,7 +113,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
         self.call_exception_handler(context)
 
     def call_exception_handler(self, context: dict[str, Any]) -> None:
-        """Tell the user; a failed coroutine does not end the run, as in ROS 2."""
+        """Log the error; a failed coroutine does not end the run, as in ROS 2."""
         text = f"{context.get('message')}: {context.get('exception', '')}"
         self._host.log("launch", "ERROR", text)
 
@@ -127,7 +127,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
         self._tasks.clear()
 
 
-def make_loop(host: RunHost) -> TimerLoop:
+def make_loop(host: Host) -> TimerLoop:
     """A loop for the coroutines of one run; what it does not offer raises NotImplementedError."""
     vars_of_loop: Any = TimerLoop
     vars_of_loop.__abstractmethods__ = frozenset()

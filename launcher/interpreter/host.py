@@ -1,4 +1,4 @@
-"""RunHost: what entities ask for during a run, collected as effects for the driver."""
+"""Collects the requests of entities as effects for the driver."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.interpreter.watcher import Watcher
+    from launcher.interpreter.trace import Trace
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
+    from launcher.language.diagnostics.origin import Origin
     from launcher.language.event import Event
-    from launcher.language.origin import Origin
 
 Answer = Callable[[model.Effect], Iterable[model.Event]]
 
 
 class Process:
-    """A process that was asked for; `alive` from StartProcess to its last end."""
+    """A requested process; `alive` from StartProcess to its last exit."""
 
     __slots__ = ("action", "alive")
 
@@ -35,8 +35,8 @@ class Process:
         self.alive = True
 
 
-class Surprise(Record):
-    """Behaviour copied from ROS 2 that surprises people, and where it happens."""
+class Quirk(Record):
+    """Behaviour copied from ROS 2 that people do not expect, and where it happens."""
 
     text: str
     origin: Origin | None
@@ -45,8 +45,8 @@ class Surprise(Record):
 class RunHost:
     """Collects effects in order; the interpreter's loop runs the deferred steps.
 
-    `answer` is asked for the events with which the world answers an effect at once; a driver
-    in real time has none.
+    `answer` returns the events that follow an effect at once (the planner); a driver in real
+    time has none.
     """
 
     def __init__(self, context: LaunchContext, answer: Answer | None = None) -> None:
@@ -66,16 +66,16 @@ class RunHost:
         self.declared_values: dict[str, str] = {}
         self.declared_arguments: dict[str, Any] = {}
         self.names_read: set[str] = set()
-        self.surprises: dict[Surprise, None] = {}
+        self.quirks: dict[Quirk, None] = {}
         self.shutdown_pending = False
-        self.watcher: Watcher | None = None
+        self.watcher: Trace | None = None
         self._depth = 0
         self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
 
-    # ---- asked by entities (launcher.language.host.Host)
+    # ---- for entities (launcher.language.host.Host)
 
     def accepts(self, event: Event) -> bool:
-        """Queue everything but a shutdown that the driver does not want."""
+        """Queue everything but a shutdown that the driver's filter rejects."""
         if not isinstance(event, Shutdown):
             return True
         if not self.shutdown_filter(event):
@@ -84,11 +84,9 @@ class RunHost:
         return True
 
     def later(self, step: Callable[[], None]) -> None:
-        """Run a step when the current event is done."""
         self.steps.append(step)
 
     def next_process_number(self) -> int:
-        """The number of the next process of this run, from 1."""
         self._processes_numbered += 1
         return self._processes_numbered
 
@@ -98,7 +96,7 @@ class RunHost:
 
     def _start(self, action: ExecuteLocal) -> None:
         if self.shutdown_pending:
-            action._completed()  # a shutdown asked for in the same visit comes first
+            action._completed()  # a shutdown requested in the same visit comes first
             return
         try:
             spec = make_spec(action, self._context, self.generated)
@@ -117,7 +115,7 @@ class RunHost:
         return self._next_id
 
     def request(self, effect: model.Effect) -> None:
-        """Hand an effect to the driver, and take what it answers at once."""
+        """Hand an effect to the driver, and queue its immediate answers."""
         self.effects.append(effect)
         if self._answer is not None:
             self.answers.extend(self._answer(effect))
@@ -130,76 +128,62 @@ class RunHost:
         return None
 
     def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
-        """Call back after some seconds."""
         timer_id = self._new_id()
         self.timers[timer_id] = callback
         self.request(model.CallLater(timer_id=timer_id, delay_s=delay_s))
         return timer_id
 
     def cancel_call(self, timer_id: int) -> None:
-        """Forget a `call_later`."""
         if self.timers.pop(timer_id, None) is not None:
             self.request(model.CancelTimer(timer_id=timer_id))
 
     def log(self, logger: str, level: str, text: str) -> None:
-        """Say something to the user."""
         self.request(model.LogMessage(logger=logger, level=level, text=text))
 
     def visiting(self, entity: Any) -> None:
-        """Tell the watcher, if there is one."""
         self._depth += 1
         if self.watcher is not None:
             self.watcher.visiting(entity, self._depth)
 
     def visited(self) -> None:
-        """Go back up."""
         self._depth -= 1
 
     def skipped(self, action: Any) -> None:
-        """Tell the watcher, if there is one."""
         if self.watcher is not None:
             self.watcher.skipped(action)
 
-    def warn_surprise(self, text: str, origin: Origin | None) -> None:
-        """Note a surprise and tell the user, once."""
-        surprise = Surprise(text, origin)
-        if surprise not in self.surprises:
-            self.surprises[surprise] = None
+    def warn_quirk(self, text: str, origin: Origin | None) -> None:
+        quirk = Quirk(text, origin)
+        if quirk not in self.quirks:
+            self.quirks[quirk] = None
             place = "" if origin is None else f"{origin}: "
             self.log("launch", "WARNING", place + text)
 
     def configuration_read(self, name: str) -> None:
-        """Note that the launch file reads this launch configuration."""
         self.names_read.add(name)
 
     def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
-        """Tell the watcher, if there is one."""
         if self.watcher is not None:
             self.watcher.configured(name, value, origin)
 
     def declared(self, argument: Any, value: str) -> None:
-        """Note the value of a launch argument."""
         self.declared_values[argument.name] = value
         self.declared_arguments[argument.name] = argument
 
     def remember_file(self, path: str, content: Any) -> None:
-        """Own a generated parameter file."""
         self.generated[path] = content
 
     def load_component(self, request: Any, done: Callable[[Any], None]) -> None:
-        """Ask a container to load a node."""
         request_id = self._new_id()
         self.waiting[request_id] = done
         self.request(model.LoadComponent(request_id=request_id, request=request))
 
     def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
-        """Ask a lifecycle node for a transition."""
         request_id = self._new_id()
         self.waiting[request_id] = done
         self.request(model.ChangeState(request_id=request_id, request=request))
 
     def watch_lifecycle(self, node: str, seen: Callable[[Any], None]) -> None:
-        """Call `seen` for each transition of the node."""
         self.lifecycle_watchers.setdefault(node, []).append(seen)
 
     def asyncio_loop(self) -> Any:
@@ -210,7 +194,7 @@ class RunHost:
             self._loop = make_loop(self)
         return self._loop
 
-    # ---- asked by the interpreter
+    # ---- for the interpreter
 
     def take_effects(self) -> list[model.Effect]:
         """The effects since the last time."""
@@ -219,7 +203,7 @@ class RunHost:
 
     @property
     def is_busy(self) -> bool:
-        """Whether something is going on that may bring further events."""
+        """Whether further events are possible."""
         if self.timers or self.waiting or any(p.alive for p in self.processes.values()):
             return True
         return any(not future.done() for future in self._context._completion_futures)

@@ -1,11 +1,11 @@
-"""Process specs: an action that was prepared, as the plain data that drivers work with."""
+"""Builds the ProcessSpec of a prepared action."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from launcher.language.substitution import perform_substitutions
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.utilities import perform_substitutions
 from launcher.model.record import replace
 from launcher.model.spec import (
     ParameterSource,
@@ -31,7 +31,8 @@ def make_spec(
     description = action.process_description
     assert description.final_cmd is not None and description.final_env is not None
     if not description.final_cmd:
-        from launcher.language.entries import NoCommandError  # most launch files have none
+        # Most launch files have none.
+        from launcher.language.diagnostics.bad_entries import NoCommandError
 
         raise NoCommandError
     sigterm, sigkill = (
@@ -77,7 +78,7 @@ def _stop_policy(
         if problem is not None:
             is_for_all = any(isinstance(sub, LaunchConfiguration) for sub in subs)
             origin = None if is_for_all else action._origin
-            context._host.warn_surprise(f"{name} '{text}' {problem}", origin)
+            context._host.warn_quirk(f"{name} '{text}' {problem}", origin)
         seconds.append(value_s)
     return StopPolicy(sigterm_timeout_s=seconds[0], sigkill_timeout_s=seconds[1])
 
@@ -86,16 +87,16 @@ def _seconds(text: str, default_s: float) -> tuple[float, str | None]:
     """(seconds to wait, what is wrong with the text).
 
     ROS 2 looks at these texts only when it stops the process, so a bad one is no start error.
-    There it ends the escalation, or waits for ever; a stop has to come to an end here.
+    There it ends the escalation, or waits for ever; here a stop always ends.
     """
     try:
         value_s = float(text)
     except ValueError:
         value_s = float("nan")
     if not abs(value_s) < float("inf"):  # nan is not, either; importing math would take its time
-        return default_s, f"is no number of seconds to wait; taken as {default_s:g}"
+        return default_s, f"is not a number of seconds; using {default_s:g}"
     if value_s < 0:
-        return 0.0, "is below 0; taken as 0"
+        return 0.0, "is negative; using 0"
     return value_s, None
 
 

@@ -1,20 +1,19 @@
-"""Trace: which entities were visited, as a tree, with what a picture of the visit needs."""
+"""The visited entities as a tree, for the rendering of a plan."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
 
-from launcher.language.condition import Condition
-from launcher.language.conditions import LaunchConfigurationEquals
+from launcher.language.conditions import Condition, LaunchConfigurationEquals
 from launcher.language.context import LaunchContext
-from launcher.language.origin import Origin
-from launcher.language.substitution import Substitution
+from launcher.language.diagnostics.origin import Origin
+from launcher.language.substitution import Substitution, TextSubstitution
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.substitutions.text import TextSubstitution
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
+
 
 _MAX_NESTING = 20  # of substitutions in each other; deeper ones are not looked into
 
@@ -34,8 +33,8 @@ class Visit:
     """One visit of an entity and, below it, the visits of what it yielded.
 
     `depth` counts from 1; `stamp` tells when; `event` is what led to a visit without parent.
-    `skipped`: the condition said no; `read` holds the launch configurations that the condition
-    asks for, as they were. `settings` were made by this visit itself, `logs` are texts that it
+    `skipped`: the condition was false; `read` holds the launch configurations that the condition
+    reads, as they were. `settings` were made by this visit itself, `logs` are texts that it
     printed for the user, `processes` are the numbers of the processes that it started.
     """
 
@@ -76,7 +75,7 @@ class Visit:
 
 
 class Trace:
-    """Collects visits (a launcher.interpreter.watcher.Watcher); `stamp` says when it is."""
+    """Collects visits; `stamp` returns the time of each."""
 
     def __init__(self, context: LaunchContext, stamp: Callable[[], Any]) -> None:
         self._context = context
@@ -103,7 +102,7 @@ class Trace:
             self._note_argument(visit)
 
     def skipped(self, action: Any) -> None:
-        """The condition of the action that is being visited said no."""
+        """The condition of the action being visited was false."""
         if self._current is not None and self._current.entity is action:
             self._current.skipped = True
 
@@ -113,7 +112,7 @@ class Trace:
             self._current.settings.append(Setting(name, value, origin))
 
     def logged(self, text: str) -> None:
-        """The launch file told the user something."""
+        """The launch file printed a message."""
         if self._current is not None:
             self._current.logs.append(text)
 
@@ -124,7 +123,7 @@ class Trace:
             visit.processes.append(process)
 
     def _note_argument(self, visit: Visit) -> None:
-        """An argument that has a value already: where that comes from."""
+        """Record where the value of an argument was set, if it has one already."""
         configurations = self._context.launch_configurations
         name = visit.entity.name
         value = configurations.peek(name)
@@ -137,7 +136,7 @@ class Trace:
 
 
 def _configurations_in(part: Any, depth: int) -> Iterator[str]:
-    """Names of the launch configurations that a condition or a substitution asks for."""
+    """Names of the launch configurations that a condition or a substitution reads."""
     if depth == 0:
         return
     if isinstance(part, LaunchConfiguration):

@@ -1,4 +1,4 @@
-"""Action: an entity that does something, maybe under a condition."""
+"""Base class of actions: entities that do something, optionally under a condition."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.condition import Condition
+    from launcher.language.conditions import Condition
     from launcher.language.context import LaunchContext
 
 
@@ -26,7 +26,7 @@ class Action(LaunchDescriptionEntity):
     def parse(cls, entity: Any, parser: Any) -> tuple[type, dict[str, Any]]:
         """(class, keyword arguments) for an XML or YAML entity; subclasses call super()."""
         parsed: tuple[type, dict[str, Any]]
-        parsed = frontend_registry.parse_base_action(cls, entity, parser)
+        parsed = frontend_registry.parse_with("Action", cls, entity, parser)
         return parsed
 
     @property
@@ -35,11 +35,10 @@ class Action(LaunchDescriptionEntity):
         return self.__condition
 
     def describe(self) -> str:
-        """A text for people."""
         return self.__repr__()
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Execute if the condition allows it, then tell that the execution is complete."""
+        """Execute if the condition allows it, then emit ExecutionComplete."""
         if self.__condition is not None and not self.__condition.evaluate(context):
             context._host.skipped(self)
             return None
@@ -47,9 +46,9 @@ class Action(LaunchDescriptionEntity):
             below: list[LaunchDescriptionEntity] | None = self.execute(context)
             return below
         finally:
-            self._tell_completion(context)
+            self._emit_completion(context)
 
-    def _tell_completion(self, context: LaunchContext) -> None:
+    def _emit_completion(self, context: LaunchContext) -> None:
         event = ExecutionComplete(action=self)
         if not context.would_handle_event(event):
             return

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from launcher.language.condition import Condition
+from collections.abc import Callable
+
 from launcher.language.naming import public
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    describe_substitutions,
     normalize_to_list_of_substitutions,
+    optional_substitutions,
     perform_substitutions,
 )
 
@@ -16,8 +19,26 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.substitution import Substitution
 
+
 VALID_TRUE_EXPRESSIONS = ["true", "1"]
 VALID_FALSE_EXPRESSIONS = ["false", "0"]
+
+
+@public("launch.condition")
+class Condition:
+    """Evaluates a predicate; without one it is False."""
+
+    def __init__(self, *, predicate: Callable[[LaunchContext], bool] | None = None) -> None:
+        self._predicate = predicate
+
+    def describe(self) -> str:
+        return self.__repr__()
+
+    def evaluate(self, context: LaunchContext) -> bool:
+        """Whether the action is carried out in this context."""
+        if self._predicate is None:
+            return False
+        return self._predicate(context)
 
 
 @public("launch.conditions.invalid_condition_expression_error")
@@ -40,71 +61,50 @@ def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bo
     )
 
 
-@public("launch.conditions.if_condition")
-class IfCondition(Condition):
-    """Yes if the expression is true."""
-
+class _ExpressionCondition(Condition):
     def __init__(self, predicate_expression: Any) -> None:
         self.__predicate_expression = normalize_to_list_of_substitutions(predicate_expression)
         super().__init__(predicate=self._predicate_func)
 
     @property
     def predicate_expression(self) -> list[Substitution]:
-        """The expression."""
         return self.__predicate_expression
 
     def _predicate_func(self, context: LaunchContext) -> bool:
         return evaluate_condition_expression(context, self.__predicate_expression)
 
     def describe(self) -> str:
-        """Like `IfCondition(LaunchConfig('gui'))`."""
-        return f"IfCondition({_described(self.__predicate_expression)})"
+        return f"{type(self).__name__}({describe_substitutions(self.__predicate_expression)})"
+
+
+@public("launch.conditions.if_condition")
+class IfCondition(_ExpressionCondition):
+    """True if the expression is true."""
 
 
 @public("launch.conditions.unless_condition")
-class UnlessCondition(Condition):
-    """Yes if the expression is false."""
-
-    def __init__(self, predicate_expression: Any) -> None:
-        self.__predicate_expression = normalize_to_list_of_substitutions(predicate_expression)
-        super().__init__(predicate=self._predicate_func)
-
-    @property
-    def predicate_expression(self) -> list[Substitution]:
-        """The expression."""
-        return self.__predicate_expression
+class UnlessCondition(_ExpressionCondition):
+    """True if the expression is false."""
 
     def _predicate_func(self, context: LaunchContext) -> bool:
-        return not evaluate_condition_expression(context, self.__predicate_expression)
-
-    def describe(self) -> str:
-        """Like `UnlessCondition(LaunchConfig('gui'))`."""
-        return f"UnlessCondition({_described(self.__predicate_expression)})"
-
-
-def _described(expression: list[Substitution]) -> str:
-    return " + ".join(sub.describe() for sub in expression)
+        return not super()._predicate_func(context)
 
 
 @public("launch.conditions.launch_configuration_equals")
 class LaunchConfigurationEquals(Condition):
-    """Yes if a launch configuration has a value; with None, if it does not exist."""
+    """True if a launch configuration has a value; with None, if it does not exist."""
 
     def __init__(self, launch_configuration_name: str, expected_value: Any) -> None:
         self.__launch_configuration_name = launch_configuration_name
-        self.__expected_value = (
-            None if expected_value is None else normalize_to_list_of_substitutions(expected_value)
-        )
+        self.__expected_value = optional_substitutions(expected_value)
         super().__init__(predicate=self._predicate_func)
 
     @property
     def launch_configuration_name(self) -> str:
-        """The name."""
         return self.__launch_configuration_name
 
     @property
     def expected_value(self) -> list[Substitution] | None:
-        """The value."""
         return self.__expected_value
 
     def _predicate_func(self, context: LaunchContext) -> bool:

@@ -1,10 +1,10 @@
-"""Configurations: the launch configurations of a scope, which notice what is read."""
+"""The launch configurations of a scope; they record which names are read."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, ItemsView, Iterator, KeysView, ValuesView
 
-from launcher.language.origin import Origin, caller_origin
+from launcher.language.diagnostics.origin import Origin, caller_origin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -15,11 +15,11 @@ else:
     _Table = dict
 
 _ABSENT = object()
-ALL_NAMES = "*"  # what is noted when a launch file looks at all of them
+ALL_NAMES = "*"  # recorded when a launch file reads all of them
 
 
 class Configurations(_Table):
-    """A dictionary that knows where each value was set.
+    """A dictionary that records where each value was set.
 
     `read` is called with each name that is asked for, so that the launcher knows which arguments
     a launch file understands, also those that nothing declares; `written` with each name, value
@@ -35,7 +35,7 @@ class Configurations(_Table):
         self._origins: dict[str, Origin | None] = {}
 
     def snapshot(self) -> Configurations:
-        """A copy for the stack of scopes; nothing is noted."""
+        """A copy for the stack of scopes; not recorded as a read."""
         copy = Configurations(self._read, self._written)
         dict.update(copy, super().items())
         copy._origins = dict(self._origins)
@@ -57,7 +57,7 @@ class Configurations(_Table):
         return sorted(name for name in mine if others.get(name, _ABSENT) != mine[name])
 
     def peek(self, name: str) -> Any:
-        """The value or None; nothing is noted."""
+        """The value or None; not recorded as a read."""
         return super().get(name)
 
     def __setitem__(self, name: str, value: Any) -> None:
@@ -68,7 +68,6 @@ class Configurations(_Table):
         return super().__getitem__(name)
 
     def update(self, *others: Any, **values: Any) -> None:
-        """Set several values."""
         for name, value in dict(*others, **values).items():
             self[name] = value
 
@@ -95,21 +94,17 @@ class Configurations(_Table):
         return super().__iter__()
 
     def items(self) -> ItemsView[str, Any]:  # type: ignore[override]
-        """All pairs."""
         self._read(ALL_NAMES)
         return super().items()
 
     def keys(self) -> KeysView[str]:  # type: ignore[override]
-        """All names."""
         self._read(ALL_NAMES)
         return super().keys()
 
     def values(self) -> ValuesView[Any]:  # type: ignore[override]
-        """All values."""
         self._read(ALL_NAMES)
         return super().values()
 
     def copy(self) -> dict[str, Any]:
-        """A plain dictionary."""
         self._read(ALL_NAMES)
         return dict(super().items())

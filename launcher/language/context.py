@@ -14,10 +14,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.event import Event
-    from launcher.language.event_handler import BaseEventHandler
+    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.event import BaseEventHandler, Event
     from launcher.language.host import Host
-    from launcher.language.origin import Origin
     from launcher.language.substitution import Substitution
 
 
@@ -45,7 +44,7 @@ class LaunchContext:
     """Launch configurations, environment, locals, event handlers and the event queue.
 
     `environment` is `os.environ` itself, as in ROS 2: launch files and the programs that
-    `Command` runs see what was set. Whoever owns the context restores it afterwards.
+    `Command` runs see what was set. The owner of the context restores it afterwards.
     """
 
     def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
@@ -68,11 +67,11 @@ class LaunchContext:
 
     @property
     def _host(self) -> Host:
-        """Whoever runs the entities; somebody who does nothing where nobody has said."""
+        """The host of this run; a NullHost if none was set."""
         if self.__host is None:
-            from launcher.language.no_host import NoHost
+            from launcher.language.null_host import NullHost
 
-            self.__host = NoHost()
+            self.__host = NullHost()
         return self.__host
 
     @_host.setter
@@ -131,7 +130,6 @@ class LaunchContext:
 
     @property
     def locals(self) -> Any:
-        """The locals as attributes."""
         return _Locals(self.get_locals_as_dict())
 
     # ---- launch configurations
@@ -187,7 +185,7 @@ class LaunchContext:
         replace_environment(self.__environment_stack.pop())
 
     def _remember_environment(self, environment: Mapping[str, str]) -> None:
-        """Let this be the environment that ResetEnvironment goes back to."""
+        """Set the environment that ResetEnvironment restores."""
         self.__environment_reset = dict(environment)
 
     def _reset_environment(self) -> None:
@@ -200,7 +198,7 @@ class LaunchContext:
         return any(handler.matches(event) for handler in self._event_handlers)
 
     def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
-        """Add a handler; it is asked before those registered earlier, unless `append`."""
+        """Add a handler before those registered earlier, or with `append` after them."""
         if append:
             self._event_handlers.append(event_handler)
         else:
@@ -211,7 +209,6 @@ class LaunchContext:
         self._event_handlers.remove(event_handler)
 
     def emit_event_sync(self, event: Event) -> None:
-        """Queue an event."""
         if self._host.accepts(event):
             self._event_queue.append(event)
 

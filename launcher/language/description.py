@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from launcher.language.action import Action
     from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.language.context import LaunchContext
-    from launcher.language.origin import Origin
+    from launcher.language.diagnostics.origin import Origin
 
 
-_MAX_INSIDE_ITSELF = 6  # levels of a file in itself that are searched for arguments
+_MAX_INSIDE_ITSELF = 6  # levels of a file that includes itself, searched for arguments
 
 
 @public("launch.launch_description")
@@ -34,7 +34,7 @@ class LaunchDescription(LaunchDescriptionEntity):
         self.__deprecated_reason = deprecated_reason
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Yield the entities; a deprecated description says so."""
+        """Yield the entities; warn if the description is deprecated."""
         if self.__deprecated_reason is not None:
             path = context.get_locals_as_dict().get("current_launch_file_path")
             what = "deprecated launch description: "
@@ -44,7 +44,6 @@ class LaunchDescription(LaunchDescriptionEntity):
         return self.__entities
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """The entities."""
         return self.__entities
 
     def get_launch_arguments(
@@ -66,25 +65,20 @@ class LaunchDescription(LaunchDescriptionEntity):
 
     @property
     def entities(self) -> list[LaunchDescriptionEntity]:
-        """The entities."""
         return self.__entities
 
     def add_entity(self, entity: LaunchDescriptionEntity) -> None:
-        """Append an entity."""
         self.__entities.append(entity)
 
     def add_action(self, action: Action) -> None:
-        """Append an action."""
         self.add_entity(action)
 
     @property
     def deprecated(self) -> bool:
-        """Whether it is deprecated."""
         return self.__deprecated_reason is not None
 
     @property
     def deprecated_reason(self) -> str | None:
-        """Why."""
         return self.__deprecated_reason
 
 
@@ -108,10 +102,11 @@ class _ArgumentSearch:
                 self._look_into(entity, includes)
                 continue
             if not hasattr(type(entity), "describe_sub_entities"):
-                from launcher.language.entries import wrong_entry  # most launch files have none
+                # Most launch files have none.
+                from launcher.language.diagnostics.bad_entries import wrong_entry
 
                 raise wrong_entry(entity, holder, entities)
-            # By an attribute: who uses none of these actions need not import them.
+            # By an attribute, so that these actions are not imported where none is used.
             meaning = getattr(entity, "_to_arguments", "")
             if meaning == "resets":
                 return

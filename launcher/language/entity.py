@@ -1,11 +1,11 @@
-"""LaunchDescriptionEntity: what can stand in a launch description."""
+"""Base class of everything that can be in a launch description."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+from launcher.language.diagnostics.origin import Origin, caller_origin
 from launcher.language.naming import public
-from launcher.language.origin import Origin, caller_origin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ class LaunchDescriptionEntity:
 
     _origin: Origin | None
 
-    # What it means to whoever looks for launch arguments: it "declares" one, "includes" a file,
+    # Its role in the search for launch arguments: it "declares" one, "includes" a file,
     # or "resets", so that nothing behind it can be set from outside.
     _to_arguments = ""
 
@@ -34,11 +34,10 @@ class LaunchDescriptionEntity:
         """Nothing to set; subclasses may leave it out."""
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Do what the entity stands for; the result is visited next, in order."""
+        """Execute; the entities returned are visited next, in order."""
         return None
 
     def describe(self) -> str:
-        """A text for people."""
         return self.__repr__()
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
@@ -52,5 +51,5 @@ class LaunchDescriptionEntity:
         return []
 
     def get_asyncio_future(self) -> Any:
-        """Something with `done()` while the entity has work that goes on, else None."""
+        """An object with `done()` while the entity is still at work, else None."""
         return None

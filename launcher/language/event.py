@@ -1,8 +1,17 @@
-"""Event: something that happened; event handlers react to it."""
+"""Event: something that happened. EventHandler: a matcher, and what to do with its events."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 from launcher.language.naming import public
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.language.context import LaunchContext
+    from launcher.language.entity import LaunchDescriptionEntity
 
 
 @public("launch.event")
@@ -10,3 +19,77 @@ class Event:
     """Base of all events; `name` identifies the kind."""
 
     name = "launch.Event"
+
+
+@public("launch.event_handler")
+class BaseEventHandler:
+    """Base of handlers; subclasses override `handle` and call super()."""
+
+    def __init__(self, *, matcher: Callable[[Event], bool], handle_once: bool = False) -> None:
+        self.__matcher = matcher
+        self.__handle_once = handle_once
+
+    @property
+    def handle_once(self) -> bool:
+        """Whether the handler is unregistered after its first event."""
+        return self.__handle_once
+
+    @property
+    def handler_description(self) -> str:
+        """What the handler does, as a text."""
+        return self.__repr__()
+
+    @property
+    def matcher_description(self) -> str:
+        """What the handler waits for, as a text."""
+        return self.__repr__()
+
+    def matches(self, event: Event) -> bool:
+        """Whether the event is one for this handler."""
+        return self.__matcher(event)
+
+    def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
+        """A text and the entities that are known beforehand."""
+        return (
+            f"{type(self).__name__}(matcher='{self.matcher_description}', "
+            f"handler='{self.handler_description}', handle_once={self.handle_once})",
+            [],
+        )
+
+    def handle(self, event: Event, context: LaunchContext) -> Any:
+        """Make the event known as `context.locals.event`; unregister if it is the only one."""
+        context.extend_locals({"event": event})
+        if self.handle_once:
+            context.unregister_event_handler(self)
+        return None
+
+
+@public("launch.event_handler")
+class EventHandler(BaseEventHandler):
+    """Yields the same entities for each matching event."""
+
+    def __init__(
+        self,
+        *,
+        matcher: Callable[[Event], bool],
+        entities: Any = None,
+        handle_once: bool = False,
+    ) -> None:
+        super().__init__(matcher=matcher, handle_once=handle_once)
+        self.__entities = entities
+
+    @property
+    def entities(self) -> Any:
+        """What a matching event yields: one entity, several, or None."""
+        return self.__entities
+
+    def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
+        text, _ = super().describe()
+        entities = self.__entities
+        if entities is None:
+            return (text, [])
+        return (text, list(entities) if isinstance(entities, Iterable) else [entities])
+
+    def handle(self, event: Event, context: LaunchContext) -> Any:
+        super().handle(event, context)
+        return self.entities

@@ -11,8 +11,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.action import Action
-
 
 @public("launch.events.execution_complete")
 class ExecutionComplete(Event):
@@ -20,12 +18,11 @@ class ExecutionComplete(Event):
 
     name = "launch.events.ExecutionComplete"
 
-    def __init__(self, *, action: Action) -> None:
+    def __init__(self, *, action: Any) -> None:
         self.__action = action
 
     @property
-    def action(self) -> Action:
-        """The action."""
+    def action(self) -> Any:
         return self.__action
 
 
@@ -51,18 +48,16 @@ class Shutdown(Event):
 
     @property
     def reason(self) -> str:
-        """Why."""
         return self.__reason
 
     @property
     def due_to_sigint(self) -> bool:
-        """Whether Ctrl-C caused it."""
         return self.__due_to_sigint
 
 
 @public("launch.events.timer_event")
 class TimerEvent(Event):
-    """The time of a timer has come."""
+    """A timer fired."""
 
     name = "launch.events.TimerEvent"
 
@@ -71,10 +66,9 @@ class TimerEvent(Event):
 
     @property
     def timer_action(self) -> Any:
-        """The timer."""
         return self.__timer_action
 
 
-def matches_action(target_action: Action) -> Callable[[Action], bool]:
+def matches_action(target_action: Any) -> Callable[[Any], bool]:
     """A matcher for exactly this action."""
     return lambda action: action is target_action

@@ -7,12 +7,13 @@ import re
 from collections.abc import Iterable, Mapping
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
+    optional_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import LaunchConfiguration
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -46,8 +47,8 @@ class Executable:
         self.__prefix_filter = (
             [LaunchConfiguration("launch-prefix-filter", default="")] if prefix is None else None
         )
-        self.__name = None if name is None else normalize_to_list_of_substitutions(name)
-        self.__cwd = None if cwd is None else normalize_to_list_of_substitutions(cwd)
+        self.__name = optional_substitutions(name)
+        self.__cwd = optional_substitutions(cwd)
         self.__env = _pairs(env)
         self.__additional_env = _pairs(additional_env)
         self.__arguments = arguments
@@ -59,7 +60,6 @@ class Executable:
 
     @property
     def name(self) -> list[Substitution] | None:
-        """The label."""
         return self.__name
 
     @property
@@ -74,7 +74,6 @@ class Executable:
 
     @property
     def cwd(self) -> list[Substitution] | None:
-        """The working directory."""
         return self.__cwd
 
     @property
@@ -99,17 +98,14 @@ class Executable:
 
     @property
     def final_cmd(self) -> list[str] | None:
-        """The words."""
         return self.__final_cmd
 
     @property
     def final_cwd(self) -> str | None:
-        """The working directory."""
         return self.__final_cwd
 
     @property
     def final_env(self) -> dict[str, str] | None:
-        """The environment."""
         return self.__final_env
 
     def prepare(self, context: LaunchContext, action: Any) -> None:
@@ -117,7 +113,8 @@ class Executable:
         cmd = [perform_substitutions(context, word) for word in self.__cmd]
         self.__final_cmd = [*self._prefix_words(context, cmd), *cmd]
         if self.__name is None and not self.__final_cmd:
-            from launcher.language.entries import NoCommandError  # most launch files have none
+            # Most launch files have none.
+            from launcher.language.diagnostics.bad_entries import NoCommandError
 
             raise NoCommandError
         self._label = (

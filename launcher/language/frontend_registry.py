@@ -1,12 +1,11 @@
-"""Registry of the names that XML and YAML launch files know, and the parsers behind them.
+"""What XML and YAML launch files can name, and the way from the language to their parsers.
 
-The front ends import the language, never the reverse; `Action.parse` and its like reach the
-parse functions of `launcher.frontends` through `parse_with`, which loads them when first needed.
+The front ends import the language, never the reverse: `launcher.frontends` provides its functions
+here when it is imported.
 """
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from types import FunctionType, MethodType
 
@@ -14,17 +13,50 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, TypeVar
 
+    _C = TypeVar("_C", bound=type)
     _T = TypeVar("_T", bound=Callable[..., Any])
-
-_PARSERS_MODULE = "launcher.frontends.parsers"
-_GRAMMAR_MODULE = "launcher.frontends.grammar_substitutions"
 
 # Tag or substitution name -> parse function: (entity, parser) or (data,) -> (class, kwargs).
 action_parse_methods: dict[str, Callable[..., Any]] = {}
 substitution_parse_methods: dict[str, Callable[..., Any]] = {}
 
-# Name of a class of the language -> function (cls, *args, **kwargs) -> (class, kwargs).
-class_parsers: dict[str, Callable[..., Any]] = {}
+_provided: dict[str, Callable[..., Any]] = {}
+
+
+def provide(**functions: Callable[..., Any]) -> None:
+    """Set what `parse_with`, `parse_substitution` and `parser_class` call."""
+    _provided.update(functions)
+
+
+def parse_with(key: str, *args: Any, **kwargs: Any) -> Any:
+    """Call the parse function that the front ends have for a class or another key."""
+    return _provided["parse_with"](key, *args, **kwargs)
+
+
+def parse_substitution(text: str) -> list[Any]:
+    """The substitutions of a text with `$(...)` in it."""
+    substitutions: list[Any] = _provided["parse_substitution"](text)
+    return substitutions
+
+
+def parser_class(extension: str) -> Any:
+    """The class that reads `xml` or `yaml` files; for "" one that tries both."""
+    return _provided["parser_class"](extension)
+
+
+def parsed(cls: _C) -> _C:
+    """Class decorator: add the class method `parse` for XML and YAML entities.
+
+    It returns (class, keyword arguments), as the front ends' parse function of this name does.
+    """
+    name = cls.__name__
+
+    def parse(cls: type, *args: Any, **kwargs: Any) -> Any:
+        """(class, keyword arguments) of an XML or YAML entity."""
+        return parse_with(name, cls, *args, **kwargs)
+
+    cls.parse = classmethod(parse)  # type: ignore[attr-defined]
+    return cls
 
 
 def expose_action(name: str) -> Callable[[_T], _T]:
@@ -69,21 +101,3 @@ def _identity(parse: Callable[..., Any]) -> tuple[str, str]:
     # Not the object: a module that is loaded anew, in a later run, exposes the same names again.
     owner = getattr(parse, "__self__", parse)
     return owner.__module__, owner.__qualname__
-
-
-def parse_with(parser_name: str, cls: type, *args: Any, **kwargs: Any) -> Any:
-    """Call the parse function that `launcher.frontends.parsers` registered for a class."""
-    if parser_name not in class_parsers:
-        importlib.import_module(_PARSERS_MODULE)
-    return class_parsers[parser_name](cls, *args, **kwargs)
-
-
-def parse_base_action(cls: type, entity: Any, parser: Any) -> Any:
-    """(class, {'condition': ...}) from the attributes `if` and `unless`."""
-    return parse_with("Action", cls, entity, parser)
-
-
-def parse_substitution(text: str) -> list[Any]:
-    """The substitutions of a text with `$(...)` in it."""
-    parsed: list[Any] = importlib.import_module(_GRAMMAR_MODULE).parse_substitution(text)
-    return parsed

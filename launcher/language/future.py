@@ -1,4 +1,4 @@
-"""Future: the end of an action that goes on after its visit, without an event loop."""
+"""A future that needs no event loop: the end of an action that continues after its visit."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class Future:
         return self._done
 
     def cancelled(self) -> bool:
-        """Always False: an action's end cannot be called off."""
+        """Always False: an action cannot be cancelled this way."""
         return False
 
     def cancel(self) -> bool:
-        """Refuse, as for a future whose work cannot be stopped."""
+        """Always False, as for a future that cannot be cancelled."""
         return False
 
     def result(self) -> Any:

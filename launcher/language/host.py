@@ -1,4 +1,4 @@
-"""Host: what entities may ask of whoever runs them. For type checkers alone."""
+"""The interface between entities and the interpreter that runs them. For type checkers only."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
+    from launcher.language.diagnostics.origin import Origin
     from launcher.language.event import Event
-    from launcher.language.origin import Origin
 
 
 class Host(Protocol):
-    """Requests of entities; none of them blocks, and none acts before the visit is over.
+    """Requests of entities; none blocks, and none takes effect before the visit is over.
 
-    `shutdown_pending` is true from the moment a shutdown is asked for to its handling.
+    `shutdown_pending` is true from the request of a shutdown to its handling.
     """
 
     shutdown_pending: bool
@@ -40,31 +40,31 @@ class Host(Protocol):
         """Call `callback` after `delay_s` seconds; the result is for `cancel_call`."""
 
     def cancel_call(self, timer_id: int) -> None:
-        """Forget a `call_later`."""
+        """Cancel a `call_later`."""
 
     def log(self, logger: str, level: str, text: str) -> None:
-        """Say something to the user as `[LEVEL] [logger]: text`."""
+        """Print `[LEVEL] [logger]: text`."""
 
     def visiting(self, entity: Any) -> None:
-        """Note that the visit of an entity begins; what is visited until its end is below it."""
+        """The visit of an entity begins; entities visited before its end are its children."""
 
     def visited(self) -> None:
-        """Note that the visit that began last has ended."""
+        """The visit that began last has ended."""
 
     def skipped(self, action: Any) -> None:
-        """Note that the condition of an action said no."""
+        """The condition of an action was false."""
 
-    def warn_surprise(self, text: str, origin: Origin | None) -> None:
-        """Note behaviour copied from ROS 2 that surprises people."""
+    def warn_quirk(self, text: str, origin: Origin | None) -> None:
+        """Warn about behaviour copied from ROS 2 that people do not expect."""
 
     def configuration_read(self, name: str) -> None:
-        """Note that the launch file reads this launch configuration."""
+        """The launch file reads this launch configuration."""
 
     def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
-        """Note a new value, and where it was set (None: on the command line)."""
+        """A launch configuration was set at `origin` (None: on the command line)."""
 
     def declared(self, argument: Any, value: str) -> None:
-        """Note the value of a launch argument when its declaration is executed."""
+        """The declaration of a launch argument was executed; `value` is its value."""
 
     def remember_file(self, path: str, content: Any) -> None:
         """Own a generated parameter file: show its content, delete it at the end."""

@@ -1,4 +1,4 @@
-"""LaunchIntrospector: a launch description as a tree of text, without running it."""
+"""A launch description as a tree of text, without running it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from launcher.language.actions.events import EmitEvent, LogInfo, RegisterEventHa
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
-from launcher.language.utilities import normalize_to_list_of_substitutions
+from launcher.language.substitution import normalize_to_list_of_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -72,5 +72,5 @@ def _handler(register: RegisterEventHandler) -> _Tree:
 
 
 def format_substitutions(substitutions: Any) -> str:
-    """Substitutions as people read them, joined by plus signs."""
+    """The descriptions of substitutions, joined by plus signs."""
     return " + ".join(sub.describe() for sub in normalize_to_list_of_substitutions(substitutions))

@@ -1,4 +1,4 @@
-"""Loggers for launch files: whatever they say goes to the session, like everything else."""
+"""`launch.logging`: loggers that hand their records to the session."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class SessionHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         level = _LEVELS.get(record.levelname, record.levelname)
-        session.current().tell(record.name, level, record.getMessage())
+        session.current().log(record.name, level, record.getMessage())
 
 
 @public("launch.logging")
 class LaunchConfig:
-    """Settings of the log files; the driver owns them, so most of them are only kept."""
+    """Settings of the log files; the driver decides, so most of them have no effect."""
 
     def __init__(self) -> None:
         self.level: int | str = logging.INFO
@@ -43,7 +43,6 @@ class LaunchConfig:
         session.current().log_dir = new_log_dir
 
     def reset(self) -> None:
-        """Back to the defaults."""
         self.__init__()  # type: ignore[misc]
 
     def set_screen_format(self, screen_format: str, *, screen_style: str | None = None) -> None:
@@ -69,7 +68,7 @@ launch_config = LaunchConfig()
 
 
 def get_logger(name: str | None = None) -> logging.Logger:
-    """A logger that speaks through the session."""
+    """A logger that hands its records to the session."""
     logger = logging.getLogger(_ROOT if name is None else name)
     if not any(isinstance(handler, SessionHandler) for handler in logger.handlers):
         logger.addHandler(SessionHandler())
@@ -91,7 +90,7 @@ def get_output_loggers(
 
 
 def log_launch_config(*, logger: logging.Logger | None = None) -> None:
-    """Say where the log files are."""
+    """Log where the log files are."""
     said = get_logger() if logger is None else logger
     said.info("All log files can be found below %s", launch_config.log_dir)
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def public(module: str) -> Callable[[_T], _T]:
-    """Give a class the `__module__` under which launch files know it.
+    """Give a class the `__module__` that it has in ROS 2.
 
     Users see these paths in messages (`<launch.actions.log_info.LogInfo object at ...>`), and
     launch files print them.

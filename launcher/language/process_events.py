@@ -5,15 +5,13 @@ from __future__ import annotations
 import signal as signals
 from collections.abc import Callable, Mapping
 
+from launcher.language.class_tools import ensure_argument_type
 from launcher.language.event import Event
 from launcher.language.naming import public
-from launcher.language.utilities import ensure_argument_type
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
-
-    from launcher.language.actions.process import ExecuteLocal
 
     ProcessMatcher = Callable[[Any], bool]
 
@@ -27,7 +25,7 @@ class RunningProcessEvent(Event):
     def __init__(
         self,
         *,
-        action: ExecuteLocal,
+        action: Any,
         name: str,
         cmd: list[str],
         cwd: str | None,
@@ -44,12 +42,12 @@ class RunningProcessEvent(Event):
         self.__pid = pid
 
     @property
-    def action(self) -> ExecuteLocal:
+    def action(self) -> Any:
         """The action that started the process."""
         return self.__action
 
     @property
-    def execute_process_action(self) -> ExecuteLocal:
+    def execute_process_action(self) -> Any:
         """The action that started the process, under its old name."""
         return self.__action
 
@@ -70,12 +68,10 @@ class RunningProcessEvent(Event):
 
     @property
     def env(self) -> Mapping[str, str] | None:
-        """The environment."""
         return self.__env
 
     @property
     def pid(self) -> int:
-        """The process id."""
         return self.__pid
 
 
@@ -115,7 +111,6 @@ class ProcessIO(RunningProcessEvent):
 
     @property
     def text(self) -> bytes:
-        """The bytes."""
         return self.__text
 
     @property
@@ -185,9 +180,6 @@ class ShutdownProcess(ProcessTargetedEvent):
 
     name = "launch.events.process.ShutdownProcess"
 
-    def __init__(self, *, process_matcher: ProcessMatcher) -> None:
-        super().__init__(process_matcher=process_matcher)
-
 
 @public("launch.events.process.signal_process")
 class SignalProcess(ProcessTargetedEvent):
@@ -208,40 +200,30 @@ class SignalProcess(ProcessTargetedEvent):
 
     @property
     def signal(self) -> signals.Signals:
-        """The signal."""
         return self.__signal
 
     @property
     def signal_name(self) -> str:
-        """Its name, like SIGINT."""
         return self.__signal.name
 
 
 def matches_pid(pid: int) -> ProcessMatcher:
     """A matcher for the process with this id."""
-
-    def matcher(action: Any) -> bool:
-        details = action.process_details
-        return bool(details is not None and details.get("pid") == pid)
-
-    return matcher
+    return _matcher(lambda details: details.get("pid") == pid)
 
 
 def matches_name(name: str) -> ProcessMatcher:
     """A matcher for the process with this label."""
-
-    def matcher(action: Any) -> bool:
-        details = action.process_details
-        return bool(details is not None and details["name"] == name)
-
-    return matcher
+    return _matcher(lambda details: details["name"] == name)
 
 
 def matches_executable(executable: str) -> ProcessMatcher:
     """A matcher for processes whose first word is this."""
+    return _matcher(lambda details: details["cmd"][0] == executable)
 
+
+def _matcher(fits: Callable[[Mapping[str, Any]], bool]) -> ProcessMatcher:
     def matcher(action: Any) -> bool:
-        details = action.process_details
-        return bool(details is not None and details["cmd"][0] == executable)
+        return action.process_details is not None and bool(fits(action.process_details))
 
     return matcher

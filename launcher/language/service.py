@@ -1,4 +1,4 @@
-"""LaunchService: ROS 2's way to run a description from a script; here the launcher runs it."""
+"""ROS 2's API to run a description from a script; not available here."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @public("launch.launch_service")
 class LaunchService:
-    """Collects descriptions; `run` says that the command line runs launch files here."""
+    """Collects descriptions; `run` raises RuntimeError."""
 
     def __init__(
         self,
@@ -29,7 +29,7 @@ class LaunchService:
 
     @property
     def context(self) -> LaunchContext:
-        """The context of the run that does not take place."""
+        """The context; nothing runs in it."""
         return self.__context
 
     @property
@@ -43,11 +43,9 @@ class LaunchService:
         return None
 
     def emit_event(self, event: Any) -> None:
-        """Queue an event."""
         self.__context.emit_event_sync(event)
 
     def include_launch_description(self, launch_description: Any) -> None:
-        """Keep a description."""
         self._descriptions.append(launch_description)
 
     def run(self, *, shutdown_when_idle: bool = True) -> NoReturn:

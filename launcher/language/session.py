@@ -1,32 +1,33 @@
-"""Session: what launch files of one run reach without a context: log folder and loggers."""
+"""What launch files of one run use without a context: the log folder and loggers."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
 
-Say = Callable[[str, str, str], None]
+Sink = Callable[[str, str, str], None]
 
 
 class Session:
     """The log folder, and where messages of loggers go: (logger, level, text).
 
     `environment` is that of the call: launch files change `os.environ` already while they are
-    loaded. `say` is set while an interpreter runs; what is told before is kept for it in `untold`.
+    loaded. `sink` takes messages while an interpreter runs; `pending` keeps earlier
+    ones for it.
     """
 
     def __init__(self) -> None:
         self.environment = dict(os.environ)
         self._log_dir: str | None = None
-        self.say: Say | None = None
-        self.untold: list[tuple[str, str, str]] = []
+        self.sink: Sink | None = None
+        self.pending: list[tuple[str, str, str]] = []
 
-    def tell(self, logger: str, level: str, text: str) -> None:
-        """Say a message of a logger now, or keep it until somebody listens."""
-        if self.say is None:
-            self.untold.append((logger, level, text))
+    def log(self, logger: str, level: str, text: str) -> None:
+        """Hand a message of a logger to the interpreter, or keep it until one runs."""
+        if self.sink is None:
+            self.pending.append((logger, level, text))
         else:
-            self.say(logger, level, text)
+            self.sink(logger, level, text)
 
     @property
     def log_dir(self) -> str:
@@ -51,7 +52,7 @@ open_sessions: list[Session] = []  # of the vocabularies that are open, the inne
 
 
 def current() -> Session:
-    """The session of the vocabulary that is open; a passing one if none is."""
+    """The session of the innermost open vocabulary; a temporary one if none is open."""
     return open_sessions[-1] if open_sessions else Session()
 
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
+from types import ModuleType
 
-from launcher.language import python_file
+from launcher.language import frontend_registry
 from launcher.language.context import LaunchContext
 from launcher.language.naming import public
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
-)
+from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -18,12 +17,14 @@ if TYPE_CHECKING:
 
     from launcher.language.description import LaunchDescription
 
-_FRONTENDS = "launcher.frontends"  # above the language, so it is looked up when needed
+
+_MODULE_NAME = "python_launch_file"  # what launch files find in their __name__
+_REQUIRED = "generate_launch_description"
 
 
 @public("launch.invalid_launch_file_error")
 class InvalidLaunchFileError(Exception):
-    """No loader could make sense of a launch file."""
+    """No loader accepts the launch file."""
 
     def __init__(
         self, extension: str = "", *, likely_errors: list[Exception] | None = None
@@ -67,7 +68,7 @@ class LaunchDescriptionSource:
         try:
             location = perform_substitutions(LaunchContext(), self.__location)
             return self._get_launch_description(location)
-        except Exception:  # it is an attempt: whatever fails now is told when it is visited
+        except Exception:  # an attempt: errors are reported when it is visited
             return None
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
@@ -145,8 +146,8 @@ class XMLLaunchDescriptionSource(LaunchDescriptionSource):
         super().__init__(None, launch_file_path, "interpreted XML launch file")
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
-        loaded: LaunchDescription = importlib.import_module(_FRONTENDS).load_xml(location)
-        return loaded
+        parser = frontend_registry.parser_class("xml")
+        return get_launch_description_from_frontend_launch_file(location, parser=parser)
 
 
 @public("launch_yaml.launch_description_sources.yaml_launch_description_source")
@@ -157,15 +158,45 @@ class YAMLLaunchDescriptionSource(LaunchDescriptionSource):
         super().__init__(None, launch_file_path, "interpreted YAML launch file")
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
-        loaded: LaunchDescription = importlib.import_module(_FRONTENDS).load_yaml(location)
-        return loaded
+        parser = frontend_registry.parser_class("yaml")
+        return get_launch_description_from_frontend_launch_file(location, parser=parser)
+
+
+@public("launch.launch_description_sources.python_launch_file_utilities")
+class InvalidPythonLaunchFileError(Exception):
+    """A Python launch file lacks the required function."""
+
+
+class _Loader(SourceFileLoader):
+    """Executes the source as it is on disk: no byte code is written next to launch files."""
+
+    def get_code(self, fullname: str) -> Any:
+        return self.source_to_code(self.get_data(self.path), self.path)
+
+
+def load_python_launch_file_as_module(python_launch_file_path: str) -> ModuleType:
+    """Execute a launch file as a module; raises whatever the file raises."""
+    loader = _Loader(_MODULE_NAME, python_launch_file_path)
+    spec = spec_from_loader(_MODULE_NAME, loader)
+    if spec is None:
+        raise RuntimeError("Failed to load module spec!")
+    module = module_from_spec(spec)
+    loader.exec_module(module)
+    return module
 
 
 def get_launch_description_from_python_launch_file(
     python_launch_file_path: str,
 ) -> LaunchDescription:
     """What the file's `generate_launch_description()` returns; raises what loading raises."""
-    description: LaunchDescription = python_file.generate(python_launch_file_path)
+    module = load_python_launch_file_as_module(python_launch_file_path)
+    function = getattr(module, _REQUIRED, None)
+    if function is None:
+        raise InvalidPythonLaunchFileError(
+            f"launch file at '{python_launch_file_path}' does not contain the required function "
+            f"'{_REQUIRED}()'"
+        )
+    description: LaunchDescription = function()
     return description
 
 
@@ -173,18 +204,17 @@ def get_launch_description_from_frontend_launch_file(
     launch_file_path: str, *, parser: Any = None
 ) -> LaunchDescription:
     """The description of an XML or YAML file."""
-    if parser is not None and hasattr(parser, "load"):
-        root_entity, loaded_parser = parser.load(launch_file_path)
-        parsed: LaunchDescription = loaded_parser.parse_description(root_entity)
-        return parsed
-    loaded: LaunchDescription = importlib.import_module(_FRONTENDS).load_markup(launch_file_path)
-    return loaded
+    if not hasattr(parser, "load"):
+        parser = frontend_registry.parser_class("")
+    root_entity, loaded_parser = parser.load(launch_file_path)
+    description: LaunchDescription = loaded_parser.parse_description(root_entity)
+    return description
 
 
 def get_launch_description_from_any_launch_file(
     launch_file_path: str, *, parser: Any = None
 ) -> LaunchDescription:
-    """The description of a file of any kind; InvalidLaunchFileError if no loader likes it.
+    """The description of a file of any kind; InvalidLaunchFileError if no loader accepts it.
 
     The error's `__cause__` is that of the loader which the file's name suggests.
     """

@@ -1,12 +1,13 @@
-"""Substitution: a text that is known only when it is asked for."""
+"""Substitutions: texts that are evaluated when needed; lists of them stand for one text."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from launcher.language import frontend_registry
+from launcher.language.class_tools import ensure_argument_type, is_a_subclass
+from launcher.language.diagnostics.origin import Origin, caller_origin
 from launcher.language.naming import public
-from launcher.language.origin import Origin, caller_origin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,14 +37,70 @@ class Substitution:
         return frontend_registry.parse_with("Substitution", cls, data)
 
     def describe(self) -> str:
-        """A text for people."""
         return self.__repr__()
 
     def perform(self, context: LaunchContext) -> str:
-        """The text in this context."""
         return ""
+
+
+SomeSubstitutionsType_types_tuple = (str, Substitution, Iterable)
 
 
 @public("launch.substitutions.substitution_failure")
 class SubstitutionFailure(Exception):
     """A substitution could not be performed."""
+
+
+@public("launch.substitutions.text_substitution")
+class TextSubstitution(Substitution):
+    """A text that stands for itself."""
+
+    def __init__(self, *, text: str) -> None:
+        ensure_argument_type(text, str, "text", "TextSubstitution")
+        self.__text = text
+
+    @property
+    def text(self) -> str:
+        return self.__text
+
+    def describe(self) -> str:
+        return f"'{self.text}'"
+
+    def perform(self, context: LaunchContext) -> str:
+        return self.text
+
+
+def normalize_to_list_of_substitutions(subs: Any) -> list[Substitution]:
+    """One text, one substitution or several of them as a list of substitutions."""
+    if isinstance(subs, str):
+        return [TextSubstitution(text=subs)]
+    if is_a_subclass(subs, Substitution):
+        return [subs]
+    return [_as_substitution(item) for item in subs]
+
+
+def _as_substitution(item: Any) -> Substitution:
+    if isinstance(item, str):
+        return TextSubstitution(text=item)
+    if is_a_subclass(item, Substitution):
+        assert isinstance(item, Substitution)
+        return item
+    raise TypeError(
+        f"Failed to normalize given item of type '{type(item)}', when only "
+        f"'str' or 'launch.Substitution' were expected."
+    )
+
+
+def optional_substitutions(subs: Any) -> list[Substitution] | None:
+    """Like `normalize_to_list_of_substitutions`; None stays None."""
+    return None if subs is None else normalize_to_list_of_substitutions(subs)
+
+
+def perform_substitutions(context: LaunchContext, subs: Any) -> str:
+    """The texts of the substitutions, joined."""
+    return "".join([context.perform_substitution(sub) for sub in subs])
+
+
+def describe_substitutions(subs: Iterable[Substitution]) -> str:
+    """The descriptions of the substitutions, joined by plus signs."""
+    return " + ".join([sub.describe() for sub in subs])

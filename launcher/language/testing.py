@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, RegisterEventHandler
-from launcher.language.actions.process import ExecuteProcess
+from launcher.language.actions.process import ExecuteProcess, OnProcessExit
+from launcher.language.event_handlers import OnExecutionComplete
 from launcher.language.events import Shutdown
-from launcher.language.handlers import OnExecutionComplete, OnProcessExit
 from launcher.language.naming import public
 
 _T = TypeVar("_T")
@@ -24,7 +24,7 @@ _WAIT_SCRIPT = (
 
 @public("launch_testing.actions.ready")
 class ReadyToTest(Action):
-    """Tells the test runner that the system is up; without one there is nothing to tell."""
+    """Signals the test runner that the system is up; no-op without one."""
 
     def __init__(self) -> None:
         super().__init__()

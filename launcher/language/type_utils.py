@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
-    ensure_argument_type,
+from launcher.language.class_tools import ensure_argument_type
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )

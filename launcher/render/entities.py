@@ -22,8 +22,7 @@ from launcher.language.actions.process import ExecuteLocal, ExecuteProcess
 from launcher.language.actions.timer import TimerAction
 from launcher.language.conditions import IfCondition, LaunchConfigurationEquals, UnlessCondition
 from launcher.language.conditions import LaunchConfigurationNotEquals as NotEquals
-from launcher.language.substitutions.text import TextSubstitution
-from launcher.language.utilities import normalize_to_list_of_substitutions
+from launcher.language.substitution import TextSubstitution, normalize_to_list_of_substitutions
 from launcher.render.shell_word import shell_word
 
 # What the entity of an event did, by the event's class.

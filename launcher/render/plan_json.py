@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from launcher.language.substitutions.text import TextSubstitution
+from launcher.language.substitution import TextSubstitution
 
 if TYPE_CHECKING:
     from launcher.language.actions.arguments import DeclareLaunchArgument

@@ -15,7 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from launcher.planner import plan_document
+from launcher.planner import make_plan
+from launcher.render import plan_json
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
@@ -46,7 +47,7 @@ def test_the_plan_of_a_case_is_what_ros_2_does(case: dict, run_folder: dict[str,
     expected = json.loads((HERE / case["expected"]).read_text(encoding="utf-8"))
     before = dict(os.environ), set(os.listdir(run_folder["TMPDIR"]))
 
-    document = json.loads(json.dumps(plan_document(str(HERE / case["file"]), arguments)))
+    document = json.loads(json.dumps(plan_json.document(make_plan(str(HERE / case["file"]), arguments))))
 
     rules = compare.text_rules(run_folder, sys.executable)
     found = list(compare.differences(expected, compare.canonical(document, rules), strict=True))

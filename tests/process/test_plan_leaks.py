@@ -22,7 +22,8 @@ SCRIPT = """
 import contextlib, gc, json, os, resource, sys, tempfile
 from pathlib import Path
 cases, rounds = Path(sys.argv[1]), int(sys.argv[2])
-from launcher.planner import plan_document
+from launcher.planner import make_plan
+from launcher.render import plan_json
 from launcher.language.compat import TOP_NAMES
 
 def state():
@@ -44,7 +45,7 @@ runs = json.loads((cases / "cases.json").read_text())
 for _ in range(rounds):
     for run in runs:
         arguments = [tuple(word.split(":=", 1)) for word in run["args"]]
-        plan_document(str(cases / run["file"]), arguments)
+        plan_json.document(make_plan(str(cases / run["file"]), arguments))
     states.append(state())
 json.dump(states, sys.__stdout__)
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +14,8 @@ ROOT = Path(__file__).resolve().parents[2] / "launcher"
 # They import no room, and every room may import them.
 GROUND = {"text", "proc"}
 
-# Room -> rooms that it may import besides.
+# Room -> rooms that it may import besides. `compat` is the folder in `language`, a room of its own
+# here: its table names modules of the front ends, which the language itself does not know.
 MAY_IMPORT = {
     "text": set(),
     "proc": set(),
@@ -22,8 +24,9 @@ MAY_IMPORT = {
     "model": {"errors"},
     "language": {"errors", "model", "packages"},
     "frontends": {"errors", "packages", "language"},
+    "compat": {"language", "frontends"},
     "interpreter": {"errors", "model", "language", "packages"},
-    "planner": {"errors", "model", "language", "frontends", "interpreter"},
+    "planner": {"errors", "model", "language", "compat", "frontends", "interpreter"},
     "engine": {"errors", "model"},
     "control": {"errors", "model", "engine"},
     "console": {"errors", "control"},
@@ -38,6 +41,7 @@ MAY_IMPORT = {
         "packages",
         "model",
         "language",
+        "compat",
         "frontends",
         "interpreter",
         "planner",
@@ -50,7 +54,7 @@ MAY_IMPORT = {
         "smoke",
         "render",
     },
-    "cli": {"errors", "packages", "model", "control"},
+    "cli": {"errors", "packages", "model", "control", "commands"},
     "__main__": {"cli"},
     "__init__": set(),
 }
@@ -66,33 +70,115 @@ ONLY_IN = {
 }
 
 
-def modules() -> Iterator[Path]:
-    return (path for path in sorted(ROOT.rglob("*.py")) if "compat" not in path.parts)
+# Modules that another room starts as processes of their own (`python -m`), and who does: it names
+# them and does not load them.
+STARTED_BY = {
+    "launcher.console": {"engine"},
+    "launcher.graph.agent": {"engine"},
+    "launcher.graph.bridge": {"engine"},
+    "launcher.graph.probe": {"smoke"},
+    "launcher.commands.smoke_forecast": {"smoke"},
+}
+
+# Circles of imports that are still there.
+KNOWN_CIRCLES = {
+    frozenset({"launcher.commands.process_options", "launcher.commands.run_options"}),
+}
 
 
-def room_of(path: Path) -> str:
-    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+def file_of(module: str) -> Path | None:
+    """The file of a module of ours, a package's `__init__.py`; None if there is none."""
+    path = ROOT.parent / module.replace(".", "/")
+    for file in (path / "__init__.py", path.with_suffix(".py")):
+        if file.is_file():
+            return file
+    return None
 
 
-def imports(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module
+def name_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT.parent).with_suffix("").parts).removesuffix(".__init__")
 
 
-@pytest.mark.parametrize("path", list(modules()), ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_module_imports_only_what_lies_to_its_left(path: Path):
-    room = room_of(path)
-    for name in imports(path):
+def room_of(module: str) -> str:
+    parts = module.split(".")[1:]
+    return "compat" if parts[:2] == ["language", "compat"] else parts[0] if parts else "__init__"
+
+
+def nodes(node: ast.AST, *, with_types: bool) -> Iterator[ast.AST]:
+    """All nodes, those of functions too, but not of docstrings and `if TYPE_CHECKING:` blocks."""
+    is_types = isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    is_docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+    if is_docstring or (is_types and not with_types):
+        return
+    yield node
+    for child in ast.iter_child_nodes(node):
+        yield from nodes(child, with_types=with_types)
+
+
+def imports(module: str, *, with_types: bool = True) -> Iterator[str]:
+    """What a module imports, and the modules of ours that its strings name."""
+    path = file_of(module)
+    assert path is not None
+    for node in nodes(ast.parse(path.read_text(encoding="utf-8")), with_types=with_types):
+        match node:
+            case ast.Import():
+                yield from (alias.name for alias in node.names)
+            case ast.ImportFrom(module=str(package), level=0):
+                full = [f"{package}.{alias.name}" for alias in node.names]
+                yield from (name if file_of(name) else package for name in full)
+            case ast.Constant(value=str(text)) if MODULE_NAME.fullmatch(text):
+                named = text.rstrip(".")  # the beginning of f"launcher.commands.{name}"
+                if file_of(named) and room_of(module) not in STARTED_BY.get(named, ()):
+                    yield named
+
+
+MODULES = sorted(map(name_of, ROOT.rglob("*.py")))
+MODULE_NAME = re.compile(r"launcher(\.\w+)+\.?")
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_module_imports_only_what_lies_to_its_left(module: str):
+    room = room_of(module)
+    for name in imports(module):
         top, _, rest = name.partition(".")
         if top == "launcher" and rest:
-            other = rest.partition(".")[0]
+            other = room_of(name)
             ground = GROUND if room not in GROUND else set()
             assert other == room or other in ground or other in MAY_IMPORT[room], name
         if top in ONLY_IN:
             assert room in ONLY_IN[top], name
+
+
+def test_no_modules_import_each_other():
+    graph = {module: set(imports(module, with_types=False)) & {*MODULES} for module in MODULES}
+
+    assert circles(graph) - KNOWN_CIRCLES == set()
+
+
+def test_names_in_strings_count_as_imports():
+    assert "launcher.language.ros.node" in imports("launcher.frontends.parsers")
+    assert "launcher.commands" in imports("launcher.cli")
+    assert "launcher.frontends.xml" in imports("launcher.language.compat.table")
+
+
+def circles(graph: dict[str, set[str]]) -> set[frozenset[str]]:
+    """The groups of modules each of which reaches all others of its group."""
+    reached = {module: reachable(module, graph) for module in graph}
+    groups = (
+        frozenset(other for other in reached[module] if module in reached[other])
+        for module in graph
+    )
+    return {group for group in groups if len(group) > 1}
+
+
+def reachable(module: str, graph: dict[str, set[str]]) -> set[str]:
+    found: set[str] = set()
+    waiting = [module]
+    while waiting:
+        new = graph[waiting.pop()] - found
+        found |= new
+        waiting += new
+    return found
 
 
 def test_the_launch_folder_is_no_package():

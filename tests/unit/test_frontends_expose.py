@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from launcher.frontends import expose
-from launcher.frontends.entity_errors import FrontendError
+from launcher.frontends.errors import FrontendError
 from launcher.frontends.xml import XmlParser
 from launcher.language import frontend_registry
 from launcher.language.compat import vocabulary

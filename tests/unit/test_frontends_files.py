@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from launcher.errors import LaunchFileError
-from launcher.frontends.parser import load_markup
+from launcher.frontends.parser import Parser
+from launcher.language.description import LaunchDescription
 
 XML = '<launch><log message="m"/></launch>'
 YAML = "launch: [{log: {message: m}}]"
@@ -43,6 +44,11 @@ def test_broken_file_is_told_with_its_line(
     with pytest.raises(LaunchFileError) as caught:
         load_markup(str(file))
     assert message in caught.value.render().splitlines()[0]
+
+
+def load_markup(path: str) -> LaunchDescription:
+    entity, parser = Parser.load(path)
+    return parser.parse_description(entity)
 
 
 def test_without_a_telling_suffix_both_formats_are_complained_about(tmp_path: Path) -> None:

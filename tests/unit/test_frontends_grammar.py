@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -13,7 +15,6 @@ from launcher.frontends.grammar import (
     Part,
     Text,
     parse_template,
-    render_template,
     unescape,
 )
 
@@ -64,6 +65,41 @@ REJECTED = {
     "$(var a\tb) $(": (13, True),
     "x $(eval '$(var a b) c)": (23, True),
 }
+
+
+def render_template(parts: Sequence[Part]) -> str:
+    """A source text that parses to these parts again (neighbouring texts become one)."""
+    return "".join(
+        _escape(part.text, r"\$") if isinstance(part, Text) else _render_call(part, "")
+        for part in parts
+    )
+
+
+def _render_call(call: Call, quote: str) -> str:
+    words = [_render_word(word, quote) for word in call.words]
+    return "$(" + " ".join([call.name, *words]) + ")"
+
+
+def _render_word(word: Sequence[Part], quote: str) -> str:
+    inner = quote or _quote_for(word)
+    if quote:  # a word in a call between quotes cannot be quoted once more
+        return "".join(_render_part(part, quote, rf"\$(){quote}") for part in word)
+    if not inner:
+        return "".join(_render_part(part, "", r"\$()'" + '"') for part in word)
+    return inner + "".join(_render_part(part, inner, rf"\${inner}") for part in word) + inner
+
+
+def _render_part(part: Part, quote: str, special: str) -> str:
+    return _escape(part.text, special) if isinstance(part, Text) else _render_call(part, quote)
+
+
+def _quote_for(word: Sequence[Part]) -> str:
+    needs_quotes = not word or any(isinstance(p, Text) and " " in p.text for p in word)
+    return "'" if needs_quotes else ""
+
+
+def _escape(text: str, special: str) -> str:
+    return "".join(f"\\{character}" if character in special else character for character in text)
 
 
 def plain(parts: tuple[Part, ...]) -> list[object]:

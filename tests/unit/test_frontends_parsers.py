@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from launcher.frontends import expose
-from launcher.frontends.entity_errors import FrontendError
+from launcher.frontends.errors import FrontendError
 from launcher.frontends.parser import MAX_PROBLEMS, Parser
 from launcher.frontends.parsers.process import parse_words
 from launcher.frontends.xml import XmlParser
@@ -218,7 +218,7 @@ REFUSED = {
     '<node pkg="p" exec="e"><param name="n"/></node>': "needs a 'value'",
     '<node pkg="p" exec="e"><param name="n" from="f"/></node>': "exclude each other",
     '<node pkg="p" exec="e"><param name="n" value="1" allow_substs="1"/></node>': "allow_substs",
-    '<node pkg="p" exec="e"><param name="n" value="1" type="flaot"/></node>': "no type 'flaot'",
+    '<node pkg="p" exec="e"><param name="n" value="1" type="flaot"/></node>': "type 'flaot'",
     '<node pkg="p" exec="e"><param name="n" value="1"><param name="m" value="2"/></param></node>': (
         "neither a 'value'"
     ),
@@ -231,11 +231,11 @@ REFUSED = {
     '<include file="f"><let name="n" value="v"/></include>': "has no meaning within <include>",
     '<arg name="n" value="v"/>': "has no attribute 'value'",
     '<load_composable_node target="t"/>': "needs a nested tag <composable_node>",
-    '<log message="$(find p)"/>': "no substitution",
+    '<log message="$(find p)"/>': "unknown substitution",
     '<log message="$(env)"/>': "has 0 words",
     '<log message="$(any 1 0)"/>': "in Python only",
     '<log message="$(var a"/>': "expected '\\)'",
-    '<param name="n" value="1"/>': "no action 'param'",
+    '<param name="n" value="1"/>': "unknown action 'param'",
     "log: {message: 5}": "should be of type str",
     "node: {pkg: p, exec: e, respawn: true}": "should be of type str",
     "node: {pkg: p, exec: e, param: {rate: 5}}": "list of mappings",

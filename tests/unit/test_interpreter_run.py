@@ -18,10 +18,15 @@ from launcher.language.actions.events import (
     RegisterEventHandler,
     Shutdown,
 )
-from launcher.language.actions.process import ExecuteProcess
+from launcher.language.actions.process import (
+    ExecuteProcess,
+    OnProcessExit,
+    OnProcessIO,
+    OnProcessStart,
+)
 from launcher.language.actions.timer import TimerAction
+from launcher.language.event_handlers import OnShutdown
 from launcher.language.events import matches_action
-from launcher.language.handlers import OnProcessExit, OnProcessIO, OnProcessStart, OnShutdown
 from launcher.language.process_events import ProcessStdin, ShutdownProcess, SignalProcess
 from launcher.language.ros.node import Node
 from launcher.language.substitutions.configuration import LaunchConfiguration
@@ -62,6 +67,15 @@ def test_a_started_process_wakes_its_handler():
         assert [e.spec.name for e in started(interpreter.handle(answer))] == ["next-2"]
     assert first.process_details is not None
     assert first.process_details["pid"] == 7
+
+
+def test_only_handlers_of_the_launch_file_may_start_more():
+    quiet = ExecuteProcess(cmd=["a"])
+    reacting = ExecuteProcess(cmd=["a"], on_exit=[ExecuteProcess(cmd=["b"])])
+    for action, may_start_more in ((quiet, False), (reacting, True)):
+        with interpreting([action]) as interpreter:
+            interpreter.start()
+            assert interpreter.may_start_more is may_start_more
 
 
 def test_an_exit_reaches_on_exit_with_its_code():
@@ -288,7 +302,8 @@ def test_an_on_exit_handler_registered_later_is_asked_first():
 def test_what_a_launch_file_sets_while_it_is_loaded_counts_as_set(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    from launcher.planner import plan_document
+    from launcher.planner import make_plan
+    from launcher.render import plan_json
 
     monkeypatch.delenv("SET_WHILE_LOADING", raising=False)
     file = tmp_path / "sets.launch.py"
@@ -302,7 +317,7 @@ def test_what_a_launch_file_sets_while_it_is_loaded_counts_as_set(
         "    return LaunchDescription([ExecuteProcess(cmd=['a']), clean])\n"
     )
 
-    first, second = plan_document(str(file), [])["processes"]
+    first, second = plan_json.document(make_plan(str(file), []))["processes"]
 
     assert first["env_set"] == {"SET_WHILE_LOADING": "yes"}
     assert second["env_set"] == {}

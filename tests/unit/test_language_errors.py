@@ -65,44 +65,44 @@ BROKEN = {
     "None as an entry": (
         "    return LaunchDescription([\n        LogInfo(msg='first'),\n        None])\n",
         9,
-        "entry 2 of 2 in LaunchDescription([...]) is no action: None",
-        "leave it out",
+        "entry 2 of 2 in LaunchDescription([...]) is not an action: None",
+        "remove it",
     ),
     "None in a group in the description": (
         "    return LaunchDescription([\n        GroupAction([LogInfo(msg='x'),\n"
         "            None, LogInfo(msg='y')])])\n",
         9,
-        "entry 2 of 3 in GroupAction([...]) is no action: None",
-        "leave it out",
+        "entry 2 of 3 in GroupAction([...]) is not an action: None",
+        "remove it",
     ),
     "None that was added": (
         "    made = LaunchDescription()\n    made.add_action(None)\n    return made\n",
         7,
-        "entry 1 of 1 in LaunchDescription([...]) is no action: None",
-        "leave it out",
+        "entry 1 of 1 in LaunchDescription([...]) is not an action: None",
+        "remove it",
     ),
     "a list as an entry": (
         "    return LaunchDescription([\n        [LogInfo(msg='first')]])\n",
         8,
-        "entry 1 of 1 in LaunchDescription([...]) is no action: a list of actions",
-        "put a star before it",
+        "entry 1 of 1 in LaunchDescription([...]) is not an action: a list of actions",
+        "unpack it",
     ),
     "a text as an entry": (
         "    return LaunchDescription(['hello'])\n",
         7,
-        "entry 1 of 1 in LaunchDescription([...]) is no action: 'hello'",
+        "entry 1 of 1 in LaunchDescription([...]) is not an action: 'hello'",
         "LogInfo(msg=...) prints a text",
     ),
     "a class of events as an entry": (
         "    from launch.events import Shutdown\n    return LaunchDescription([Shutdown])\n",
         8,
-        "is no action: <class 'launch.events.shutdown.Shutdown'>",
+        "is not an action: <class 'launch.events.shutdown.Shutdown'>",
         "take Shutdown from launch.actions",
     ),
     "a class of actions as an entry": (
         "    return LaunchDescription([LogInfo])\n",
         7,
-        "is no action: <class 'launch.actions.log_info.LogInfo'>",
+        "is not an action: <class 'launch.actions.log_info.LogInfo'>",
         "LogInfo is a class: call it, as in LogInfo(...)",
     ),
     "one action instead of a list of them": (
@@ -115,21 +115,21 @@ BROKEN = {
         "    def setup(context):\n        x = 1\n        return LogInfo(msg='x')\n"
         "    return LaunchDescription([OpaqueFunction(function=setup)])\n",
         9,
-        "setup() returned no list of actions: a LogInfo",
+        "setup() did not return a list of actions: a LogInfo",
         "return [LogInfo(...)]",
     ),
     "a function that returns a text": (
         "    return LaunchDescription([OpaqueFunction(function=lambda context: 'hello')])\n",
         7,
-        "<lambda>() returned no list of actions: 'hello'",
+        "<lambda>() did not return a list of actions: 'hello'",
         "return a list of actions",
     ),
     "a function that returns None among others": (
         "    def setup(context):\n        return [LogInfo(msg='x'), None]\n"
         "    return LaunchDescription([OpaqueFunction(function=setup)])\n",
         8,
-        "entry 2 of 2 in what setup() returned is no action: None",
-        "leave it out",
+        "entry 2 of 2 in what setup() returned is not an action: None",
+        "remove it",
     ),
     "an event as what a process does at its end": (
         "    from launch.events import Shutdown\n    return LaunchDescription([\n"

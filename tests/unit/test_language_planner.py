@@ -147,11 +147,11 @@ def test_what_launch_files_print_does_not_end_up_on_standard_output(tmp_path: Pa
 @pytest.mark.parametrize(
     ("text", "waits_s", "says"),
     [
-        ("nan", 5.0, "is no number of seconds to wait; taken as 5"),
-        ("inf", 5.0, "is no number of seconds to wait; taken as 5"),
-        ("x", 5.0, "is no number of seconds to wait; taken as 5"),
-        ("", 5.0, "is no number of seconds to wait; taken as 5"),
-        ("-1", 0.0, "is below 0; taken as 0"),
+        ("nan", 5.0, "is not a number of seconds; using 5"),
+        ("inf", 5.0, "is not a number of seconds; using 5"),
+        ("x", 5.0, "is not a number of seconds; using 5"),
+        ("", 5.0, "is not a number of seconds; using 5"),
+        ("-1", 0.0, "is negative; using 0"),
     ],
 )
 def test_a_timeout_that_cannot_be_waited_for_is_told_once_and_ends(
@@ -173,6 +173,6 @@ def test_a_bad_timeout_of_one_process_is_told_with_its_line(tmp_path: Path):
     )
 
     (warning,) = plan.warnings
-    assert warning.text.startswith("sigterm_timeout 'soon' is no number")
+    assert warning.text.startswith("sigterm_timeout 'soon' is not a number")
     assert warning.origin is not None
     assert warning.origin.line == 9

@@ -24,7 +24,13 @@ from launcher.language.ros.packages import (
     FindPackageShare,
 )
 from launcher.language.ros.parameter_values import evaluate_parameter_dict, normalize_parameter_dict
-from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
+    TextSubstitution,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launcher.language.substitutions.configuration import LaunchConfiguration, LocalSubstitution
 from launcher.language.substitutions.environment import EnvironmentVariable
 from launcher.language.substitutions.files import PathJoinSubstitution, PathSubstitution
@@ -39,8 +45,7 @@ from launcher.language.substitutions.logic import (
     OrSubstitution,
 )
 from launcher.language.substitutions.python import PythonExpression
-from launcher.language.substitutions.text import StringJoinSubstitution, TextSubstitution
-from launcher.language.utilities import normalize_to_list_of_substitutions, perform_substitutions
+from launcher.language.substitutions.text import StringJoinSubstitution
 from tests.unit.interpreting import logged
 
 texts = st.text(max_size=12)

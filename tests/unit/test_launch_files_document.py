@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from launcher.commands import args, launch, plan
-from launcher.language import surprises
 from launcher.language.actions import timer
 from launcher.language.compat import vocabulary
+from launcher.language.diagnostics import ros2_quirks
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "launch-files.md").read_text(encoding="utf-8")
@@ -30,7 +30,7 @@ def warnings_of(module: object) -> list[str]:
     return pieces
 
 
-@pytest.mark.parametrize("piece", warnings_of(surprises))
+@pytest.mark.parametrize("piece", warnings_of(ros2_quirks))
 def test_every_warning_stands_in_the_document(piece: str):
     assert piece in TEXT
 

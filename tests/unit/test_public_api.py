@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from launcher.language import compat
-from launcher.language.compat import vocabulary
+from launcher.language.compat import TOP_NAMES, vocabulary
+from launcher.language.compat.names import public_modules
 
 SIGNATURES = {
     "launch": {
@@ -335,14 +335,6 @@ def spelled(thing: Any) -> str:
     return ", ".join(parts)
 
 
-def compat_modules() -> list[str]:
-    return [
-        module.name.removeprefix(f"{compat.__name__}.")
-        for module in pkgutil.walk_packages(compat.__path__, f"{compat.__name__}.")
-        if module.name.removeprefix(f"{compat.__name__}.").split(".")[0] in compat.TOP_NAMES
-    ]
-
-
 @pytest.mark.parametrize(
     ("module", "name"), [(module, name) for module, names in SIGNATURES.items() for name in names]
 )
@@ -357,7 +349,7 @@ def test_the_submodule_paths_that_people_import_are_there(module: str, name: str
     assert hasattr(importlib.import_module(module), name)
 
 
-@pytest.mark.parametrize("module", compat_modules())
+@pytest.mark.parametrize("module", list(public_modules()))
 def test_whatever_a_module_lists_can_be_had(module: str):
     listed = importlib.import_module(module)
 
@@ -386,3 +378,19 @@ def test_an_unknown_name_is_an_import_error_that_says_what_there_is():
 
 def test_hasattr_is_an_honest_question():
     assert not hasattr(importlib.import_module("launch.actions"), "NothingOfTheSort")
+
+
+def test_the_packages_list_their_submodules():
+    listed = {
+        module.name
+        for name in TOP_NAMES
+        for module in pkgutil.walk_packages(importlib.import_module(name).__path__, f"{name}.")
+    }
+
+    assert {*listed, *TOP_NAMES} == set(public_modules())
+
+
+def test_a_function_is_not_hidden_by_the_submodule_of_its_name():
+    importlib.import_module("launch_ros.utilities.normalize_parameters")
+
+    assert callable(importlib.import_module("launch_ros.utilities").normalize_parameters)

@@ -1,8 +1,7 @@
-"""The tables of tags and substitutions, and of what parses them.
+"""The tags of actions, the names of substitutions, and what parses them.
 
 Classes and parse functions are named by module, and imported when they turn up in a launch file.
-Importing this package registers the parse functions with the language, whose classes delegate
-their `parse` methods here.
+The `parse` methods of the language's classes end up here.
 """
 
 from __future__ import annotations
@@ -11,79 +10,78 @@ import importlib
 from collections.abc import Callable
 from functools import partial
 
-from launcher.language import frontend_registry
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-# Tag -> (module below launcher.language, class).
-ACTIONS = {
-    "append_env": ("actions.configuration", "AppendEnvironmentVariable"),
-    "arg": ("actions.arguments", "DeclareLaunchArgument"),
-    "executable": ("actions.process", "ExecuteProcess"),
-    "for": ("actions.loops", "ForLoop"),
-    "for_each": ("actions.loops", "ForEach"),
-    "group": ("actions.group", "GroupAction"),
-    "include": ("actions.include", "IncludeLaunchDescription"),
-    "lifecycle_node": ("ros.lifecycle", "LifecycleNode"),
-    "let": ("actions.configuration", "SetLaunchConfiguration"),
-    "load_composable_node": ("ros.composition", "LoadComposableNodes"),
-    "log": ("actions.events", "LogInfo"),
-    "log_debug": ("actions.logs", "LogDebug"),
-    "log_error": ("actions.logs", "LogError"),
-    "log_info": ("actions.events", "LogInfo"),
-    "log_warning": ("actions.logs", "LogWarning"),
-    "node": ("ros.node", "Node"),
-    "node_container": ("ros.composition", "ComposableNodeContainer"),
-    "push-ros-namespace": ("ros.scope", "PushROSNamespace"),
-    "push_ros_namespace": ("ros.scope", "PushROSNamespace"),
-    "rep_env": ("actions.configuration", "ReplaceEnvironmentVariables"),
-    "reset": ("actions.configuration", "ResetLaunchConfigurations"),
-    "reset_env": ("actions.configuration", "ResetEnvironment"),
-    "ros_timer": ("ros.timer", "RosTimer"),
-    "set_env": ("actions.configuration", "SetEnvironmentVariable"),
-    "set_parameter": ("ros.scope", "SetParameter"),
-    "set_parameters_from_file": ("ros.scope", "SetParametersFromFile"),
-    "set_remap": ("ros.scope", "SetRemap"),
-    "set_ros_log_dir": ("ros.scope", "SetROSLogDir"),
-    "set_use_sim_time": ("ros.scope", "SetUseSimTime"),
-    "shutdown": ("actions.events", "Shutdown"),
-    "timer": ("actions.timer", "TimerAction"),
-    "unset": ("actions.configuration", "UnsetLaunchConfiguration"),
-    "unset_env": ("actions.configuration", "UnsetEnvironmentVariable"),
-}
 
-# Name of `$(name ...)` -> (module below launcher.language, class).
-SUBSTITUTIONS = {
-    "all": ("substitutions.logic", "AllSubstitution"),
-    "and": ("substitutions.logic", "AndSubstitution"),
-    "anon": ("substitutions.names", "AnonName"),
-    "any": ("substitutions.logic", "AnySubstitution"),
-    "command": ("substitutions.command", "Command"),
-    "dirname": ("substitutions.files", "ThisLaunchFileDir"),
-    "env": ("substitutions.environment", "EnvironmentVariable"),
-    "equals": ("substitutions.logic", "EqualsSubstitution"),
-    "eval": ("substitutions.python", "PythonExpression"),
-    "exec-in-pkg": ("ros.packages", "ExecutableInPackage"),
-    "file-content": ("substitutions.files", "FileContent"),
-    "filename": ("substitutions.files", "ThisLaunchFile"),
-    "find-exec": ("substitutions.files", "FindExecutable"),
-    "find-pkg-prefix": ("ros.packages", "FindPackagePrefix"),
-    "find-pkg-share": ("ros.packages", "FindPackageShare"),
-    "for-var": ("substitutions.names", "ForEachVar"),
-    "if": ("substitutions.logic", "IfElseSubstitution"),
-    "index": ("substitutions.names", "ForLoopIndex"),
-    "launch_log_dir": ("substitutions.files", "LaunchLogDir"),
-    "log_dir": ("substitutions.files", "LaunchLogDir"),
-    "not": ("substitutions.logic", "NotSubstitution"),
-    "not-equals": ("substitutions.logic", "NotEqualsSubstitution"),
-    "or": ("substitutions.logic", "OrSubstitution"),
-    "param": ("ros.scope", "Parameter"),
-    "path-join": ("substitutions.files", "PathJoinSubstitution"),
-    "string-join": ("substitutions.text", "StringJoinSubstitution"),
-    "var": ("substitutions.configuration", "LaunchConfiguration"),
-}
+def _by_name(modules: dict[str, str]) -> dict[str, tuple[str, str]]:
+    """Name in a launch file -> (module, class)."""
+    return {
+        name: (module, class_name)
+        for module, entries in modules.items()
+        for name, class_name in (entry.split("=") for entry in entries.split())
+    }
+
+
+ACTIONS = _by_name(
+    {
+        "launcher.language.actions.arguments": "arg=DeclareLaunchArgument",
+        "launcher.language.actions.configuration": (
+            "append_env=AppendEnvironmentVariable let=SetLaunchConfiguration "
+            "rep_env=ReplaceEnvironmentVariables reset=ResetLaunchConfigurations "
+            "reset_env=ResetEnvironment set_env=SetEnvironmentVariable "
+            "unset=UnsetLaunchConfiguration unset_env=UnsetEnvironmentVariable"
+        ),
+        "launcher.language.actions.events": "log=LogInfo log_info=LogInfo shutdown=Shutdown",
+        "launcher.language.actions.group": "group=GroupAction",
+        "launcher.language.actions.include": "include=IncludeLaunchDescription",
+        "launcher.language.actions.logs": (
+            "log_debug=LogDebug log_error=LogError log_warning=LogWarning"
+        ),
+        "launcher.language.actions.loops": "for=ForLoop for_each=ForEach",
+        "launcher.language.actions.process": "executable=ExecuteProcess",
+        "launcher.language.actions.timer": "ros_timer=RosTimer timer=TimerAction",
+        "launcher.language.ros.composition": (
+            "load_composable_node=LoadComposableNodes node_container=ComposableNodeContainer"
+        ),
+        "launcher.language.ros.lifecycle": "lifecycle_node=LifecycleNode",
+        "launcher.language.ros.node": "node=Node",
+        "launcher.language.ros.scope": (
+            "push-ros-namespace=PushROSNamespace push_ros_namespace=PushROSNamespace "
+            "set_parameter=SetParameter set_parameters_from_file=SetParametersFromFile "
+            "set_remap=SetRemap set_ros_log_dir=SetROSLogDir set_use_sim_time=SetUseSimTime"
+        ),
+    }
+)
+
+SUBSTITUTIONS = _by_name(
+    {
+        "launcher.language.ros.packages": (
+            "exec-in-pkg=ExecutableInPackage find-pkg-prefix=FindPackagePrefix "
+            "find-pkg-share=FindPackageShare"
+        ),
+        "launcher.language.ros.scope": "param=Parameter",
+        "launcher.language.substitutions.command": "command=Command",
+        "launcher.language.substitutions.configuration": "var=LaunchConfiguration",
+        "launcher.language.substitutions.environment": "env=EnvironmentVariable",
+        "launcher.language.substitutions.files": (
+            "dirname=ThisLaunchFileDir file-content=FileContent filename=ThisLaunchFile "
+            "find-exec=FindExecutable launch_log_dir=LaunchLogDir log_dir=LaunchLogDir "
+            "path-join=PathJoinSubstitution"
+        ),
+        "launcher.language.substitutions.logic": (
+            "all=AllSubstitution and=AndSubstitution any=AnySubstitution "
+            "equals=EqualsSubstitution if=IfElseSubstitution not=NotSubstitution "
+            "not-equals=NotEqualsSubstitution or=OrSubstitution"
+        ),
+        "launcher.language.substitutions.names": (
+            "anon=AnonName for-var=ForEachVar index=ForLoopIndex"
+        ),
+        "launcher.language.substitutions.python": "eval=PythonExpression",
+        "launcher.language.substitutions.text": "string-join=StringJoinSubstitution",
+    }
+)
 
 # Names that came after Jazzy: packages made for Jazzy may have exposed their own, which count then.
 NEWER = {
@@ -92,47 +90,55 @@ NEWER = {
     *("for-var", "index", "path-join", "string-join"),
 }
 
-# Class, or another name that the language asks for -> (module of this package, function).
+_ACTIONS = "launcher.frontends.parsers.actions"
+_NODES = "launcher.frontends.parsers.nodes"
+_PROCESS = "launcher.frontends.parsers.process"
+_SUBSTITUTIONS = "launcher.frontends.parsers.substitutions"
+
+# Class, or another purpose of the language -> (module, function).
 _PARSE_FUNCTIONS = {
-    "Action": ("base", "parse_action"),
-    "AppendEnvironmentVariable": ("environment", "parse_append"),
-    "ComposableNode": ("composition", "parse_composable_node"),
-    "ComposableNodeContainer": ("composition", "parse_container"),
-    "DeclareLaunchArgument": ("arguments", "parse_argument"),
-    "ExecuteProcess": ("process", "parse_process"),
-    "ExecuteProcess.cmdline": ("process", "parse_words"),
-    "ForEach": ("newer", "parse_for_each"),
-    "ForLoop": ("newer", "parse_for"),
-    "GroupAction": ("groups", "parse_group"),
-    "IncludeLaunchDescription": ("includes", "parse_include"),
-    "LifecycleNode": ("node", "parse_lifecycle_node"),
-    "LoadComposableNodes": ("composition", "parse_load"),
-    "Log": ("newer", "parse_log"),
-    "LogInfo": ("events", "parse_log"),
-    "Node": ("node", "parse_node"),
-    "Node.parameters": ("node", "parse_parameters"),
-    "PopEnvironment": ("base", "parse_action"),
-    "PopLaunchConfigurations": ("base", "parse_action"),
-    "PushEnvironment": ("base", "parse_action"),
-    "PushLaunchConfigurations": ("base", "parse_action"),
-    "PushROSNamespace": ("ros_scope", "parse_namespace"),
-    "ReplaceEnvironmentVariables": ("newer", "parse_environment"),
-    "ResetEnvironment": ("base", "parse_action"),
-    "ResetLaunchConfigurations": ("groups", "parse_reset"),
-    "RosTimer": ("groups", "parse_timer"),
-    "SetEnvironmentVariable": ("environment", "parse_set"),
-    "SetLaunchConfiguration": ("arguments", "parse_let"),
-    "SetParameter": ("ros_scope", "parse_set_parameter"),
-    "SetParametersFromFile": ("ros_scope", "parse_parameters_from_file"),
-    "SetROSLogDir": ("ros_scope", "parse_log_dir"),
-    "SetRemap": ("ros_scope", "parse_remap"),
-    "SetUseSimTime": ("ros_scope", "parse_use_sim_time"),
-    "Shutdown": ("events", "parse_shutdown"),
-    "Substitution": ("substitutions", "parse_substitution"),
-    "parse_substitution": ("substitutions", "parse_template"),
-    "TimerAction": ("groups", "parse_timer"),
-    "UnsetEnvironmentVariable": ("environment", "parse_unset"),
-    "UnsetLaunchConfiguration": ("arguments", "parse_unset"),
+    "AppendEnvironmentVariable": (_ACTIONS, "parse_append"),
+    "ComposableNode": (_NODES, "parse_composable_node"),
+    "ComposableNodeContainer": (_NODES, "parse_container"),
+    "DeclareLaunchArgument": (_ACTIONS, "parse_argument"),
+    "ExecuteProcess": (_PROCESS, "parse_process"),
+    "ExecuteProcess.cmdline": (_PROCESS, "parse_words"),
+    "ForEach": (_ACTIONS, "parse_for_each"),
+    "ForLoop": (_ACTIONS, "parse_for"),
+    "GroupAction": (_ACTIONS, "parse_group"),
+    "IncludeLaunchDescription": (_ACTIONS, "parse_include"),
+    "LifecycleNode": (_NODES, "parse_lifecycle_node"),
+    "LoadComposableNodes": (_NODES, "parse_load"),
+    "LogInfo": (_ACTIONS, "parse_log"),
+    "Node": (_NODES, "parse_node"),
+    "Node.parameters": (_NODES, "parse_parameters"),
+    "ReplaceEnvironmentVariables": (_ACTIONS, "parse_environment"),
+    "ResetLaunchConfigurations": (_ACTIONS, "parse_reset"),
+    "RosTimer": (_ACTIONS, "parse_timer"),
+    "Shutdown": (_ACTIONS, "parse_shutdown"),
+    "Substitution": (_SUBSTITUTIONS, "parse_substitution"),
+    "TimerAction": (_ACTIONS, "parse_timer"),
+}
+
+# Actions that take texts only, all of them required: keyword of the constructor -> attribute.
+_TEXTS = {
+    "Action": {},
+    "Log": {"msg": "message"},
+    "PopEnvironment": {},
+    "PopLaunchConfigurations": {},
+    "PushEnvironment": {},
+    "PushLaunchConfigurations": {},
+    "PushROSNamespace": {"namespace": "namespace"},
+    "ResetEnvironment": {},
+    "SetEnvironmentVariable": {"name": "name", "value": "value"},
+    "SetLaunchConfiguration": {"name": "name", "value": "value"},
+    "SetParameter": {"name": "name", "value": "value"},
+    "SetParametersFromFile": {"filename": "filename"},
+    "SetROSLogDir": {"new_log_dir": "new_log_dir"},
+    "SetRemap": {"src": "from", "dst": "to"},
+    "SetUseSimTime": {"value": "value"},  # a text, so ROS 2 fails when it is visited
+    "UnsetEnvironmentVariable": {"name": "name"},
+    "UnsetLaunchConfiguration": {"name": "name"},
 }
 
 
@@ -150,18 +156,17 @@ def _parse_method(entry: tuple[str, str] | None) -> Callable[..., Any] | None:
     if entry is None:
         return None
     module, class_name = entry
-    owner = getattr(importlib.import_module(f"launcher.language.{module}"), class_name)
+    owner = getattr(importlib.import_module(module), class_name)
     method: Callable[..., Any] = owner.parse
     return method
 
 
-def _call_lazily(key: str, *args: Any, **kwargs: Any) -> Any:
+def parse_function(key: str) -> Callable[..., Any]:
+    """The parse function of a class of the language, or for another purpose."""
+    if key in _TEXTS:
+        from launcher.frontends.parsers.attributes import parse_texts
+
+        return partial(parse_texts, attributes=_TEXTS[key])
     module, function = _PARSE_FUNCTIONS[key]
-    parse = getattr(importlib.import_module(f"{__name__}.{module}"), function)
-    frontend_registry.class_parsers[key] = parse  # the next call goes there directly
-    return parse(*args, **kwargs)
-
-
-frontend_registry.class_parsers.update(
-    {key: partial(_call_lazily, key) for key in _PARSE_FUNCTIONS}
-)
+    parse: Callable[..., Any] = getattr(importlib.import_module(module), function)
+    return parse

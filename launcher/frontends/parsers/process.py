@@ -6,14 +6,14 @@ import shlex
 from collections.abc import Collection
 
 from launcher.frontends.entity import Entity
-from launcher.frontends.entity_errors import AttributeTypeError, UnexpectedContentError, shown
-from launcher.frontends.parsers.base import (
+from launcher.frontends.errors import AttributeTypeError, UnexpectedContentError, shown
+from launcher.frontends.parsers.attributes import (
     Parsed,
     as_dictionary,
     name_value_pairs,
     parse_action,
 )
-from launcher.language.substitutions.text import TextSubstitution
+from launcher.language.substitution import TextSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

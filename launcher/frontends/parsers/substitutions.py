@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from launcher.frontends.entity_errors import AttributeTypeError
-from launcher.frontends.parsers.base import Parsed
+from launcher.frontends.errors import AttributeTypeError
+from launcher.frontends.parsers.attributes import Parsed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ class Words:
     optional: tuple[str, ...] = ()
 
     def described(self) -> str:
-        """Like `$(env NAME [DEFAULT_VALUE])`."""
         words = [self.name, *map(str.upper, self.required)]
         words += [f"[{keyword.upper()}]" for keyword in self.optional]
         return f"$({' '.join(words)})"
@@ -71,7 +70,7 @@ def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
         return cls, _joined(cls.__name__, data)
     if cls.__name__ in _ONLY_IN_PYTHON:
         raise AttributeTypeError(
-            "ROS 2 Jazzy knows this substitution in Python only",
+            "in ROS 2 Jazzy this substitution exists in Python only",
             hint=f"write {_ONLY_IN_PYTHON[cls.__name__]}",
             ros_type="VisitError",
         )
@@ -109,10 +108,3 @@ def _modules(word: Sequence[Any]) -> list[str]:
         return []
     names: str = word[0].perform(None)
     return [name.strip() for name in names.split(",")]
-
-
-def parse_template(text: str) -> list[Any]:
-    """The substitutions of a text that stands in no launch file (a parameter file, say)."""
-    from launcher.frontends.grammar_substitutions import parse_substitution as parse
-
-    return parse(text)

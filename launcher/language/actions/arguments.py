@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
+from launcher.language.diagnostics import ros2_quirks
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
+from launcher.language.substitution import (
+    Substitution,
+    optional_substitutions,
     perform_substitutions,
 )
 
@@ -21,6 +22,7 @@ _LOGGER = "launch.actions.declare_launch_argument"
 
 
 @public("launch.actions.declare_launch_argument")
+@parsed
 class DeclareLaunchArgument(Action):
     """Declares an argument; its value is the launch configuration of the same name."""
 
@@ -37,23 +39,15 @@ class DeclareLaunchArgument(Action):
     ) -> None:
         super().__init__(**kwargs)
         self.__name = name
-        self.__default_value = (
-            None if default_value is None else normalize_to_list_of_substitutions(default_value)
-        )
+        self.__default_value = optional_substitutions(default_value)
         _check_choices(default_value, choices)
         self.__description = _describe(description, choices)
         self.__choices = choices
-        # Found out by whoever looks for arguments; True where a condition decides.
+        # Set by the search for arguments: True where a condition decides.
         self._conditionally_included = False
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("DeclareLaunchArgument", cls, entity, parser)
 
     @property
     def name(self) -> str:
-        """The name."""
         return self.__name
 
     @property
@@ -63,12 +57,11 @@ class DeclareLaunchArgument(Action):
 
     @property
     def description(self) -> str:
-        """What it is for, with the choices."""
+        """The description with the choices."""
         return self.__description
 
     @property
     def choices(self) -> list[str] | None:
-        """The allowed values."""
         return self.__choices
 
     def execute(self, context: LaunchContext) -> None:
@@ -85,7 +78,7 @@ class DeclareLaunchArgument(Action):
             value = perform_substitutions(context, self.default_value)
             context.launch_configurations.assign(self.name, value, self._origin)
         elif self.default_value is not None:
-            surprises.value_of_another_include(context, self.name, self._origin)
+            ros2_quirks.value_of_another_include(context, self.name, self._origin)
         self._check_value(context)
         context._host.declared(self, context.launch_configurations[self.name])
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from launcher.language import frontend_registry
 from launcher.language.action import Action
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
+from launcher.language.substitution import (
+    Substitution,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launcher.language.type_utils import (
     normalize_typed_substitution,
     perform_typed_substitution,
-)
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
 )
 
 TYPE_CHECKING = False
@@ -25,61 +25,59 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 
-@public("launch.actions.set_launch_configuration")
-class SetLaunchConfiguration(Action):
-    """Sets a launch configuration; it may not exist yet."""
+class _Plain(Action):
+    """Base of actions without settings of their own."""
 
-    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+
+
+class _Named(Action):
+    """Base of actions on one name."""
+
+    def __init__(self, name: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__name = normalize_to_list_of_substitutions(name)
-        self.__value = normalize_to_list_of_substitutions(value)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetLaunchConfiguration", cls, entity, parser)
 
     @property
     def name(self) -> list[Substitution]:
-        """The name."""
         return self.__name
+
+
+class _NamedValue(_Named):
+    """Base of actions on a name and a value."""
+
+    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+        super().__init__(name, **kwargs)
+        self.__value = normalize_to_list_of_substitutions(value)
 
     @property
     def value(self) -> list[Substitution]:
-        """The value."""
         return self.__value
 
+
+@public("launch.actions.set_launch_configuration")
+@parsed
+class SetLaunchConfiguration(_NamedValue):
+    """Sets a launch configuration; it may not exist yet."""
+
     def execute(self, context: LaunchContext) -> None:
-        """Set it."""
         name = perform_substitutions(context, self.name)
         value = perform_substitutions(context, self.value)
         context.launch_configurations.assign(name, value, self._origin)
 
 
 @public("launch.actions.unset_launch_configuration")
-class UnsetLaunchConfiguration(Action):
+@parsed
+class UnsetLaunchConfiguration(_Named):
     """Removes a launch configuration, if it exists."""
 
-    def __init__(self, name: Any, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.__name = normalize_to_list_of_substitutions(name)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("UnsetLaunchConfiguration", cls, entity, parser)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The name."""
-        return self.__name
-
     def execute(self, context: LaunchContext) -> None:
-        """Remove it."""
-        context.launch_configurations.pop(perform_substitutions(context, self.__name), None)
+        context.launch_configurations.pop(perform_substitutions(context, self.name), None)
 
 
 @public("launch.actions.reset_launch_configurations")
+@parsed
 class ResetLaunchConfigurations(Action):
     """Removes all launch configurations but those given, which are evaluated first."""
 
@@ -91,13 +89,7 @@ class ResetLaunchConfigurations(Action):
         super().__init__(**kwargs)
         self.__launch_configurations = launch_configurations
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ResetLaunchConfigurations", cls, entity, parser)
-
     def execute(self, context: LaunchContext) -> None:
-        """Clear, then set what is kept."""
         kept = {
             _text(context, name): _text(context, value)
             for name, value in (self.__launch_configurations or {}).items()
@@ -111,94 +103,45 @@ def _text(context: LaunchContext, value: Any) -> str:
 
 
 @public("launch.actions.push_launch_configurations")
-class PushLaunchConfigurations(Action):
+@parsed
+class PushLaunchConfigurations(_Plain):
     """Saves the launch configurations; changes last until they are popped."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PushLaunchConfigurations", cls, entity, parser)
-
     def execute(self, context: LaunchContext) -> None:
-        """Save."""
         context._push_launch_configurations()
 
 
 @public("launch.actions.pop_launch_configurations")
-class PopLaunchConfigurations(Action):
+@parsed
+class PopLaunchConfigurations(_Plain):
     """Restores the launch configurations that were pushed last."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PopLaunchConfigurations", cls, entity, parser)
-
     def execute(self, context: LaunchContext) -> None:
-        """Restore."""
         context._pop_launch_configurations()
 
 
 @public("launch.actions.set_environment_variable")
-class SetEnvironmentVariable(Action):
-    """Sets an environment variable for what comes after."""
-
-    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.__name = normalize_to_list_of_substitutions(name)
-        self.__value = normalize_to_list_of_substitutions(value)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetEnvironmentVariable", cls, entity, parser)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The name."""
-        return self.__name
-
-    @property
-    def value(self) -> list[Substitution]:
-        """The value."""
-        return self.__value
+@parsed
+class SetEnvironmentVariable(_NamedValue):
+    """Sets an environment variable for the entities after it."""
 
     def execute(self, context: LaunchContext) -> None:
-        """Set it."""
         name = perform_substitutions(context, self.name)
         context.environment[name] = perform_substitutions(context, self.value)
 
 
 @public("launch.actions.unset_environment_variable")
-class UnsetEnvironmentVariable(Action):
+@parsed
+class UnsetEnvironmentVariable(_Named):
     """Removes an environment variable, if it is set."""
 
-    def __init__(self, name: Any, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.__name = normalize_to_list_of_substitutions(name)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("UnsetEnvironmentVariable", cls, entity, parser)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The name."""
-        return self.__name
-
     def execute(self, context: LaunchContext) -> None:
-        """Remove it."""
         context.environment.pop(perform_substitutions(context, self.name), None)
 
 
 @public("launch.actions.append_environment_variable")
-class AppendEnvironmentVariable(Action):
+@parsed
+class AppendEnvironmentVariable(_NamedValue):
     """Extends an environment variable at its end, or with `prepend` at its start."""
 
     def __init__(
@@ -209,26 +152,9 @@ class AppendEnvironmentVariable(Action):
         separator: Any = os.pathsep,
         **kwargs: Any,
     ) -> None:
-        super().__init__(**kwargs)
-        self.__name = normalize_to_list_of_substitutions(name)
-        self.__value = normalize_to_list_of_substitutions(value)
+        super().__init__(name, value, **kwargs)
         self.__prepend = normalize_typed_substitution(prepend, bool)
         self.__separator = normalize_to_list_of_substitutions(separator)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("AppendEnvironmentVariable", cls, entity, parser)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The name."""
-        return self.__name
-
-    @property
-    def value(self) -> list[Substitution]:
-        """What is added."""
-        return self.__value
 
     @property
     def prepend(self) -> Any:
@@ -253,57 +179,34 @@ class AppendEnvironmentVariable(Action):
 
 
 @public("launch.actions.push_environment")
-class PushEnvironment(Action):
+@parsed
+class PushEnvironment(_Plain):
     """Saves the environment; changes last until it is popped."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PushEnvironment", cls, entity, parser)
-
     def execute(self, context: LaunchContext) -> None:
-        """Save."""
         context._push_environment()
 
 
 @public("launch.actions.pop_environment")
-class PopEnvironment(Action):
+@parsed
+class PopEnvironment(_Plain):
     """Restores the environment that was pushed last."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PopEnvironment", cls, entity, parser)
-
     def execute(self, context: LaunchContext) -> None:
-        """Restore."""
         context._pop_environment()
 
 
 @public("launch.actions.reset_environment")
-class ResetEnvironment(Action):
+@parsed
+class ResetEnvironment(_Plain):
     """Sets the environment back to that of the start of the run."""
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ResetEnvironment", cls, entity, parser)
-
     def execute(self, context: LaunchContext) -> None:
-        """Reset."""
         context._reset_environment()
 
 
 @public("launch.actions.replace_environment_variables")
+@parsed
 class ReplaceEnvironmentVariables(Action):
     """Replaces the whole environment."""
 
@@ -311,14 +214,8 @@ class ReplaceEnvironmentVariables(Action):
         super().__init__(**kwargs)
         self.__environment = environment or {}
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ReplaceEnvironmentVariables", cls, entity, parser)
-
     @property
     def environment(self) -> Mapping[Any, Any]:
-        """The new environment."""
         return self.__environment
 
     def execute(self, context: LaunchContext) -> None:

@@ -6,9 +6,9 @@ import inspect
 from collections.abc import Awaitable, Callable, Iterable
 
 from launcher.language.action import Action
-from launcher.language.handlers import OnShutdown
+from launcher.language.class_tools import ensure_argument_type
+from launcher.language.event_handlers import OnShutdown
 from launcher.language.naming import public
-from launcher.language.utilities import ensure_argument_type
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -46,7 +46,6 @@ class OpaqueCoroutine(Action):
         self.__future: Any = None
 
     def execute(self, context: LaunchContext) -> None:
-        """Start it; a shutdown cancels it."""
         given = [] if self.__ignore_context else [context]
         coroutine = self.__coroutine(*given, *self.__args, **self.__kwargs)
         self.__future = context.asyncio_loop.create_task(coroutine)
@@ -58,5 +57,4 @@ class OpaqueCoroutine(Action):
             self.__future.cancel()
 
     def get_asyncio_future(self) -> Any:
-        """The task."""
         return self.__future

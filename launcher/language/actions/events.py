@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
-from launcher.language.event import Event
-from launcher.language.event_handler import BaseEventHandler
+from launcher.language.class_tools import ensure_argument_type, is_a_subclass
+from launcher.language.diagnostics import ros2_quirks
+from launcher.language.event import BaseEventHandler, Event
 from launcher.language.events import Shutdown as ShutdownEvent
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.process_events import ProcessExited
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
-    ensure_argument_type,
-    is_a_subclass,
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -41,28 +40,22 @@ class EmitEvent(Action):
 
     @property
     def event(self) -> Event:
-        """The event."""
         return self.__event
 
     def execute(self, context: LaunchContext) -> None:
-        """Queue it."""
         context.emit_event_sync(self.__event)
 
 
 @public("launch.actions.shutdown_action")
+@parsed
 class Shutdown(EmitEvent):
     """Stops the launched system."""
 
     def __init__(self, *, reason: Any = "reason not given", **kwargs: Any) -> None:
         super().__init__(event=ShutdownEvent(reason=reason), **kwargs)
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("Shutdown", cls, entity, parser)
-
     def execute(self, context: LaunchContext) -> None:
-        """Queue the event; when a process's end leads here, say which one was required."""
+        """Emit the event; log which required process exited if that led here."""
         event = context.get_locals_as_dict().get("event")
         if isinstance(event, ProcessExited):
             text = f"process[{event.process_name}] was required: shutting down launched system"
@@ -71,6 +64,7 @@ class Shutdown(EmitEvent):
 
 
 @public("launch.actions.log_info")
+@parsed
 class LogInfo(Action):
     """Prints a message."""
 
@@ -78,18 +72,11 @@ class LogInfo(Action):
         super().__init__(**kwargs)
         self.__msg = normalize_to_list_of_substitutions(msg)
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("LogInfo", cls, entity, parser)
-
     @property
     def msg(self) -> list[Substitution]:
-        """The message."""
         return self.__msg
 
     def execute(self, context: LaunchContext) -> None:
-        """Print it."""
         context._host.log("launch.user", "INFO", perform_substitutions(context, self.msg))
 
 
@@ -118,11 +105,10 @@ class OpaqueFunction(Action):
 
     @property
     def _function_called(self) -> Callable[..., Any]:
-        """Whose result is visited, for messages."""
+        """The function whose result is visited, for messages."""
         return self.__function
 
     def execute(self, context: LaunchContext) -> Any:
-        """Call it."""
         return self.__function(context, *self.__args, **self.__kwargs)
 
 
@@ -136,12 +122,10 @@ class RegisterEventHandler(Action):
 
     @property
     def event_handler(self) -> BaseEventHandler:
-        """The handler."""
         return self.__event_handler
 
     def execute(self, context: LaunchContext) -> None:
-        """Register it, to be asked first."""
-        surprises.scope_is_lost(context, "this event handler", self._origin)
+        ros2_quirks.scope_is_lost(context, "this event handler", self._origin)
         context.register_event_handler(self.__event_handler)
 
     def describe_conditional_sub_entities(
@@ -162,9 +146,7 @@ class UnregisterEventHandler(Action):
 
     @property
     def event_handler(self) -> BaseEventHandler:
-        """The handler."""
         return self.__event_handler
 
     def execute(self, context: LaunchContext) -> None:
-        """Unregister it."""
         context.unregister_event_handler(self.__event_handler)

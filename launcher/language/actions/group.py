@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.configuration import (
     PopEnvironment,
@@ -15,6 +14,7 @@ from launcher.language.actions.configuration import (
     ResetLaunchConfigurations,
     SetLaunchConfiguration,
 )
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 
 TYPE_CHECKING = False
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 
 @public("launch.actions.group_action")
+@parsed
 class GroupAction(Action):
     """Yields its actions.
 
@@ -49,11 +50,6 @@ class GroupAction(Action):
         self.__forwarding = forwarding
         self.__launch_configurations = launch_configurations or {}
         self.__actions_to_return: list[LaunchDescriptionEntity] | None = None
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("GroupAction", cls, entity, parser)
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """The actions, with those around them that make the scope."""
@@ -83,5 +79,4 @@ class GroupAction(Action):
         return [PopEnvironment(), PopLaunchConfigurations()] if self.__scoped else []
 
     def execute(self, context: LaunchContext) -> Any:
-        """Yield them."""
         return self.get_sub_entities()

@@ -5,15 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
 from launcher.language.context import LaunchContext
+from launcher.language.diagnostics import ros2_quirks
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.sources import AnyLaunchDescriptionSource, LaunchDescriptionSource
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
-)
+from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,6 +21,7 @@ if TYPE_CHECKING:
 
 
 @public("launch.actions.include_launch_description")
+@parsed
 class IncludeLaunchDescription(Action):
     """Yields another launch description, after setting `launch_arguments`.
 
@@ -44,20 +43,13 @@ class IncludeLaunchDescription(Action):
         self.__launch_description_source = launch_description_source
         self.__launch_arguments = () if launch_arguments is None else tuple(launch_arguments)
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("IncludeLaunchDescription", cls, entity, parser)
-
     @property
     def launch_description_source(self) -> LaunchDescriptionSource:
-        """Where the description comes from."""
         source: LaunchDescriptionSource = self.__launch_description_source
         return source
 
     @property
     def launch_arguments(self) -> tuple[tuple[Any, Any], ...]:
-        """(name, value) pairs."""
         return self.__launch_arguments
 
     def _get_launch_file(self) -> str:
@@ -86,7 +78,7 @@ class IncludeLaunchDescription(Action):
             }
         )
         self._check_required(context, description)
-        surprises.note_include(context, self._get_launch_file(), self._origin)
+        ros2_quirks.note_include(context, self._get_launch_file(), self._origin)
         return [*self._settings(), description]
 
     def _settings(self) -> list[LaunchDescriptionEntity]:
@@ -117,7 +109,7 @@ class IncludeLaunchDescription(Action):
     def _try_get_arguments_names_without_context(self) -> list[str]:
         try:
             return _names(LaunchContext(), self.launch_arguments)
-        except Exception:  # an attempt: names that need a context are not known here
+        except Exception:  # an attempt: names that need a context are unknown here
             return []
 
 

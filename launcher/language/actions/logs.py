@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from launcher.language import frontend_registry
 from launcher.language.action import Action
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 @public("launch.actions.log")
+@parsed
 class Log(Action):
     """Prints a message at a level: `DEBUG`, `INFO`, `WARNING`, `ERROR`, `CRITICAL`."""
 
@@ -27,30 +28,22 @@ class Log(Action):
         self.__msg = normalize_to_list_of_substitutions(msg)
         self.__level = normalize_to_list_of_substitutions(level)
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("Log", cls, entity, parser)
-
     @property
     def msg(self) -> list[Substitution]:
-        """The message."""
         return self.__msg
 
     @property
     def level(self) -> list[Substitution]:
-        """The level."""
         return self.__level
 
     def execute(self, context: LaunchContext) -> None:
-        """Print it."""
         level = perform_substitutions(context, self.level).upper()
         context._host.log("launch.user", level, perform_substitutions(context, self.msg))
 
 
 @public("launch.actions.log")
 class LogDebug(Log):
-    """Prints a message for those who look for a fault."""
+    """Prints a debug message."""
 
     def __init__(self, *, msg: Any, **kwargs: Any) -> None:
         super().__init__(msg=msg, level="DEBUG", **kwargs)

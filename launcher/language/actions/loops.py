@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.events import OpaqueFunction
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
-)
+from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -21,6 +18,7 @@ if TYPE_CHECKING:
 
 
 @public("launch.actions.for_loop")
+@parsed
 class ForEach(Action):
     """Calls `function(**fields)` for each set of `name=value` fields, separated by semicolons."""
 
@@ -33,11 +31,6 @@ class ForEach(Action):
         self._input_values = normalize_to_list_of_substitutions(input_values)
         self._function = function
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ForEach", cls, entity, parser)
-
     @property
     def input_values(self) -> Any:
         """The field sets as one text."""
@@ -45,7 +38,6 @@ class ForEach(Action):
 
     @property
     def function(self) -> Any:
-        """The function."""
         return self._function
 
     def execute(self, context: LaunchContext) -> list[Any] | None:
@@ -60,6 +52,7 @@ class ForEach(Action):
 
 
 @public("launch.actions.for_loop")
+@parsed
 class ForLoop(Action):
     """Calls `function(index)` for each index from 0 below `length`."""
 
@@ -80,19 +73,12 @@ class ForLoop(Action):
         self._function = function
         self._name = name
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ForLoop", cls, entity, parser)
-
     @property
     def length(self) -> Any:
-        """The number of turns."""
         return self._length
 
     @property
     def function(self) -> Any:
-        """The function."""
         return self._function
 
     def execute(self, context: LaunchContext) -> list[Any] | None:

@@ -14,7 +14,7 @@ _SINKS = {"screen": Sink.SCREEN, "log": Sink.LOG, "own_log": Sink.OWN_LOG}
 
 
 def output_policy(output: str | Mapping[str, Any]) -> OutputPolicy:
-    """The sinks that `output=` means; ValueError for a word that it does not know."""
+    """The sinks of a value of `output=`; ValueError for an unknown word."""
     if isinstance(output, str):
         return OutputPolicy.named(output)
     unknown = [key for key in output if key not in ("stdout", "stderr", "both")]

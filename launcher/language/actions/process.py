@@ -1,31 +1,33 @@
-"""ExecuteLocal and ExecuteProcess: the start of a process, and what becomes of it."""
+"""ExecuteLocal and ExecuteProcess: the start of a process; handlers of what becomes of it."""
 
 from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.output import output_policy
-from launcher.language.event_handler import EventHandler
+from launcher.language.event import EventHandler
+from launcher.language.event_handlers import OnActionEventBase, OnShutdown
 from launcher.language.executable import Executable
 from launcher.language.future import Future
-from launcher.language.handlers import OnProcessExit, OnProcessIO, OnShutdown
 from launcher.language.naming import public
 from launcher.language.process_events import (
+    ProcessExited,
     ProcessIO,
+    ProcessStarted,
     ProcessStdin,
     ShutdownProcess,
     SignalProcess,
 )
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.model import events as model
 from launcher.model.spec import RosIdentity
 
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
+    from launcher.language.event import Event
 
 
 _SIGTERM_TIMEOUT = LaunchConfiguration("sigterm_timeout", default=5)
@@ -93,7 +96,6 @@ class ExecuteLocal(Action):
 
     @property
     def process_description(self) -> Executable:
-        """The command."""
         return self.__process_description
 
     @property
@@ -118,7 +120,7 @@ class ExecuteLocal(Action):
 
     @property
     def output(self) -> Any:
-        """Where its output goes: substitutions, or a dictionary as it was given."""
+        """The destination of output: substitutions, or a dictionary as it was given."""
         return self.__output
 
     @property
@@ -146,7 +148,7 @@ class ExecuteLocal(Action):
         return self.__on_exit if isinstance(self.__on_exit, list) else []
 
     def prepare(self, context: LaunchContext) -> None:
-        """Fix the command and what the events will tell about it."""
+        """Perform the substitutions of the command, and fill `process_details`."""
         self.__process_description.prepare(context, self)
         self.__process_event_args = {
             "action": self,
@@ -161,7 +163,7 @@ class ExecuteLocal(Action):
             self.__respawn = perform_typed_substitution(context, self.__respawn, bool)
 
     def execute(self, context: LaunchContext) -> Any:
-        """Prepare, register handlers for what may happen to the process, ask for its start.
+        """Prepare, register the process's own handlers, request its start.
 
         RuntimeError if it was executed before.
         """
@@ -218,11 +220,9 @@ class ExecuteLocal(Action):
         return perform_substitutions(context, self.__output)
 
     def _on_shutdown_process(self, event: Any, context: LaunchContext) -> Any:
-        return (
-            self._shutdown_process(context, send_sigint=True)
-            if (event.process_matcher(self))
-            else None
-        )
+        if not event.process_matcher(self):
+            return None
+        return self._shutdown_process(context, send_sigint=True)
 
     def _shutdown_process(self, context: LaunchContext, *, send_sigint: bool) -> Any:
         """Stop the process; overridden by subclasses that clean up, which call super()."""
@@ -251,7 +251,7 @@ class ExecuteLocal(Action):
         if event.action is self and process_id is not None:
             context._host.request(model.WriteStdin(process_id=process_id, data=event.text))
 
-    # ---- what the interpreter asks and tells
+    # ---- for the interpreter
 
     def _spawn_emulates_tty(self, context: LaunchContext) -> bool:
         # Read when the process really starts, so a later SetLaunchConfiguration counts.
@@ -310,7 +310,7 @@ def _as_switch(value: Any) -> Any:
 
 
 class TargetedHandler(EventHandler):
-    """Calls a method of the action for one kind of event."""
+    """Calls a function for one kind of event."""
 
     def __init__(self, action: ExecuteLocal, kind: type, react: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, kind))
@@ -318,7 +318,7 @@ class TargetedHandler(EventHandler):
         self._react = react
 
     def matches(self, event: Any) -> bool:
-        """Whether it is of this kind; every event of a run is shown to those of every process."""
+        """Faster than the general matcher: called for every event and every process of a run."""
         return isinstance(event, self._kind)
 
     def handle(self, event: Any, context: LaunchContext) -> Any:
@@ -387,3 +387,61 @@ class ExecuteProcess(ExecuteLocal):
     def additional_env(self) -> Any:
         """What is added to the environment."""
         return self.process_description.additional_env
+
+
+@public("launch.event_handlers.on_process_start")
+class OnProcessStart(OnActionEventBase):
+    """Reacts when a process was started."""
+
+    def __init__(self, *, target_action: Any = None, on_start: Any, **kwargs: Any) -> None:
+        super().__init__(
+            action_matcher=target_action,
+            on_event=on_start,
+            target_event_cls=ProcessStarted,
+            target_action_cls=ExecuteLocal,
+            **kwargs,
+        )
+
+
+@public("launch.event_handlers.on_process_exit")
+class OnProcessExit(OnActionEventBase):
+    """Reacts when a process ended, however it ended."""
+
+    def __init__(self, *, target_action: Any = None, on_exit: Any, **kwargs: Any) -> None:
+        super().__init__(
+            action_matcher=target_action,
+            on_event=on_exit,
+            target_event_cls=ProcessExited,
+            target_action_cls=ExecuteLocal,
+            **kwargs,
+        )
+
+
+@public("launch.event_handlers.on_process_io")
+class OnProcessIO(OnActionEventBase):
+    """Reacts to bytes that a process wrote."""
+
+    def __init__(
+        self,
+        *,
+        target_action: Any = None,
+        on_stdin: Callable[[ProcessIO], Any] | None = None,
+        on_stdout: Callable[[ProcessIO], Any] | None = None,
+        on_stderr: Callable[[ProcessIO], Any] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        def on_io(event: Event, context: LaunchContext) -> Any:
+            assert isinstance(event, ProcessIO)
+            if event.from_stdout:
+                return on_stdout(event) if on_stdout is not None else None
+            if event.from_stderr:
+                return on_stderr(event) if on_stderr is not None else None
+            return on_stdin(event) if on_stdin is not None else None
+
+        super().__init__(
+            action_matcher=target_action,
+            on_event=on_io,
+            target_event_cls=ProcessIO,
+            target_action_cls=ExecuteLocal,
+            **kwargs,
+        )

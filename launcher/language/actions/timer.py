@@ -5,12 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
 from launcher.language.actions.events import OpaqueFunction
+from launcher.language.class_tools import ensure_argument_type, is_a_subclass
+from launcher.language.diagnostics import ros2_quirks
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.event_handler import EventHandler
+from launcher.language.event import EventHandler
 from launcher.language.events import Shutdown, TimerEvent
+from launcher.language.frontend_registry import parsed
 from launcher.language.future import Future
 from launcher.language.naming import public
 from launcher.language.substitution import Substitution
@@ -18,7 +20,6 @@ from launcher.language.type_utils import (
     normalize_typed_substitution,
     perform_typed_substitution,
 )
-from launcher.language.utilities import ensure_argument_type, is_a_subclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,10 +27,12 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
 
+
 _INSTALLED = "_timer_event_handler_is_installed"
 
 
 @public("launch.actions.timer_action")
+@parsed
 class TimerAction(Action):
     """Visits the actions once, `period` seconds after its own visit.
 
@@ -64,11 +67,6 @@ class TimerAction(Action):
         self._context: LaunchContext | None = None
         self._completed_future: Future | None = None
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("TimerAction", cls, entity, parser)
-
     @property
     def period(self) -> Any:
         """Seconds, or substitutions that give them."""
@@ -76,15 +74,13 @@ class TimerAction(Action):
 
     @property
     def actions(self) -> Any:
-        """What is visited when the time has come."""
+        """The entities to visit when the timer fires."""
         return self.__actions
 
     def describe(self) -> str:
-        """Like `TimerAction(period=5.0, actions=<actions>)`."""
         return f"TimerAction(period={self.__period}, actions=<actions>)"
 
     def describe_conditional_sub_entities(self) -> Any:
-        """The actions."""
         return [(f"{self.__period} seconds pass without being canceled", self.__actions)]
 
     def handle(self, context: LaunchContext) -> Any:
@@ -93,7 +89,7 @@ class TimerAction(Action):
         return self.__actions
 
     def cancel(self) -> None:
-        """Forget the timer; allowed at any moment, also before and after its time."""
+        """Cancel the timer; allowed at any time, also before it starts and after it fired."""
         self.__canceled = True
         if self._context is not None and self.__timer_id is not None:
             self._context._host.cancel_call(self.__timer_id)
@@ -109,7 +105,7 @@ class TimerAction(Action):
             self._completed_future.set_result(None)
             return
         _install_timer_event_handler(context)
-        surprises.scope_is_lost(context, "this timer", self._origin)
+        ros2_quirks.scope_is_lost(context, "this timer", self._origin)
         self.__context_locals = dict(context.get_locals_as_dict())
         context._host.later(lambda: self._start(context))
         if perform_typed_substitution(context, self.__cancel_on_shutdown, bool):
@@ -124,16 +120,16 @@ class TimerAction(Action):
         try:
             delay_s = perform_typed_substitution(context, self.__period, float)
         except Exception as error:
-            # ROS 2 loses the timer and hangs at the end; we lose it and say so.
+            # ROS 2 loses the timer and hangs at the end; here it is lost with a warning.
             self._lose(context, error)
             return
         if not self.__canceled:
             self.__timer_id = self._call_later(context, delay_s)
 
     def _lose(self, context: LaunchContext, error: Exception) -> None:
-        text = f"the timer never fires, its period is no number: {error}"
+        text = f"the timer never fires: its period is not a number: {error}"
         context._host.log("launch.actions.timer_action", "ERROR", text)
-        context._host.warn_surprise(text, self._origin)
+        context._host.warn_quirk(text, self._origin)
         assert self._completed_future is not None
         self._completed_future.set_result(None)
 
@@ -152,7 +148,7 @@ class TimerAction(Action):
 
 
 def _install_timer_event_handler(context: LaunchContext) -> None:
-    # With the first timer, not earlier: handlers that were registered later are asked first.
+    # With the first timer, not earlier: later handlers take precedence.
     if hasattr(context, _INSTALLED):
         return
     context.register_event_handler(
@@ -164,3 +160,18 @@ def _install_timer_event_handler(context: LaunchContext) -> None:
         )
     )
     setattr(context, _INSTALLED, True)
+
+
+@public("launch_ros.actions.ros_timer")
+@parsed
+class RosTimer(TimerAction):
+    """Like TimerAction; unlike there, a text as period is an error."""
+
+    def __init__(
+        self, *, period: Any, actions: Iterable[LaunchDescriptionEntity], **kwargs: Any
+    ) -> None:
+        super().__init__(period=period, actions=actions, **kwargs)
+        self.__period = normalize_typed_substitution(period, float)
+
+    def describe(self) -> str:
+        return f"RosTimer(period={self.__period}, actions=<actions>)"

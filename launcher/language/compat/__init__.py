@@ -1,8 +1,8 @@
-"""The import names `launch` and `launch_ros`, answered by our own vocabulary for a while.
+"""`import launch` and `import launch_ros` inside a launch file: answered by our own language.
 
-The folders below hold real modules that only re-export. They are found by a meta-path finder
-that is active inside of `vocabulary()` and nowhere else, so that a real ROS 2, or the folder
-`launch/` of a workspace, is what it always was for everybody else.
+The modules are made from a table by a meta-path finder that is active inside of `vocabulary()`
+and nowhere else, so that a real ROS 2, or the folder `launch/` of a workspace, is what it always
+was for everybody else.
 """
 
 from __future__ import annotations
@@ -11,36 +11,71 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib.machinery import ModuleSpec, PathFinder
+from importlib.machinery import ModuleSpec
 from types import ModuleType
 
+import launcher.frontends  # noqa: F401 - gives the language its parsers
+from launcher.language.compat import table
+from launcher.language.compat.names import PublicModule, is_public, submodules
 from launcher.language.session import Session, open_sessions, replace_environment
 
-_FOLDER = os.path.dirname(__file__)
 TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
+_FOLDER = os.path.dirname(__file__)
 
 
 class _Finder:
-    """Answers the top names; their submodules follow through `__path__`."""
+    """Finds and makes the modules of the table."""
 
     @staticmethod
     def find_spec(
         fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        if fullname not in TOP_NAMES:
+        if fullname.partition(".")[0] not in TOP_NAMES or not is_public(fullname):
             return None
-        return PathFinder.find_spec(fullname, [_FOLDER])
+        spec = ModuleSpec(fullname, _Finder, origin=table.__file__)  # type: ignore[arg-type]
+        if submodules(fullname):
+            folder = f"{_FOLDER}/{fullname}"  # not on the disk: whoever lists it asks the table
+            spec.submodule_search_locations = [folder]
+            sys.path_importer_cache[folder] = _Listing(fullname)
+        return spec
+
+    @staticmethod
+    def create_module(spec: ModuleSpec) -> ModuleType:
+        return PublicModule(spec.name)
+
+    @staticmethod
+    def exec_module(module: PublicModule) -> None:
+        module.__file__ = table.__file__
+        module.provide()
+        if module.__name__ == "launch_testing":
+            from pkgutil import extend_path
+
+            # What is not in the table is looked up in an installed one.
+            module.__path__ = extend_path(module.__path__, module.__name__)
+
+
+class _Listing:
+    """The entry of a public package in `__path__`, for `pkgutil.iter_modules`."""
+
+    def __init__(self, package: str) -> None:
+        self._package = package
+
+    def iter_modules(self, prefix: str = "") -> Iterator[tuple[str, bool]]:
+        for name in sorted(submodules(self._package)):
+            yield prefix + name, bool(submodules(f"{self._package}.{name}"))
+
+    def find_spec(self, fullname: str, target: ModuleType | None = None) -> None:
+        """None: the meta-path finder comes first."""
 
 
 @contextmanager
 def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
-    """Let `import launch` mean our vocabulary; on exit everything is as it was before.
+    """Let `import launch` mean our language; on exit everything is as it was before.
 
     May be nested; late imports in functions of a launch file need it to be open still. The
-    session is for the driver: it may set the folder of the log files. What launch files do to
-    `os.environ` is undone in the end. `words` are the target
-    and the arguments of the command line; some launch files look for them in `sys.argv`, and
-    find there what `ros2 launch` would have put.
+    session is for the driver: it may set the folder of the log files. Changes that launch files
+    make to `os.environ` are undone on exit. `words` are the target and the arguments of the
+    command line: `sys.argv` is set to what `ros2 launch` would have put there.
     """
     argv = sys.argv
     if words is not None:

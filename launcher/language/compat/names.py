@@ -1,12 +1,15 @@
-"""Names of the vocabulary: looked up when asked for, and what is said when one is unknown."""
+"""The public modules: names from the table, imported on first access."""
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator
 from types import FrameType, ModuleType
+
+from launcher.language.compat.table import MODULES, SUBMODULES
+from launcher.text import suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -19,51 +22,79 @@ class NameNotProvidedError(ImportError):
     ros_type = "ImportError"
 
 
-def reexport(module: str, sources: Mapping[str, str]) -> Callable[[str], Any]:
-    """A module's `__getattr__`: each name comes from `sources[name]`, as `module[:other name]`.
+def is_public(module: str) -> bool:
+    """Whether the table has a module of this name."""
+    package, _, submodule = module.rpartition(".")
+    return module in MODULES or submodule in SUBMODULES.get(package, ())
 
-    A source is imported when one of its names is first asked for: a launch file pays for what
-    it uses. A name that is a submodule is that submodule, as after ROS 2's own `import launch`.
-    For an unknown name `from launch.actions import X` is an ImportError with our message;
-    everything else, also the import system's question whether X is a submodule, is an
-    AttributeError.
+
+def submodules(package: str) -> set[str]:
+    """The names of the modules directly in a public package; none if it is no package."""
+    own = {name.rpartition(".")[2] for name in MODULES if name.rpartition(".")[0] == package}
+    return own.union(SUBMODULES.get(package, ()))
+
+
+def public_modules() -> Iterator[str]:
+    """The dotted names of all modules that the table has."""
+    yield from MODULES
+    for package, names in SUBMODULES.items():
+        yield from (f"{package}.{name}" for name in names)
+
+
+def _sources(module: str) -> dict[str, tuple[str, str]]:
+    """Public name -> (module of ours, name in it)."""
+    if module not in MODULES:
+        package, _, submodule = module.rpartition(".")
+        found = _sources(package)
+        return {name: found[name] for name in SUBMODULES[package][submodule].split()}
+    return {
+        public: (source, original or public)
+        for source, names in MODULES[module].items()
+        for public, _, original in (name.partition("=") for name in names.split())
+    }
+
+
+class PublicModule(ModuleType):
+    """Imports the source of a name on first access: a launch file loads only what it uses.
+
+    A name that is a submodule is that submodule, as after ROS 2's own `import launch`. For an
+    unknown name `from launch.actions import X` is an ImportError with our message; everything
+    else, also the import system's question whether X is a submodule, is an AttributeError.
     """
 
-    def __getattr__(name: str) -> Any:
+    def provide(self) -> None:
+        """Look up which names there are."""
+        self.__dict__["_sources"] = sources = _sources(self.__name__)
+        self.__dict__["__all__"] = list(sources)
+
+    def __getattr__(self, name: str) -> Any:
+        module, sources = self.__name__, self.__dict__.get("_sources", {})
         if name in sources:
-            value = _fetch(name, sources[name])
-            setattr(sys.modules[module], name, value)
+            source, original = sources[name]
+            value = self.__dict__[name] = getattr(importlib.import_module(source), original)
             return value
         if not name.startswith("__"):
-            submodule = _submodule(module, name)
+            submodule = self._submodule(f"{module}.{name}")
             if submodule is not None:
                 return submodule
             if _is_from_import(sys._getframe(1)):
                 raise NameNotProvidedError(_message(module, name, sorted(sources)), name=name)
         raise AttributeError(f"module '{module}' has no attribute '{name}'")
 
-    return __getattr__
+    def __setattr__(self, name: str, value: Any) -> None:
+        # The import system binds submodules; a function of the same name takes precedence.
+        if not (isinstance(value, ModuleType) and name in self.__dict__.get("_sources", ())):
+            super().__setattr__(name, value)
 
-
-def _fetch(name: str, source: str) -> Any:
-    path, _, original = source.partition(":")
-    return getattr(importlib.import_module(path), original or name)
-
-
-def _submodule(module: str, name: str) -> ModuleType | None:
-    if getattr(sys.modules.get(module), "__path__", None) is None:
-        return None
-    full_name = f"{module}.{name}"
-    if importlib.util.find_spec(full_name) is None:
-        return None
-    return importlib.import_module(full_name)
+    def _submodule(self, name: str) -> ModuleType | None:
+        if "__path__" not in self.__dict__ or importlib.util.find_spec(name) is None:
+            return None
+        return importlib.import_module(name)
 
 
 def _message(module: str, name: str, names: list[str]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(name, names, n=1)
-    advice = f"did you mean {near[0]}? " if near else ""
+    near = suggest(name, names)
+    advice = f"did you mean {near}? " if near else ""
     return (
         f"{module}.{name} is not provided by this launcher ({advice}provided: {', '.join(names)})"
     )

@@ -1,1 +1,1 @@
-"""The part of the language that knows ROS nodes: what `launch_ros` offers."""
+"""ROS nodes: the names of `launch_ros`."""

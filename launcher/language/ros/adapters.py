@@ -1,6 +1,8 @@
-"""ROS adapters: ROS 2's node inside of the launcher. There is none here."""
+"""What launch_ros offers to extensions. A node inside of the launcher is not available here."""
 
 from __future__ import annotations
+
+import re
 
 from launcher.language.description import LaunchDescription
 from launcher.language.naming import public
@@ -38,3 +40,23 @@ def _refuse() -> NoReturn:
 def get_default_launch_description() -> LaunchDescription:
     """An empty description: nothing has to be set up."""
     return LaunchDescription([])
+
+
+@public("launch_ros.utilities.plugin_support")
+class PluginException(Exception):
+    """A plug-in does not fit."""
+
+
+def satisfies_version(version: str, caret_range: str) -> None:
+    """PluginException unless `version` fits a range like `^0.1`: same major, not older."""
+    if not caret_range.startswith("^"):
+        raise ValueError("only caret ranges are supported, like ^0.1")
+    wanted, given = (_numbers(text) for text in (caret_range[1:], version))
+    if given[0] != wanted[0] or given < wanted:
+        raise PluginException(f"version {version} does not satisfy {caret_range}")
+
+
+def _numbers(text: str) -> list[int]:
+    if not re.fullmatch(r"\d+(\.\d+){0,2}", text):
+        raise ValueError(f"'{text}' is not a version number")
+    return [int(part) for part in text.split(".")]

@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from launcher.language import frontend_registry
 from launcher.language.action import Action
+from launcher.language.class_tools import ensure_argument_type
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.component_parameters import parameter_pairs
-from launcher.language.ros.names import make_namespace_absolute, prefix_namespace
+from launcher.language.ros.names import (
+    add_node_name,
+    get_node_name_count,
+    make_namespace_absolute,
+    normalize_remap_rules,
+    prefix_namespace,
+)
 from launcher.language.ros.node import Node
 from launcher.language.ros.parameter_descriptions import ParameterFile
 from launcher.language.ros.parameter_values import (
@@ -17,13 +24,11 @@ from launcher.language.ros.parameter_values import (
     normalize_parameter_dict,
     normalize_parameters,
 )
-from launcher.language.ros.remappings import normalize_remap_rules
-from launcher.language.ros.tracking import add_node_name, get_node_name_count
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
     SomeSubstitutionsType_types_tuple,
-    ensure_argument_type,
+    Substitution,
     normalize_to_list_of_substitutions,
+    optional_substitutions,
     perform_substitutions,
 )
 from launcher.model.events import ComponentLoaded, LoadRequest
@@ -32,17 +37,14 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.condition import Condition
+    from launcher.language.conditions import Condition
     from launcher.language.context import LaunchContext
 
 _LOGGER = "launch_ros.actions.load_composable_nodes"
 
 
-def _optional(value: Any) -> list[Substitution] | None:
-    return None if value is None else normalize_to_list_of_substitutions(value)
-
-
 @public("launch_ros.descriptions.composable_node")
+@parsed
 class ComposableNode:
     """A node that is a plug-in, to be loaded into a container."""
 
@@ -60,36 +62,27 @@ class ComposableNode:
     ) -> None:
         self.__package = normalize_to_list_of_substitutions(package)
         self.__node_plugin = normalize_to_list_of_substitutions(plugin)
-        self.__node_name = _optional(name)
-        self.__node_namespace = _optional(namespace)
+        self.__node_name = optional_substitutions(name)
+        self.__node_namespace = optional_substitutions(namespace)
         self.__parameters = None if parameters is None else normalize_parameters(parameters)
         self.__remappings = list(normalize_remap_rules(remappings)) if remappings else None
         self.__extra_arguments = normalize_parameters(extra_arguments) if extra_arguments else None
         self.__condition = condition
 
-    @classmethod
-    def parse(cls, parser: Any, entity: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ComposableNode", cls, parser, entity)
-
     @property
     def package(self) -> list[Substitution]:
-        """The package."""
         return self.__package
 
     @property
     def node_plugin(self) -> list[Substitution]:
-        """The plug-in's class."""
         return self.__node_plugin
 
     @property
     def node_name(self) -> list[Substitution] | None:
-        """The node's name."""
         return self.__node_name
 
     @property
     def node_namespace(self) -> list[Substitution] | None:
-        """The node's namespace."""
         return self.__node_namespace
 
     @property
@@ -113,6 +106,7 @@ class ComposableNode:
 
 
 @public("launch_ros.actions.composable_node_container")
+@parsed
 class ComposableNodeContainer(Node):
     """Starts a container, and loads nodes into it."""
 
@@ -126,11 +120,6 @@ class ComposableNodeContainer(Node):
     ) -> None:
         super().__init__(name=name, namespace=namespace, **kwargs)
         self.__composable_node_descriptions = composable_node_descriptions
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:  # type: ignore[override]
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("ComposableNodeContainer", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> Any:
         """Start it; yield the loading of the nodes whose condition allows it."""
@@ -153,8 +142,9 @@ def _is_wanted(description: ComposableNode, context: LaunchContext) -> bool:
 
 
 @public("launch_ros.actions.load_composable_nodes")
+@parsed
 class LoadComposableNodes(Action):
-    """Asks a running container to load nodes, one after the other."""
+    """Requests a running container to load nodes, one after the other."""
 
     def __init__(
         self,
@@ -174,13 +164,8 @@ class LoadComposableNodes(Action):
         self.__target_container = target_container
         self.__container_name = ""
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("LoadComposableNodes", cls, entity, parser)
-
     def execute(self, context: LaunchContext) -> None:
-        """Work out all requests now, while the scope is there; send the first."""
+        """Build all requests now, in the current scope; send the first."""
         if isinstance(self.__target_container, ComposableNodeContainer):
             self.__container_name = self.__target_container.node_name
         else:
@@ -230,7 +215,7 @@ class LoadComposableNodes(Action):
 def get_composable_node_load_request(
     composable_node_description: ComposableNode, context: LaunchContext, container: str = ""
 ) -> LoadRequest | None:
-    """What is asked of the container; None if the description's condition says no."""
+    """The request to the container; None if the description's condition is false."""
     description = composable_node_description
     if not _is_wanted(description, context):
         return None

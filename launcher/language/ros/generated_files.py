@@ -10,8 +10,8 @@ if TYPE_CHECKING:
 
 
 def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str:
-    """Write `text` into a new temporary file that the run owns; `content` is what it says."""
-    from tempfile import NamedTemporaryFile  # only nodes with parameters pay for it
+    """Write `text` to a new temporary file that the run deletes; `content` is its data."""
+    from tempfile import NamedTemporaryFile  # only for nodes with parameters
 
     with NamedTemporaryFile(mode="w", prefix="launch_params_", delete=False) as file:
         file.write(text)

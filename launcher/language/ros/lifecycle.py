@@ -8,14 +8,10 @@ from types import SimpleNamespace
 
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
-from launcher.language.event import Event
-from launcher.language.event_handler import EventHandler
+from launcher.language.event import Event, EventHandler
 from launcher.language.naming import public
 from launcher.language.ros.node import Node
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
-)
+from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 from launcher.model import lifecycle
 from launcher.model.events import StateChanged, StateRequest, TransitionSeen, WatchLifecycle
 
@@ -77,7 +73,6 @@ class StateTransition(Event):
 
     @property
     def action(self) -> LifecycleNode:
-        """The node's action."""
         return self.__action
 
     @property
@@ -87,7 +82,6 @@ class StateTransition(Event):
 
     @property
     def timestamp(self) -> int:
-        """The node's time stamp."""
         return int(self.__timestamp)
 
     @property
@@ -149,12 +143,12 @@ class OnStateTransition(EventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, for people."""
+        """What the handler does, as a text."""
         return "<actions>"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, for people."""
+        """What the handler waits for, as a text."""
         if self.__target is None:
             return "event == StateTransition"
         return (
@@ -164,7 +158,7 @@ class OnStateTransition(EventHandler):
 
 @public("launch_ros.actions.lifecycle_node")
 class LifecycleNode(Node):
-    """Starts a lifecycle node, tells its transitions as events, and hands it ChangeState events."""
+    """Starts a lifecycle node, emits its transitions as events, handles ChangeState events."""
 
     def __init__(self, *, name: Any, namespace: Any, **kwargs: Any) -> None:
         super().__init__(name=name, namespace=namespace, **kwargs)
@@ -172,7 +166,6 @@ class LifecycleNode(Node):
 
     @property
     def is_lifecycle_node(self) -> bool:
-        """True."""
         return True
 
     def execute(self, context: LaunchContext) -> Any:

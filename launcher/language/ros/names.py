@@ -1,14 +1,20 @@
-"""ROS names: validation, and namespaces put together."""
+"""ROS names: validation, namespaces, remapping rules, and how often a node name was used."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
+from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
+from launcher.language.substitution import Substitution, normalize_to_list_of_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import NoReturn
+    from typing import Any, NoReturn
+
+    from launcher.language.context import LaunchContext
+
 
 _MAX_NODE_NAME = 255
 _MAX_NAMESPACE = 245  # what rmw leaves for a namespace
@@ -114,3 +120,39 @@ def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
     else:
         combined = f"{'' if is_root_namespace(base_ns) else base_ns}/{ns}"
     return combined if is_root_namespace(combined) else combined.rstrip("/")
+
+
+_KEY = "unique_ros_node_names"
+
+
+def add_node_name(context: LaunchContext, node_name: str) -> None:
+    """Count one more use."""
+    counts = dict(context.get_locals_as_dict().get(_KEY, {}))
+    counts[node_name] = counts.get(node_name, 0) + 1
+    context.extend_globals({_KEY: counts})
+
+
+def get_node_name_count(context: LaunchContext, node_name: str) -> int:
+    """The number of uses."""
+    count: int = context.get_locals_as_dict().get(_KEY, {}).get(node_name, 0)
+    return count
+
+
+RemapRule = tuple[tuple[Substitution, ...], tuple[Substitution, ...]]
+
+
+def normalize_remap_rule(remap_rule: Any) -> RemapRule:
+    """A (from, to) tuple with both sides as tuples of substitutions; TypeError otherwise."""
+    ensure_argument_type(remap_rule, (tuple,), "remap_rule")
+    if len(remap_rule) != 2:
+        raise TypeError(f"remap_rule must be a tuple of length 2, got length {len(remap_rule)}")
+    source, destination = remap_rule
+    return (
+        tuple(normalize_to_list_of_substitutions(source)),
+        tuple(normalize_to_list_of_substitutions(destination)),
+    )
+
+
+def normalize_remap_rules(remap_rules: Iterable[Any]) -> Iterable[RemapRule]:
+    """Each rule normalised, when it is asked for."""
+    return (normalize_remap_rule(rule) for rule in remap_rules)

@@ -6,12 +6,18 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from launcher.language import frontend_registry, surprises
+from launcher.language import frontend_registry
 from launcher.language.actions.process import ExecuteProcess
+from launcher.language.class_tools import ensure_argument_type
+from launcher.language.diagnostics import ros2_quirks
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
+    add_node_name,
+    get_node_name_count,
     make_namespace_absolute,
+    normalize_remap_rules,
     prefix_namespace,
     validate_namespace,
     validate_node_name,
@@ -19,15 +25,12 @@ from launcher.language.ros.names import (
 from launcher.language.ros.packages import ExecutableInPackage
 from launcher.language.ros.parameter_descriptions import Parameter
 from launcher.language.ros.parameter_values import evaluate_parameters, normalize_parameters
-from launcher.language.ros.remappings import normalize_remap_rules
-from launcher.language.ros.tracking import add_node_name, get_node_name_count
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.configuration import LocalSubstitution
-from launcher.language.utilities import (
-    ensure_argument_type,
+from launcher.language.substitution import (
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import LocalSubstitution
 from launcher.model.spec import ParameterSource, RosIdentity
 
 TYPE_CHECKING = False
@@ -55,6 +58,7 @@ class NodeActionExtension:
 
 
 @public("launch_ros.actions.node")
+@parsed
 class Node(ExecuteProcess):
     """Starts a ROS node.
 
@@ -114,13 +118,8 @@ class Node(ExecuteProcess):
 
     @staticmethod
     def parse_nested_parameters(params: Any, parser: Any) -> Any:
-        """The `param` tags of an entity as the constructor wants them."""
+        """The `param` tags of an entity as the constructor's argument."""
         return frontend_registry.parse_with("Node.parameters", Node, params, parser)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:  # type: ignore[override]
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("Node", cls, entity, parser)
 
     @property
     def node_package(self) -> Any:
@@ -215,7 +214,7 @@ class Node(ExecuteProcess):
             if is_file and not os.path.isfile(argument):
                 text = f"Parameter file path is not a file: {argument}"
                 context._host.log(_LOGGER, "WARNING", text)
-                surprises.parameter_file_is_missing(context, argument, self._origin)
+                ros2_quirks.parameter_file_is_missing(context, argument, self._origin)
                 continue
             self.__expanded_parameter_arguments.append((argument, is_file))
             self._add_words("--params-file" if is_file else "-p", argument)

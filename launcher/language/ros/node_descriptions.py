@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from launcher.language.executable import Executable
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
     make_namespace_absolute,
+    normalize_remap_rules,
     prefix_namespace,
     validate_namespace,
     validate_node_name,
 )
+from launcher.language.ros.packages import ExecutableInPackage
 from launcher.language.ros.parameter_descriptions import Parameter
 from launcher.language.ros.parameter_values import evaluate_parameters, normalize_parameters
-from launcher.language.ros.remappings import normalize_remap_rules
-from launcher.language.utilities import (
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
-)
+from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -124,3 +123,42 @@ class Node:
 
 def _perform(context: LaunchContext, subs: Any) -> str:
     return perform_substitutions(context, normalize_to_list_of_substitutions(subs))
+
+
+@public("launch_ros.descriptions.ros_executable")
+class RosExecutable(Executable):
+    """An executable with ROS nodes, for `launch.actions.ExecuteLocal`."""
+
+    def __init__(
+        self,
+        *,
+        executable: Any = None,
+        package: Any = None,
+        nodes: Iterable[Any] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        program = executable
+        if package is not None:
+            program = ExecutableInPackage(package=package, executable=executable)
+        self.__package = package
+        self.__executable = executable
+        self.__nodes = nodes
+        super().__init__(cmd=[program], **kwargs)
+
+    @property
+    def package(self) -> Any:
+        return self.__package
+
+    @property
+    def executable(self) -> Any:
+        return self.__executable
+
+    @property
+    def nodes(self) -> Any:
+        return self.__nodes
+
+    def prepare(self, context: LaunchContext, action: Any) -> None:
+        """Prepare the nodes, then the command."""
+        for node in self.__nodes or ():
+            node.prepare(context, self, action)
+        super().prepare(context, action)

@@ -9,8 +9,10 @@ from pathlib import Path
 from launcher import packages
 from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -36,7 +38,7 @@ def _missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
 
 
 class IllFormedNameError(PackageNotFoundError, ValueError):
-    """What no package can be called: ROS 2's ValueError, with our advice."""
+    """An invalid package name: ROS 2's ValueError, with a hint."""
 
     ros_type = "ValueError"
 
@@ -76,7 +78,6 @@ class FindPackage(Substitution):
 
     @property
     def package(self) -> list[Substitution]:
-        """The package's name."""
         return self.__package
 
     @classmethod
@@ -88,12 +89,10 @@ class FindPackage(Substitution):
 
     @staticmethod
     def find(package_name: str) -> str:
-        """The path; subclasses say which."""
         raise NotImplementedError()
 
     def describe(self) -> str:
-        """Like `FindPackageShare(pkg='demo')`."""
-        package = " + ".join([sub.describe() for sub in self.package])
+        package = describe_substitutions(self.package)
         return f"{self.__class__.__name__}(pkg={package})"
 
     def perform(self, context: LaunchContext) -> str:
@@ -107,7 +106,6 @@ class FindPackagePrefix(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        """The prefix."""
         return _package_prefix(package_name)
 
 
@@ -117,12 +115,11 @@ class FindPackageShare(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        """The folder."""
         return _share_directory(package_name)
 
 
 class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
-    """The package has no such executable: ROS 2's failure, with our advice."""
+    """The package has no such executable: ROS 2's failure, with a hint."""
 
     ros_type = "SubstitutionFailure"
 
@@ -137,7 +134,7 @@ def _program_elsewhere(package: str, executable: str) -> str:
         return executable
     raise ExecutableNotFoundError(
         f"executable '{executable}' not found on the libexec directory '{libexec}'",
-        hint="ROS 2 wants the name of a program in that folder itself, without a slash",
+        hint="ROS 2 expects the name of a program in that folder, without a slash",
     )
 
 
@@ -148,7 +145,7 @@ class ExecutableInPackage(FindPackagePrefix):
     def __init__(self, executable: Any, package: Any) -> None:
         super().__init__(package)
         self.__executable = normalize_to_list_of_substitutions(executable)
-        # (package, executable) when it was performed last, for those who show them apart.
+        # (package, executable) of the last `perform`, for renderings that show both.
         self._found: tuple[str, str] | None = None
 
     @classmethod
@@ -160,13 +157,11 @@ class ExecutableInPackage(FindPackagePrefix):
 
     @property
     def executable(self) -> list[Substitution]:
-        """The executable's name."""
         return self.__executable
 
     def describe(self) -> str:
-        """Like `ExecInPkg(pkg='demo', exec='talker')`."""
-        executable = " + ".join([sub.describe() for sub in self.executable])
-        package = " + ".join([sub.describe() for sub in self.package])
+        executable = describe_substitutions(self.executable)
+        package = describe_substitutions(self.package)
         return f"ExecInPkg(pkg={package}, exec={executable})"
 
     def perform(self, context: LaunchContext) -> str:

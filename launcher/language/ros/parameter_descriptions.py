@@ -6,18 +6,19 @@ import os
 from pathlib import Path
 
 from launcher.language import frontend_registry
+from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameter_file
-from launcher.language.substitution import Substitution, SubstitutionFailure
+from launcher.language.substitution import (
+    SomeSubstitutionsType_types_tuple,
+    Substitution,
+    SubstitutionFailure,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launcher.language.type_utils import (
     normalize_typed_substitution,
     perform_typed_substitution,
-)
-from launcher.language.utilities import (
-    SomeSubstitutionsType_types_tuple,
-    ensure_argument_type,
-    normalize_to_list_of_substitutions,
-    perform_substitutions,
 )
 
 TYPE_CHECKING = False
@@ -47,7 +48,6 @@ class ParameterValue:
 
     @property
     def value_type(self) -> Any:
-        """The type."""
         return self.__value_type
 
     def __str__(self) -> str:
@@ -80,12 +80,10 @@ class Parameter:
 
     @property
     def value(self) -> Any:
-        """The value."""
         return self.__parameter_value.value
 
     @property
     def value_type(self) -> Any:
-        """The type."""
         return self.__parameter_value.value_type
 
     def __str__(self) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from launcher.language.class_tools import ensure_argument_type
 from launcher.language.ros.parameter_descriptions import Parameter, ParameterFile, ParameterValue
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.text import TextSubstitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
     SomeSubstitutionsType_types_tuple,
-    ensure_argument_type,
+    Substitution,
+    TextSubstitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -184,6 +184,6 @@ def _uniform(name: str, items: Sequence[Any]) -> tuple[Any, ...]:
 
 
 def _yaml() -> Any:
-    import yaml  # only launch files with parameters pay for it
+    import yaml  # only for launch files with parameters
 
     return yaml

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from launcher.language import frontend_registry, surprises
 from launcher.language.action import Action
+from launcher.language.diagnostics import ros2_quirks
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.names import (
     NameValidationException,
@@ -15,8 +16,10 @@ from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
     normalize_parameter_dict,
 )
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
 
 
 @public("launch_ros.actions.push_ros_namespace")
+@parsed
 class PushROSNamespace(Action):
     """Puts the nodes of the scope below a namespace; an absolute one replaces those outside."""
 
@@ -36,14 +40,8 @@ class PushROSNamespace(Action):
         super().__init__(**kwargs)
         self.__namespace = normalize_to_list_of_substitutions(namespace)
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("PushROSNamespace", cls, entity, parser)
-
     @property
     def namespace(self) -> list[Substitution]:
-        """The namespace."""
         return self.__namespace
 
     def execute(self, context: LaunchContext) -> None:
@@ -65,11 +63,12 @@ def _shared_list(context: LaunchContext, key: str, action: Action) -> list[Any]:
     """The list that all scopes share once it exists, as in ROS 2; made when there is none."""
     shared: list[Any] = context.launch_configurations.setdefault(key, [])
     if context._outer_configuration(key) is shared:
-        surprises.setting_leaks(context, type(action).__name__, action._origin)
+        ros2_quirks.setting_leaks(context, type(action).__name__, action._origin)
     return shared
 
 
 @public("launch_ros.actions.set_parameter")
+@parsed
 class SetParameter(Action):
     """Gives all nodes of the scope a parameter.
 
@@ -81,14 +80,8 @@ class SetParameter(Action):
         key = tuple(normalize_to_list_of_substitutions(name))
         self.__param_dict = normalize_parameter_dict({key: value})
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetParameter", cls, entity, parser)
-
     @property
     def name(self) -> Any:
-        """The name."""
         return next(iter(self.__param_dict.keys()))
 
     @property
@@ -103,17 +96,13 @@ class SetParameter(Action):
 
 
 @public("launch_ros.actions.set_parameters_from_file")
+@parsed
 class SetParametersFromFile(Action):
     """Gives all nodes of the scope a parameter file."""
 
     def __init__(self, filename: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._input_file = normalize_to_list_of_substitutions(filename)
-
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetParametersFromFile", cls, entity, parser)
 
     def execute(self, context: LaunchContext) -> None:
         """Add it to the parameters of the scope."""
@@ -122,6 +111,7 @@ class SetParametersFromFile(Action):
 
 
 @public("launch_ros.actions.set_remap")
+@parsed
 class SetRemap(Action):
     """Gives all nodes of the scope a remapping, before their own."""
 
@@ -130,19 +120,12 @@ class SetRemap(Action):
         self.__src = normalize_to_list_of_substitutions(src)
         self.__dst = normalize_to_list_of_substitutions(dst)
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetRemap", cls, entity, parser)
-
     @property
     def src(self) -> list[Substitution]:
-        """The name to replace."""
         return self.__src
 
     @property
     def dst(self) -> list[Substitution]:
-        """The new name."""
         return self.__dst
 
     def execute(self, context: LaunchContext) -> None:
@@ -152,6 +135,7 @@ class SetRemap(Action):
 
 
 @public("launch_ros.actions.set_ros_log_dir")
+@parsed
 class SetROSLogDir(Action):
     """Sets the folder that the nodes of the scope log into."""
 
@@ -159,37 +143,25 @@ class SetROSLogDir(Action):
         super().__init__(**kwargs)
         self.__new_log_dir = normalize_to_list_of_substitutions(new_log_dir)
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetROSLogDir", cls, entity, parser)
-
     @property
     def log_dir(self) -> list[Substitution]:
-        """The folder."""
         return self.__new_log_dir
 
     def execute(self, context: LaunchContext) -> None:
-        """Set `ROS_LOG_DIR`."""
         context.environment["ROS_LOG_DIR"] = perform_substitutions(context, self.log_dir)
 
 
 @public("launch_ros.actions.set_use_sim_time")
+@parsed
 class SetUseSimTime(Action):
-    """Tells the launcher's own clock, not the nodes, to follow simulated time."""
+    """Makes the launcher's own clock, not the nodes, follow simulated time."""
 
     def __init__(self, value: bool, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__value = value
 
-    @classmethod
-    def parse(cls, entity: Any, parser: Any) -> Any:
-        """(class, keyword arguments) of an XML or YAML entity."""
-        return frontend_registry.parse_with("SetUseSimTime", cls, entity, parser)
-
     @property
     def value(self) -> bool:
-        """Whether to follow it."""
         return self.__value
 
     def execute(self, context: LaunchContext) -> None:
@@ -208,7 +180,6 @@ class Parameter(Substitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The name."""
         return self.__name
 
     @property
@@ -217,8 +188,7 @@ class Parameter(Substitution):
         return self.__default
 
     def describe(self) -> str:
-        """Like `Parameter('rate')`."""
-        return f"Parameter({' + '.join([sub.describe() for sub in self.name])})"
+        return f"Parameter({describe_substitutions(self.name)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The value as text, else the default; SubstitutionFailure without either."""

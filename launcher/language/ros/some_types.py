@@ -6,10 +6,10 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, Union
 
+from launcher.language.ros.names import RemapRule
 from launcher.language.ros.parameter_descriptions import Parameter
 from launcher.language.ros.parameter_descriptions import ParameterFile as ParameterFileDescription
 from launcher.language.ros.parameter_descriptions import ParameterValue as ValueDescription
-from launcher.language.ros.remappings import RemapRule
 from launcher.language.some_types import SomeSubstitutionsType
 from launcher.language.substitution import Substitution
 

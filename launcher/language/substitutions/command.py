@@ -6,8 +6,10 @@ import shlex
 import subprocess
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -23,9 +25,9 @@ _POLICIES = ("fail", "ignore", "warn", "capture")
 
 @public("launch.substitutions.command")
 class Command(Substitution):
-    """What a command writes to standard output; `on_stderr` says what becomes of the rest.
+    """What a command writes to standard output; `on_stderr` decides about standard error.
 
-    `fail`: an error; `ignore`; `warn`: tell the user; `capture`: part of the text.
+    `fail`: an error; `ignore`; `warn`: a warning; `capture`: part of the text.
     """
 
     def __init__(self, command: Any, *, on_stderr: Any = "fail") -> None:
@@ -34,17 +36,14 @@ class Command(Substitution):
 
     @property
     def command(self) -> list[Substitution]:
-        """The command line."""
         return self.__command
 
     @property
     def on_stderr(self) -> list[Substitution]:
-        """The policy."""
         return self.__on_stderr
 
     def describe(self) -> str:
-        """Like `Command('xacro ' + ...)`."""
-        return f"Command({' + '.join([sub.describe() for sub in self.command])})"
+        return f"Command({describe_substitutions(self.command)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The output; SubstitutionFailure if the command is missing or fails."""

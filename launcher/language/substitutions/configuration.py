@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 
+from launcher.language.class_tools import ensure_argument_type, is_iterable
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
-    ensure_argument_type,
-    is_iterable,
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 @public("launch.substitutions.launch_configuration")
 class LaunchConfiguration(Substitution):
-    """The value of a launch configuration when it is asked for."""
+    """The value of a launch configuration at the time of `perform`."""
 
     def __init__(self, variable_name: Any, *, default: Any = None) -> None:
         self.__variable_name = normalize_to_list_of_substitutions(variable_name)
@@ -36,7 +37,6 @@ class LaunchConfiguration(Substitution):
 
     @property
     def variable_name(self) -> list[Substitution]:
-        """The name."""
         return self.__variable_name
 
     @property
@@ -45,8 +45,7 @@ class LaunchConfiguration(Substitution):
         return self.__default
 
     def describe(self) -> str:
-        """Like `LaunchConfig('name')`."""
-        return "LaunchConfig({})".format(" + ".join([sub.describe() for sub in self.variable_name]))
+        return f"LaunchConfig({describe_substitutions(self.variable_name)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The value, else the default; SubstitutionFailure without either."""
@@ -81,7 +80,6 @@ class LocalSubstitution(Substitution):
         return self.__expression
 
     def describe(self) -> str:
-        """Like `LocalVar('node name')`."""
         text = self.__expression if self.__description is None else self.__description
         return f"LocalVar('{text}')"
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
+    optional_substitutions,
     perform_substitutions,
 )
 
@@ -22,13 +25,10 @@ class EnvironmentVariable(Substitution):
 
     def __init__(self, name: Any, *, default_value: Any = None) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
-        self.__default_value = (
-            None if default_value is None else normalize_to_list_of_substitutions(default_value)
-        )
+        self.__default_value = optional_substitutions(default_value)
 
     @property
     def name(self) -> list[Substitution]:
-        """The name."""
         return self.__name
 
     @property
@@ -38,7 +38,7 @@ class EnvironmentVariable(Substitution):
 
     def describe(self) -> str:
         """Like `EnvVar('HOME')`."""
-        return f"EnvVar({' + '.join([sub.describe() for sub in self.name])})"
+        return f"EnvVar({describe_substitutions(self.name)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The value, else the default; SubstitutionFailure without either."""

@@ -6,10 +6,13 @@ import os
 import shutil
 from collections.abc import Iterable
 
-from launcher.language import session, surprises
+from launcher.language import session
+from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -30,15 +33,12 @@ class PathJoinSubstitution(Substitution):
 
     @property
     def substitutions(self) -> list[Substitution]:
-        """The components."""
         return self.__substitutions
 
     def describe(self) -> str:
-        """Like `PathJoin('LaunchConfig('a') + 'b'')`."""
-        return f"PathJoin('{' + '.join([sub.describe() for sub in self.substitutions])}')"
+        return f"PathJoin('{describe_substitutions(self.substitutions)}')"
 
     def perform(self, context: LaunchContext) -> str:
-        """The path."""
         return os.path.join(*[sub.perform(context) for sub in self.substitutions])
 
 
@@ -78,12 +78,11 @@ class ThisLaunchFile(Substitution):
         super().__init__()
 
     def describe(self) -> str:
-        """`ThisLaunchFile()`."""
         return "ThisLaunchFile()"
 
     def perform(self, context: LaunchContext) -> str:
         """The path; SubstitutionFailure outside of a launch file."""
-        surprises.this_file_is_another(context, "ThisLaunchFile()", self._origin)
+        ros2_quirks.this_file_is_another(context, "ThisLaunchFile()", self._origin)
         return _local(context, "current_launch_file_path", "ThisLaunchFile")
 
 
@@ -95,12 +94,11 @@ class ThisLaunchFileDir(Substitution):
         super().__init__()
 
     def describe(self) -> str:
-        """`ThisLaunchFileDir()`."""
         return "ThisLaunchFileDir()"
 
     def perform(self, context: LaunchContext) -> str:
         """The folder; SubstitutionFailure outside of a launch file."""
-        surprises.this_file_is_another(context, "ThisLaunchFileDir()", self._origin)
+        ros2_quirks.this_file_is_another(context, "ThisLaunchFileDir()", self._origin)
         return _local(context, "current_launch_file_directory", "ThisLaunchFileDir")
 
 
@@ -120,12 +118,10 @@ class FindExecutable(Substitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The program."""
         return self.__name
 
     def describe(self) -> str:
-        """Like `FindExec('xacro')`."""
-        return f"FindExec({' + '.join([sub.describe() for sub in self.name])})"
+        return f"FindExec({describe_substitutions(self.name)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The path; SubstitutionFailure if there is no such program."""
@@ -145,12 +141,10 @@ class FileContent(Substitution):
 
     @property
     def path(self) -> list[Substitution]:
-        """The file."""
         return self.__path
 
     def describe(self) -> str:
-        """Like `FileContent('/a/b')`."""
-        return f"FileContent({' + '.join([sub.describe() for sub in self.path])})"
+        return f"FileContent({describe_substitutions(self.path)})"
 
     def perform(self, context: LaunchContext) -> str:
         """The text; SubstitutionFailure if it cannot be read."""
@@ -174,9 +168,7 @@ class LaunchLogDir(Substitution):
         super().__init__()
 
     def describe(self) -> str:
-        """`LaunchLogDir()`."""
         return "LaunchLogDir()"
 
     def perform(self, context: LaunchContext) -> str:
-        """The folder."""
         return session.current().log_dir

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, SubstitutionFailure
-from launcher.language.type_utils import is_substitution, perform_typed_substitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    SubstitutionFailure,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.type_utils import is_substitution, perform_typed_substitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,11 +43,9 @@ class NotSubstitution(Substitution):
 
     @property
     def value(self) -> list[Substitution]:
-        """The truth value."""
         return self.__value
 
     def describe(self) -> str:
-        """Like `NotSubstitution(...)`."""
         return f"NotSubstitution({self.value})"
 
     def perform(self, context: LaunchContext) -> str:
@@ -55,48 +54,43 @@ class NotSubstitution(Substitution):
 
 
 class _TwoSided(Substitution):
-    """Base of substitutions of two truth values; both are always performed."""
+    """Base of substitutions of two values; both are always performed."""
 
-    def __init__(self, left: Any, right: Any, combine: Callable[[bool, bool], bool]) -> None:
+    def __init__(self, left: Any, right: Any) -> None:
         self.__left = normalize_to_list_of_substitutions(left)
         self.__right = normalize_to_list_of_substitutions(right)
-        self.__combine = combine
 
     @property
     def left(self) -> list[Substitution]:
-        """The left value."""
         return self.__left
 
     @property
     def right(self) -> list[Substitution]:
-        """The right value."""
         return self.__right
 
     def describe(self) -> str:
-        """Like `AndSubstitution(... ...)`."""
         return f"{type(self).__name__}({self.left} {self.right})"
 
-    def perform(self, context: LaunchContext) -> str:
-        """`true` or `false`; SubstitutionFailure if a value is neither."""
-        left = _truth(context, self.left)
-        right = _truth(context, self.right)
-        return _text(self.__combine(left, right))
+    def _truths(self, context: LaunchContext) -> list[bool]:
+        return [_truth(context, self.left), _truth(context, self.right)]
 
 
 @public(_MODULE)
 class AndSubstitution(_TwoSided):
     """Whether both values are true."""
 
-    def __init__(self, left: Any, right: Any) -> None:
-        super().__init__(left, right, lambda one, other: one and other)
+    def perform(self, context: LaunchContext) -> str:
+        """`true` or `false`; SubstitutionFailure if a value is neither."""
+        return _text(all(self._truths(context)))
 
 
 @public(_MODULE)
 class OrSubstitution(_TwoSided):
     """Whether one of the values is true."""
 
-    def __init__(self, left: Any, right: Any) -> None:
-        super().__init__(left, right, lambda one, other: one or other)
+    def perform(self, context: LaunchContext) -> str:
+        """`true` or `false`; SubstitutionFailure if a value is neither."""
+        return _text(any(self._truths(context)))
 
 
 class _ManySided(Substitution):
@@ -107,11 +101,9 @@ class _ManySided(Substitution):
 
     @property
     def args(self) -> list[list[Substitution]]:
-        """The values."""
         return self.__args
 
     def describe(self) -> str:
-        """Like `AnySubstitution(... ...)`."""
         return f"{type(self).__name__}({' '.join(str(arg) for arg in self.args)})"
 
     def _truths(self, context: LaunchContext) -> list[bool]:
@@ -122,9 +114,6 @@ class _ManySided(Substitution):
 class AnySubstitution(_ManySided):
     """Whether at least one of the values is true."""
 
-    def __init__(self, *args: Any) -> None:
-        super().__init__(*args)
-
     def perform(self, context: LaunchContext) -> str:
         """`true` or `false`; SubstitutionFailure if a value is neither."""
         return _text(any(self._truths(context)))
@@ -134,38 +123,19 @@ class AnySubstitution(_ManySided):
 class AllSubstitution(_ManySided):
     """Whether all of the values are true."""
 
-    def __init__(self, *args: Any) -> None:
-        super().__init__(*args)
-
     def perform(self, context: LaunchContext) -> str:
         """`true` or `false`; SubstitutionFailure if a value is neither."""
         return _text(all(self._truths(context)))
 
 
 @public("launch.substitutions.equals_substitution")
-class EqualsSubstitution(Substitution):
+class EqualsSubstitution(_TwoSided):
     """Whether two values are equal: as truth values or numbers where both are such."""
 
     def __init__(self, left: Any, right: Any) -> None:
-        self.__left = _side(left)
-        self.__right = _side(right)
-
-    @property
-    def left(self) -> list[Substitution]:
-        """The left value."""
-        return self.__left
-
-    @property
-    def right(self) -> list[Substitution]:
-        """The right value."""
-        return self.__right
-
-    def describe(self) -> str:
-        """Like `EqualsSubstitution(... ...)`."""
-        return f"EqualsSubstitution({self.left} {self.right})"
+        super().__init__(_side(left), _side(right))
 
     def perform(self, context: LaunchContext) -> str:
-        """`true` or `false`."""
         left = perform_substitutions(context, self.left)
         right = perform_substitutions(context, self.right)
         return _text(_equal(left, right))
@@ -195,15 +165,7 @@ def _equal(left: str, right: str) -> bool:
 class NotEqualsSubstitution(EqualsSubstitution):
     """Whether two values differ."""
 
-    def __init__(self, left: Any, right: Any) -> None:
-        super().__init__(left, right)
-
-    def describe(self) -> str:
-        """Like `NotEqualsSubstitution(... ...)`."""
-        return f"NotEqualsSubstitution({self.left} {self.right})"
-
     def perform(self, context: LaunchContext) -> str:
-        """`true` or `false`."""
         return _text(super().perform(context) == "false")
 
 
@@ -220,23 +182,19 @@ class IfElseSubstitution(Substitution):
 
     @property
     def condition(self) -> list[Substitution]:
-        """The truth value."""
         return self._condition
 
     @property
     def if_value(self) -> list[Substitution]:
-        """The text for true."""
         return self._if_value
 
     @property
     def else_value(self) -> list[Substitution]:
-        """The text for false."""
         return self._else_value
 
     def describe(self) -> str:
-        """Like `IfElseSubstitution(LaunchConfig('x'), 'a', 'b')`."""
         parts = (self.condition, self.if_value, self.else_value)
-        texts = [" + ".join(sub.describe() for sub in part) for part in parts]
+        texts = [describe_substitutions(part) for part in parts]
         return f"IfElseSubstitution({', '.join(texts)})"
 
     def perform(self, context: LaunchContext) -> str:

@@ -1,4 +1,4 @@
-"""Names that nobody else has, and loop variables."""
+"""Unique names, and loop variables."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import os
 import re
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.substitutions.configuration import LocalSubstitution
-from launcher.language.utilities import (
+from launcher.language.substitution import (
+    Substitution,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
+    optional_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import LocalSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,15 +31,12 @@ class AnonName(Substitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The given name."""
         return self.__name
 
     def describe(self) -> str:
-        """Like `AnonName('node')`."""
-        return f"AnonName({' + '.join([sub.describe() for sub in self.name])})"
+        return f"AnonName({describe_substitutions(self.name)})"
 
     def perform(self, context: LaunchContext) -> str:
-        """The unique name."""
         name = perform_substitutions(context, self.name)
         key = "anon" + name
         if key not in context.launch_configurations:
@@ -61,13 +60,10 @@ class ForEachVar(LocalSubstitution):
     def __init__(self, name: Any, *, default_value: Any = None) -> None:
         super().__init__("for_each_values", description="for-each variable")
         self.__name = normalize_to_list_of_substitutions(name)
-        self.__default_value = (
-            None if default_value is None else normalize_to_list_of_substitutions(default_value)
-        )
+        self.__default_value = optional_substitutions(default_value)
 
     @property
     def name(self) -> list[Substitution]:
-        """The field."""
         return self.__name
 
     @property
@@ -94,10 +90,8 @@ class ForLoopIndex(LocalSubstitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The name of the index."""
         return self.__name
 
     def perform(self, context: LaunchContext) -> str:
-        """The index as text."""
         name = perform_substitutions(context, self.name)
         return str(context.get_locals_as_dict()["for_loop_indices"][name])

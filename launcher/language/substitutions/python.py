@@ -5,10 +5,11 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable
 
+from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
-    ensure_argument_type,
+from launcher.language.substitution import (
+    Substitution,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -37,20 +38,16 @@ class PythonExpression(Substitution):
 
     @property
     def expression(self) -> list[Substitution]:
-        """The expression."""
         return self.__expression
 
     @property
     def python_modules(self) -> list[list[Substitution]]:
-        """The modules."""
         return self.__python_modules
 
     def describe(self) -> str:
         """Like `PythonExpr(LaunchConfig('n') + ' > 3', ['math'])`."""
-        expression = " + ".join([sub.describe() for sub in self.expression])
-        modules = ", ".join(
-            " + ".join([sub.describe() for sub in module]) for module in self.python_modules
-        )
+        expression = describe_substitutions(self.expression)
+        modules = ", ".join(describe_substitutions(module) for module in self.python_modules)
         return f"PythonExpr({expression}, [{modules}])"
 
     def perform(self, context: LaunchContext) -> str:

@@ -1,11 +1,11 @@
-"""Texts that are known, and lists of substitutions that become one text."""
+"""StringJoinSubstitution: texts joined by a delimiter."""
 
 from __future__ import annotations
 
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution
-from launcher.language.utilities import (
-    ensure_argument_type,
+from launcher.language.substitution import (
+    Substitution,
+    describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -15,28 +15,6 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
-
-
-@public("launch.substitutions.text_substitution")
-class TextSubstitution(Substitution):
-    """A text that stands for itself."""
-
-    def __init__(self, *, text: str) -> None:
-        ensure_argument_type(text, str, "text", "TextSubstitution")
-        self.__text = text
-
-    @property
-    def text(self) -> str:
-        """The text."""
-        return self.__text
-
-    def describe(self) -> str:
-        """The text in quotes."""
-        return f"'{self.text}'"
-
-    def perform(self, context: LaunchContext) -> str:
-        """The text."""
-        return self.text
 
 
 @public("launch.substitutions.string_join_substitution")
@@ -49,20 +27,16 @@ class StringJoinSubstitution(Substitution):
 
     @property
     def substitutions(self) -> list[list[Substitution]]:
-        """The texts to join."""
         return self.__substitutions
 
     @property
     def delimiter(self) -> list[Substitution]:
-        """What goes between them."""
         return self.__delimiter
 
     def describe(self) -> str:
-        """Like `StringJoin('a', 'b')`."""
-        parts = ", ".join(" + ".join(s.describe() for s in subs) for subs in self.substitutions)
+        parts = ", ".join(describe_substitutions(subs) for subs in self.substitutions)
         return f"StringJoin({parts})"
 
     def perform(self, context: LaunchContext) -> str:
-        """The joined text."""
         delimiter = perform_substitutions(context, self.delimiter)
         return delimiter.join(perform_substitutions(context, sub) for sub in self.substitutions)

@@ -1,0 +1,142 @@
+"""Errors in XML and YAML launch files, each with its place.
+
+They are LaunchFileErrors that also are what ROS 2 raises (AttributeError, TypeError, ...), since
+`parse` methods of third-party actions may rely on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from launcher.errors import LaunchFileError
+from launcher.text import did_you_mean, suggest
+
+_SHOWN = 120  # characters of a text of the launch file in a message
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A spot in a launch file; line and column count from 1."""
+
+    path: str
+    line: int
+    column: int | None = None
+    source_line: str | None = None
+
+    @property
+    def where(self) -> str:
+        """`file:line`, as error messages begin."""
+        return f"{self.path}:{self.line}"
+
+
+class FrontendError(LaunchFileError):
+    """A mistake in an XML or YAML launch file; `others` are further ones, independent of it.
+
+    `ros_type` is the name of the exception that ROS 2 raises for it.
+    """
+
+    ros_type = "RuntimeError"
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        place: Place | None = None,
+        hint: str | None = None,
+        ros_type: str | None = None,
+    ) -> None:
+        super().__init__(message, hint=hint)
+        self.others: tuple[LaunchFileError, ...] = ()
+        if ros_type is not None:
+            self.ros_type = ros_type
+        locate(self, place)
+
+    def render(self) -> str:
+        """The error and its companions, as they are printed."""
+        return "\n".join([super().render(), *(other.render() for other in self.others)])
+
+
+class MissingAttributeError(FrontendError, AttributeError):
+    """An attribute that is needed is not there."""
+
+    ros_type = "AttributeError"
+
+
+class AttributeTypeError(FrontendError, TypeError):
+    """A value has the wrong type."""
+
+    ros_type = "TypeError"
+
+
+class UnexpectedContentError(FrontendError, ValueError):
+    """An unknown attribute or tag, or a value that is not allowed."""
+
+    ros_type = "ValueError"
+
+
+class StructureError(FrontendError, RuntimeError):
+    """The tags or keys do not make up a launch description."""
+
+
+def first_of(errors: Sequence[LaunchFileError]) -> LaunchFileError:
+    """The first error, carrying the others and those that they carry."""
+    first, *others = errors
+    if isinstance(first, FrontendError):
+        for other in others:
+            first.others += (other, *_taken_from(other))
+    return first
+
+
+def _taken_from(error: LaunchFileError) -> tuple[LaunchFileError, ...]:
+    if not isinstance(error, FrontendError):
+        return ()
+    taken, error.others = error.others, ()
+    return taken
+
+
+# What users of ROS 1 write, or attributes of similar tags: the right attribute.
+_OTHER_NAMES = {
+    ("arg", "value"): "'default' suggests a value, <let> sets one",
+    ("include", "ns"): "put it into a <group> with a <push_ros_namespace namespace=.../>",
+    ("node", "executable"): "it is written 'exec'",
+    ("node", "ns"): "it is written 'namespace'",
+    ("node", "package"): "it is written 'pkg'",
+    ("node", "type"): "it is written 'exec'",
+    ("group", "ns"): "use push_ros_namespace within the group",
+    ("node", "required"): "it is written on_exit: shutdown",
+    ("node", "clear_params"): "not in ROS 2: every node has its own parameters",
+}
+
+
+def attribute_hint(tag: str, name: str, known: Iterable[str]) -> str | None:
+    """A hint for an attribute that the tag does not have."""
+    return _OTHER_NAMES.get((tag, name)) or did_you_mean(name, sorted(known))
+
+
+def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
+    """A hint for a missing attribute: one of those present may be meant."""
+    for other in present:
+        if f"'{name}'" in _OTHER_NAMES.get((tag, other), ""):
+            return f"'{other}' is written '{name}' in ROS 2"
+    near = suggest(name, sorted(present))
+    return f"is '{near}' meant to be '{name}'?" if near else None
+
+
+def count_of(error: LaunchFileError) -> int:
+    """How many mistakes an error reports."""
+    return 1 + len(getattr(error, "others", ()))
+
+
+def shown(text: object) -> str:
+    """A text as it may stand in a message: not longer than a line."""
+    found = str(text)
+    return found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
+
+
+def locate(error: LaunchFileError, place: Place | None) -> None:
+    """Set the place of an error, unless it has one."""
+    if place is not None and error.where is None:
+        error.where = place.where
+        error.source_line = place.source_line
+        error.column = place.column

@@ -1,0 +1,165 @@
+"""Arguments, configurations, environment, includes, groups, timers, loops and messages."""
+
+from __future__ import annotations
+
+from launcher.frontends.entity import Entity
+from launcher.frontends.parsers.attributes import (
+    ENTITIES,
+    Parsed,
+    add_texts,
+    as_dictionary,
+    children_as_actions,
+    name_value_pairs,
+    parse_action,
+    parse_texts,
+)
+from launcher.language.substitution import TextSubstitution
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+
+def parse_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`arg`: name, description and choices are texts, the default may hold substitutions."""
+    _, arguments = parse_action(cls, entity, parser)
+    arguments["name"] = parser.escape_characters(entity.get_attr("name"))
+    default = entity.get_attr("default", optional=True)
+    if default is not None:
+        arguments["default_value"] = parser.parse_substitution(default)
+    description = entity.get_attr("description", optional=True)
+    if description is not None:
+        arguments["description"] = parser.escape_characters(description)
+    choices = entity.get_attr("choice", data_type=ENTITIES, optional=True)
+    if choices is not None:
+        arguments["choices"] = [
+            parser.escape_characters(choice.get_attr("value")) for choice in choices
+        ]
+    return cls, arguments
+
+
+def parse_append(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`append_env`: `prepend` is a truth value, or substitutions that become one."""
+    _, arguments = parse_texts(cls, entity, parser, {"name": "name", "value": "value"})
+    prepend = entity.get_attr("prepend", data_type=bool, optional=True, can_be_str=True)
+    if prepend is not None:
+        arguments["prepend"] = parser.parse_if_substitutions(prepend)
+    add_texts(arguments, entity, parser, {"separator": "separator"}, optional=True)
+    return cls, arguments
+
+
+def parse_environment(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`rep_env`."""
+    _, arguments = parse_action(cls, entity, parser)
+    env = name_value_pairs(entity, parser, "env")
+    if env is not None:
+        arguments["environment"] = as_dictionary(env)
+    return cls, arguments
+
+
+def parse_include(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`include` with its `arg`s."""
+    _, arguments = parse_action(cls, entity, parser)
+    arguments["launch_description_source"] = parser.parse_substitution(entity.get_attr("file"))
+    given = name_value_pairs(entity, parser, "arg")
+    if given is not None:
+        arguments["launch_arguments"] = given
+    return cls, arguments
+
+
+def parse_group(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`group`: nested `keep`s are configurations, all other nested entities are actions."""
+    _, arguments = parse_action(cls, entity, parser)
+    for name in ("scoped", "forwarding"):
+        value = entity.get_attr(name, data_type=bool, optional=True)
+        if value is not None:
+            arguments[name] = value
+    _add_kept(arguments, entity, parser)
+    arguments["actions"] = children_as_actions(entity, parser, but="keep")
+    return cls, arguments
+
+
+def parse_reset(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`reset`."""
+    _, arguments = parse_action(cls, entity, parser)
+    _add_kept(arguments, entity, parser)
+    return cls, arguments
+
+
+def _add_kept(arguments: dict[str, Any], entity: Entity, parser: Any) -> None:
+    kept = name_value_pairs(entity, parser, "keep")
+    if kept is not None:
+        arguments["launch_configurations"] = as_dictionary(kept)
+
+
+def parse_timer(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`timer` and `ros_timer`: the period is in seconds, or substitutions that become that."""
+    _, arguments = parse_action(cls, entity, parser)
+    period = entity.get_attr("period", data_type=float, can_be_str=True)
+    arguments["period"] = parser.parse_if_substitutions(period)
+    arguments["actions"] = children_as_actions(entity, parser)
+    cancel = entity.get_attr("cancel_on_shutdown", data_type=bool, optional=True, can_be_str=True)
+    if cancel is not None:
+        arguments["cancel_on_shutdown"] = parser.parse_if_substitutions(cancel)
+    return cls, arguments
+
+
+def parse_for_each(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`for_each`: the nested actions once for each set of values, seen by `$(for-var name)`."""
+    _, arguments = parse_texts(cls, entity, parser, {"input_values": "values"})
+    children_as_actions(entity, parser)  # report mistakes now, not in the first turn
+
+    def turn(**values: Any) -> list[Any]:
+        return _turn(entity, parser, "for_each_values", values)
+
+    return cls, {**arguments, "function": turn}
+
+
+def parse_for(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`for`: the nested actions `len` times; `$(index name)` counts from 0."""
+    _, arguments = parse_texts(cls, entity, parser, {"length": "len"})
+    arguments["name"] = name = entity.get_attr("name")
+    children_as_actions(entity, parser)
+
+    def turn(index: int) -> list[Any]:
+        return _turn(entity, parser, "for_loop_indices", {name: index})
+
+    return cls, {**arguments, "function": turn}
+
+
+def _turn(entity: Entity, parser: Any, local: str, values: dict[str, Any]) -> list[Any]:
+    """New actions for each turn, since an action runs once, with their values around them."""
+    from launcher.language.actions.events import OpaqueFunction
+
+    def enter(context: Any) -> None:
+        context._push_locals()
+        known = context.get_locals_as_dict().get(local, {})
+        context.extend_locals({local: {**known, **values}})
+
+    return [
+        OpaqueFunction(function=enter),
+        *children_as_actions(entity, parser),
+        OpaqueFunction(function=lambda context: context._pop_locals()),
+    ]
+
+
+def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`log`; newer releases of ROS 2 have an attribute `level`."""
+    _, arguments = parse_texts(cls, entity, parser, {"msg": "message"})
+    level = entity.get_attr("level", optional=True)
+    if level is None:
+        return cls, arguments
+    from launcher.language.actions.logs import Log
+
+    return Log, {**arguments, "level": parser.parse_substitution(level)}
+
+
+def parse_shutdown(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`shutdown`; a reason without substitutions is handed on as the text that it is."""
+    _, arguments = parse_action(cls, entity, parser)
+    reason = entity.get_attr("reason", optional=True)
+    if reason:
+        parts = parser.parse_substitution(reason)
+        texts = [part.text for part in parts if isinstance(part, TextSubstitution)]
+        arguments["reason"] = "".join(texts) if len(texts) == len(parts) else parts
+    return cls, arguments

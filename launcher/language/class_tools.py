@@ -1,0 +1,42 @@
+"""Checks of what users pass: instances, classes, iterables."""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+
+def is_iterable(obj: Any) -> bool:
+    """What `isinstance(obj, Iterable)` says, without its cost for each class that is new."""
+    return getattr(type(obj), "__iter__", None) is not None
+
+
+def is_a(obj: Any, entity_type: type) -> bool:
+    return isinstance(obj, entity_type)
+
+
+def is_a_subclass(obj: Any, entity_type: type) -> bool:
+    """Whether `obj` is an instance of the type, or a subclass of it."""
+    if isinstance(obj, entity_type):
+        return True
+    return isinstance(obj, type) and issubclass(obj, entity_type)
+
+
+def isclassinstance(obj: Any) -> bool:
+    """Whether `obj` is an instance of a class, not a class itself."""
+    return not isinstance(obj, type)
+
+
+def ensure_argument_type(
+    argument: Any, types: Any, argument_name: str, caller: str | None = None
+) -> None:
+    """TypeError unless `argument` is an instance of one of `types` or a subclass of one."""
+    allowed = list(types) if is_iterable(types) else [types]
+    if any(is_a_subclass(argument, one) for one in allowed):
+        return
+    who = "Expected" if caller is None else f"'{caller}' expected"
+    raise TypeError(
+        f"{who} '{argument_name}' to be one of {allowed}, "
+        f"but got '{argument}' of type '{type(argument)}'"
+    )

@@ -1,0 +1,422 @@
+"""The modules that launch files import, the names in them, and where they are defined here."""
+
+# Public module -> module of ours -> names; `New=Old` is called `Old` there.
+MODULES = {
+    "launch": {
+        "launcher.language.action": "Action",
+        "launcher.language.conditions": "Condition",
+        "launcher.language.context": "LaunchContext",
+        "launcher.language.description": "LaunchDescription",
+        "launcher.language.entity": "LaunchDescriptionEntity",
+        "launcher.language.event": "Event EventHandler",
+        "launcher.language.introspection": "LaunchIntrospector",
+        "launcher.language.service": "LaunchService",
+        "launcher.language.some_types": (
+            "SomeEntitiesType SomeEntitiesType_types_tuple SomeSubstitutionsType"
+        ),
+        "launcher.language.sources": "InvalidLaunchFileError LaunchDescriptionSource",
+        "launcher.language.substitution": "SomeSubstitutionsType_types_tuple Substitution",
+    },
+    "launch.actions": {
+        "launcher.language.actions.arguments": "DeclareLaunchArgument",
+        "launcher.language.actions.configuration": (
+            "AppendEnvironmentVariable PopEnvironment PopLaunchConfigurations PushEnvironment "
+            "PushLaunchConfigurations ReplaceEnvironmentVariables ResetEnvironment "
+            "ResetLaunchConfigurations SetEnvironmentVariable SetLaunchConfiguration "
+            "UnsetEnvironmentVariable UnsetLaunchConfiguration"
+        ),
+        "launcher.language.actions.coroutine": "OpaqueCoroutine",
+        "launcher.language.actions.events": (
+            "EmitEvent LogInfo OpaqueFunction RegisterEventHandler Shutdown UnregisterEventHandler"
+        ),
+        "launcher.language.actions.group": "GroupAction",
+        "launcher.language.actions.include": "IncludeLaunchDescription",
+        "launcher.language.actions.logs": "Log LogDebug LogError LogWarning",
+        "launcher.language.actions.loops": "ForEach ForLoop",
+        "launcher.language.actions.process": "ExecuteLocal ExecuteProcess",
+        "launcher.language.actions.timer": "TimerAction",
+    },
+    "launch.conditions": {
+        "launcher.language.conditions": (
+            "IfCondition InvalidConditionExpressionError LaunchConfigurationEquals "
+            "LaunchConfigurationNotEquals UnlessCondition evaluate_condition_expression"
+        ),
+    },
+    "launch.descriptions": {"launcher.language.executable": "Executable"},
+    "launch.event_handler": {"launcher.language.event": "BaseEventHandler EventHandler"},
+    "launch.event_handlers": {
+        "launcher.language.actions.process": "OnProcessExit OnProcessIO OnProcessStart",
+        "launcher.language.event_handlers": (
+            "OnActionEventBase OnExecutionComplete OnIncludeLaunchDescription OnShutdown "
+            "event_named"
+        ),
+    },
+    "launch.events": {
+        "launcher.language.events": (
+            "ExecutionComplete IncludeLaunchDescription Shutdown TimerEvent matches_action"
+        ),
+    },
+    "launch.events.process": {
+        "launcher.language.process_events": (
+            "ProcessExited ProcessIO ProcessStarted ProcessStderr ProcessStdin ProcessStdout "
+            "ProcessTargetedEvent RunningProcessEvent ShutdownProcess SignalProcess "
+            "matches_executable matches_name matches_pid"
+        ),
+    },
+    "launch.frontend": {
+        "launcher.frontends.entity": "Entity",
+        "launcher.frontends.grammar_substitutions": "parse_if_substitutions parse_substitution",
+        "launcher.frontends.parser": "InvalidFrontendLaunchFileError Parser",
+        "launcher.language.frontend_registry": "expose_action expose_substitution",
+    },
+    "launch.frontend.expose": {
+        "launcher.frontends.expose": "instantiate_action instantiate_substitution",
+        "launcher.language.frontend_registry": (
+            "action_parse_methods expose_action expose_substitution substitution_parse_methods"
+        ),
+    },
+    "launch.frontend.parse_substitution": {
+        "launcher.frontends.grammar": "replace_escaped_characters=unescape",
+        "launcher.frontends.grammar_substitutions": "parse_if_substitutions parse_substitution",
+    },
+    "launch.frontend.type_utils": {
+        "launcher.frontends.entity": (
+            "check_is_list_entity=is_entity_list get_data_type_from_identifier"
+        ),
+    },
+    "launch.launch_description_sources": {
+        "launcher.language.sources": (
+            "AnyLaunchDescriptionSource FrontendLaunchDescriptionSource "
+            "InvalidFrontendLaunchFileError=InvalidLaunchFileError InvalidPythonLaunchFileError "
+            "PythonLaunchDescriptionSource get_launch_description_from_any_launch_file "
+            "get_launch_description_from_frontend_launch_file "
+            "get_launch_description_from_python_launch_file load_python_launch_file_as_module"
+        ),
+    },
+    "launch.logging": {
+        "launcher.language.log": (
+            "LaunchConfig LaunchLogger get_logger get_output_loggers launch_config "
+            "log_launch_config reset"
+        ),
+    },
+    "launch.logging.handlers": {
+        "logging": "FileHandler Handler NullHandler StreamHandler",
+        "logging.handlers": (
+            "MemoryHandler QueueHandler RotatingFileHandler SocketHandler SysLogHandler "
+            "TimedRotatingFileHandler WatchedFileHandler"
+        ),
+    },
+    "launch.some_actions_type": {
+        "launcher.language.some_types": "SomeActionsType SomeActionsType_types_tuple",
+    },
+    "launch.substitutions": {
+        "launcher.language.substitution": "SubstitutionFailure TextSubstitution",
+        "launcher.language.substitutions.command": "Command",
+        "launcher.language.substitutions.configuration": "LaunchConfiguration LocalSubstitution",
+        "launcher.language.substitutions.environment": "EnvironmentVariable",
+        "launcher.language.substitutions.files": (
+            "FileContent FindExecutable LaunchLogDir PathJoinSubstitution PathSubstitution "
+            "ThisLaunchFile ThisLaunchFileDir"
+        ),
+        "launcher.language.substitutions.logic": (
+            "AllSubstitution AndSubstitution AnySubstitution EqualsSubstitution "
+            "IfElseSubstitution NotEqualsSubstitution NotSubstitution OrSubstitution"
+        ),
+        "launcher.language.substitutions.names": "AnonName ForEachVar ForLoopIndex",
+        "launcher.language.substitutions.python": "PythonExpression",
+        "launcher.language.substitutions.text": "StringJoinSubstitution",
+    },
+    "launch.utilities": {
+        "launcher.language.class_tools": "ensure_argument_type is_a is_a_subclass isclassinstance",
+        "launcher.language.substitution": (
+            "normalize_to_list_of_substitutions perform_substitutions"
+        ),
+        "launcher.language.utilities": (
+            "create_future get_signal_name normalize_to_list_of_entities "
+            "visit_all_entities_and_collect_futures"
+        ),
+    },
+    "launch.utilities.type_utils": {
+        "launcher.language.some_types": (
+            "AllowedTypesTuple AllowedTypesType AllowedValueType ListTypesTuple ListTypesType "
+            "ListValueType NormalizedScalarType NormalizedSequenceType NormalizedValueType "
+            "ScalarTypesType ScalarValueType SequenceValueType SomeScalarType SomeSequenceType "
+            "SomeValueType StrSomeScalarType StrSomeSequenceType StrSomeValueType"
+        ),
+        "launcher.language.type_utils": (
+            "ScalarTypesTuple coerce_list coerce_to_type extract_type get_typed_value "
+            "is_instance_of is_instance_of_valid_type is_normalized_substitution is_substitution "
+            "is_typing_list is_valid_scalar_type normalize_typed_substitution "
+            "perform_typed_substitution"
+        ),
+    },
+    "launch.utilities.typing_file_path": {"launcher.language.some_types": "FilePath"},
+    "launch_ros": {"launcher.language.ros.adapters": "get_default_launch_description"},
+    "launch_ros.actions": {
+        "launcher.language.actions.timer": "ROSTimer=RosTimer RosTimer",
+        "launcher.language.ros.composition": "ComposableNodeContainer LoadComposableNodes",
+        "launcher.language.ros.lifecycle": "LifecycleNode LifecycleTransition",
+        "launcher.language.ros.node": "Node",
+        "launcher.language.ros.scope": (
+            "PushROSNamespace PushRosNamespace=PushROSNamespace SetParameter "
+            "SetParametersFromFile SetROSLogDir SetRemap SetUseSimTime"
+        ),
+    },
+    "launch_ros.actions.load_composable_nodes": {
+        "launcher.language.ros.composition": "LoadComposableNodes get_composable_node_load_request",
+    },
+    "launch_ros.actions.node": {"launcher.language.ros.node": "Node NodeActionExtension"},
+    "launch_ros.descriptions": {
+        "launcher.language.ros.composition": "ComposableNode",
+        "launcher.language.ros.node_descriptions": "Node NodeTrait RosExecutable",
+        "launcher.language.ros.parameter_descriptions": "Parameter ParameterFile ParameterValue",
+    },
+    "launch_ros.event_handlers": {"launcher.language.ros.lifecycle": "OnStateTransition"},
+    "launch_ros.events": {"launcher.language.ros.lifecycle": "matches_node_name"},
+    "launch_ros.events.lifecycle": {
+        "launcher.language.ros.lifecycle": "ChangeState StateTransition matches_node_name",
+    },
+    "launch_ros.parameter_descriptions": {
+        "launcher.language.ros.parameter_descriptions": "Parameter ParameterFile ParameterValue",
+    },
+    "launch_ros.parameters_type": {
+        "launcher.language.ros.some_types": (
+            "EvaluatedParameterValue EvaluatedParameters MultiValueType ParameterFile "
+            "ParameterName ParameterValue Parameters ParametersDict SingleValueType "
+            "SomeParameterFile SomeParameterName SomeParameterValue SomeParameters "
+            "SomeParametersDict"
+        ),
+    },
+    "launch_ros.remap_rule_type": {
+        "launcher.language.ros.some_types": "RemapRule RemapRules SomeRemapRule SomeRemapRules",
+    },
+    "launch_ros.ros_adapters": {
+        "launcher.language.ros.adapters": "ROSAdapter get_ros_adapter get_ros_node",
+    },
+    "launch_ros.substitutions": {
+        "launcher.language.ros.packages": (
+            "ExecutableInPackage FindPackage FindPackagePrefix FindPackageShare"
+        ),
+        "launcher.language.ros.scope": "Parameter",
+    },
+    "launch_ros.utilities": {
+        "launcher.language.ros.component_parameters": "to_parameters_list",
+        "launcher.language.ros.names": (
+            "add_node_name get_node_name_count is_namespace_absolute is_root_namespace "
+            "make_namespace_absolute normalize_remap_rule normalize_remap_rules prefix_namespace"
+        ),
+        "launcher.language.ros.parameter_values": (
+            "evaluate_parameter_dict evaluate_parameters "
+            "evaluate_parameters_dict=evaluate_parameter_dict normalize_parameter_dict "
+            "normalize_parameters normalize_parameters_dict=normalize_parameter_dict"
+        ),
+    },
+    "launch_ros.utilities.plugin_support": {
+        "launcher.language.ros.adapters": "PluginException satisfies_version",
+    },
+    "launch_testing": {"launcher.language.testing": "parametrize post_shutdown_test"},
+    "launch_testing.actions": {"launcher.language.testing": "ReadyToTest"},
+    "launch_testing.legacy": {"launcher.language.testing": "LaunchTestService"},
+    "launch_testing.markers": {"launcher.language.testing": "keep_alive retry_on_failure"},
+    "launch_testing.util": {"launcher.language.testing": "KeepAliveProc"},
+    "launch_xml": {"launcher.frontends.xml": "Entity=XmlEntity Parser=XmlParser"},
+    "launch_xml.launch_description_sources": {
+        "launcher.language.sources": "XMLLaunchDescriptionSource",
+    },
+    "launch_yaml": {"launcher.frontends.yaml": "Entity=YamlEntity Parser=YamlParser"},
+    "launch_yaml.launch_description_sources": {
+        "launcher.language.sources": "YAMLLaunchDescriptionSource",
+    },
+}
+
+# Public package -> submodule -> names, which are those of the package.
+SUBMODULES = {
+    "launch": {
+        "action": "Action",
+        "condition": "Condition",
+        "event": "Event",
+        "invalid_launch_file_error": "InvalidLaunchFileError",
+        "launch_context": "LaunchContext",
+        "launch_description": "LaunchDescription",
+        "launch_description_entity": "LaunchDescriptionEntity",
+        "launch_description_source": "LaunchDescriptionSource",
+        "launch_introspector": "LaunchIntrospector",
+        "launch_service": "LaunchService",
+        "some_entities_type": "SomeEntitiesType SomeEntitiesType_types_tuple",
+        "some_substitutions_type": "SomeSubstitutionsType SomeSubstitutionsType_types_tuple",
+        "substitution": "Substitution",
+    },
+    "launch.actions": {
+        "append_environment_variable": "AppendEnvironmentVariable",
+        "declare_launch_argument": "DeclareLaunchArgument",
+        "emit_event": "EmitEvent",
+        "execute_local": "ExecuteLocal",
+        "execute_process": "ExecuteProcess",
+        "for_loop": "ForEach ForLoop",
+        "group_action": "GroupAction",
+        "include_launch_description": "IncludeLaunchDescription",
+        "log": "Log LogDebug LogError LogInfo LogWarning",
+        "log_info": "LogInfo",
+        "opaque_coroutine": "OpaqueCoroutine",
+        "opaque_function": "OpaqueFunction",
+        "pop_environment": "PopEnvironment",
+        "pop_launch_configurations": "PopLaunchConfigurations",
+        "push_environment": "PushEnvironment",
+        "push_launch_configurations": "PushLaunchConfigurations",
+        "register_event_handler": "RegisterEventHandler",
+        "replace_environment_variables": "ReplaceEnvironmentVariables",
+        "reset_environment": "ResetEnvironment",
+        "reset_launch_configurations": "ResetLaunchConfigurations",
+        "set_environment_variable": "SetEnvironmentVariable",
+        "set_launch_configuration": "SetLaunchConfiguration",
+        "shutdown_action": "Shutdown",
+        "timer_action": "TimerAction",
+        "unregister_event_handler": "UnregisterEventHandler",
+        "unset_environment_variable": "UnsetEnvironmentVariable",
+        "unset_launch_configuration": "UnsetLaunchConfiguration",
+    },
+    "launch.conditions": {
+        "evaluate_condition_expression_impl": "evaluate_condition_expression",
+        "if_condition": "IfCondition",
+        "invalid_condition_expression_error": "InvalidConditionExpressionError",
+        "launch_configuration_equals": "LaunchConfigurationEquals",
+        "launch_configuration_not_equals": "LaunchConfigurationNotEquals",
+        "unless_condition": "UnlessCondition",
+    },
+    "launch.descriptions": {"executable": "Executable"},
+    "launch.event_handlers": {
+        "event_named": "event_named",
+        "on_action_event_base": "OnActionEventBase",
+        "on_execution_complete": "OnExecutionComplete",
+        "on_include_launch_description": "OnIncludeLaunchDescription",
+        "on_process_exit": "OnProcessExit",
+        "on_process_io": "OnProcessIO",
+        "on_process_start": "OnProcessStart",
+        "on_shutdown": "OnShutdown",
+    },
+    "launch.events": {
+        "execution_complete": "ExecutionComplete",
+        "include_launch_description": "IncludeLaunchDescription",
+        "matchers": "matches_action",
+        "shutdown": "Shutdown",
+        "timer_event": "TimerEvent",
+    },
+    "launch.events.process": {
+        "process_exited": "ProcessExited",
+        "process_io": "ProcessIO",
+        "process_matchers": "matches_executable matches_name matches_pid",
+        "process_started": "ProcessStarted",
+        "process_stderr": "ProcessStderr",
+        "process_stdin": "ProcessStdin",
+        "process_stdout": "ProcessStdout",
+        "process_targeted_event": "ProcessTargetedEvent",
+        "running_process_event": "RunningProcessEvent",
+        "shutdown_process": "ShutdownProcess",
+        "signal_process": "SignalProcess",
+    },
+    "launch.frontend": {
+        "entity": "Entity",
+        "parser": "InvalidFrontendLaunchFileError Parser",
+    },
+    "launch.launch_description_sources": {
+        "any_launch_description_source": "AnyLaunchDescriptionSource",
+        "any_launch_file_utilities": "get_launch_description_from_any_launch_file",
+        "frontend_launch_description_source": "FrontendLaunchDescriptionSource",
+        "frontend_launch_file_utilities": "get_launch_description_from_frontend_launch_file",
+        "python_launch_description_source": "PythonLaunchDescriptionSource",
+        "python_launch_file_utilities": (
+            "InvalidPythonLaunchFileError get_launch_description_from_python_launch_file "
+            "load_python_launch_file_as_module"
+        ),
+    },
+    "launch.substitutions": {
+        "anon_name": "AnonName",
+        "boolean_substitution": (
+            "AllSubstitution AndSubstitution AnySubstitution NotSubstitution OrSubstitution"
+        ),
+        "command": "Command",
+        "environment_variable": "EnvironmentVariable",
+        "equals_substitution": "EqualsSubstitution",
+        "file_content": "FileContent",
+        "find_executable": "FindExecutable",
+        "for_loop_var": "ForEachVar ForLoopIndex",
+        "if_else_substitution": "IfElseSubstitution",
+        "launch_configuration": "LaunchConfiguration",
+        "launch_log_dir": "LaunchLogDir",
+        "local_substitution": "LocalSubstitution",
+        "not_equals_substitution": "NotEqualsSubstitution",
+        "path_join_substitution": "PathJoinSubstitution",
+        "path_substitution": "PathSubstitution",
+        "python_expression": "PythonExpression",
+        "string_join_substitution": "StringJoinSubstitution",
+        "substitution_failure": "SubstitutionFailure",
+        "text_substitution": "TextSubstitution",
+        "this_launch_file": "ThisLaunchFile",
+        "this_launch_file_dir": "ThisLaunchFileDir",
+    },
+    "launch.utilities": {
+        "class_tools_impl": "is_a is_a_subclass isclassinstance",
+        "create_future_impl": "create_future",
+        "ensure_argument_type_impl": "ensure_argument_type",
+        "normalize_to_list_of_entities_impl": "normalize_to_list_of_entities",
+        "normalize_to_list_of_substitutions_impl": "normalize_to_list_of_substitutions",
+        "perform_substitutions_impl": "perform_substitutions",
+        "visit_all_entities_and_collect_futures_impl": "visit_all_entities_and_collect_futures",
+    },
+    "launch_ros.actions": {
+        "composable_node_container": "ComposableNodeContainer",
+        "lifecycle_node": "LifecycleNode",
+        "lifecycle_transition": "LifecycleTransition",
+        "push_ros_namespace": "PushROSNamespace PushRosNamespace",
+        "ros_timer": "ROSTimer RosTimer",
+        "set_parameter": "SetParameter",
+        "set_parameters_from_file": "SetParametersFromFile",
+        "set_remap": "SetRemap",
+        "set_ros_log_dir": "SetROSLogDir",
+        "set_use_sim_time": "SetUseSimTime",
+    },
+    "launch_ros": {"default_launch_description": "get_default_launch_description"},
+    "launch_ros.descriptions": {
+        "composable_node": "ComposableNode",
+        "node": "Node",
+        "node_trait": "NodeTrait",
+        "ros_executable": "RosExecutable",
+    },
+    "launch_ros.event_handlers": {"on_state_transition": "OnStateTransition"},
+    "launch_ros.events.lifecycle": {
+        "change_state": "ChangeState",
+        "lifecycle_node_matchers": "matches_node_name",
+        "state_transition": "StateTransition",
+    },
+    "launch_ros.events": {"matchers": "matches_node_name"},
+    "launch_ros.substitutions": {
+        "executable_in_package": "ExecutableInPackage",
+        "find_package": "FindPackage FindPackagePrefix FindPackageShare",
+        "parameter": "Parameter",
+    },
+    "launch_ros.utilities": {
+        "evaluate_parameters": "evaluate_parameter_dict evaluate_parameters",
+        "namespace_utils": (
+            "is_namespace_absolute is_root_namespace make_namespace_absolute prefix_namespace"
+        ),
+        "normalize_parameters": "normalize_parameter_dict normalize_parameters",
+        "normalize_remap_rule": "normalize_remap_rule normalize_remap_rules",
+        "to_parameters_list": "to_parameters_list",
+        "track_node_names": "add_node_name get_node_name_count",
+    },
+    "launch_testing.actions": {"ready": "ReadyToTest"},
+    "launch_xml": {
+        "entity": "Entity",
+        "parser": "Parser",
+    },
+    "launch_xml.launch_description_sources": {
+        "xml_launch_description_source": "XMLLaunchDescriptionSource",
+    },
+    "launch_yaml": {
+        "entity": "Entity",
+        "parser": "Parser",
+    },
+    "launch_yaml.launch_description_sources": {
+        "yaml_launch_description_source": "YAMLLaunchDescriptionSource",
+    },
+}

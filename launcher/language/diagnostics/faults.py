@@ -1,0 +1,147 @@
+"""Exceptions of launch files as errors with file, line and a hint."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from types import TracebackType
+
+from launcher.errors import LauncherError, LaunchFileError
+from launcher.language.diagnostics import hints
+from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.sources import InvalidLaunchFileError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_LAUNCH_ENDINGS = ("launch.py", "launch.xml", "launch.yaml", "launch.yml")
+_QUOTED = re.compile(r"['\"]([^'\"]+)['\"]")
+
+
+def explain(
+    error: BaseException, path: str, context: LaunchContext | None = None
+) -> LaunchFileError:
+    """A LaunchFileError with the place in the launch file, as well as it can be found.
+
+    The exception is its `__cause__`. A `context` lets the hint name what there is.
+    """
+    entity = getattr(error, "_launcher_origin", None)
+    if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
+        error = error.__cause__
+    if isinstance(error, LaunchFileError) and error.where is not None:
+        return error
+    undecodable = _undecodable(error, path)
+    if undecodable is not None:
+        undecodable.__cause__ = error
+        return undecodable
+    place = getattr(error, "_launcher_place", None) or _place(error, path, entity)
+    message = _message(error)
+    line = None if place is None else _source_line(place)
+    fault = LaunchFileError(
+        hints.without_hint(message),
+        hint=hints.hint(error, message, context),
+        where=None if place is None else str(place),
+        source_line=line,
+        column=None if line is None else _column(error, message, line),
+    )
+    fault.__cause__ = error
+    return fault
+
+
+# ---- what
+
+
+def _message(error: BaseException) -> str:
+    if isinstance(error, LauncherError):
+        return error.message.strip('"')
+    if isinstance(error, RecursionError):
+        return "the launch file includes itself, or recurses without end"
+    if isinstance(error, SystemExit):
+        return f"the launch file calls sys.exit({error.code!r})"
+    if isinstance(error, SyntaxError):
+        return error.msg
+    text = str(error)
+    if not text:
+        return type(error).__name__
+    says_enough = isinstance(error, (RuntimeError, ValueError, ImportError))
+    if says_enough or type(error).__module__ != "builtins":
+        return text
+    return f"{type(error).__name__}: {text}"
+
+
+# ---- where
+
+
+def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | None:
+    if isinstance(error, SyntaxError) and error.filename and error.lineno:
+        return Origin(error.filename, error.lineno)
+    places = list(_frames(error.__traceback__))
+    if entity is not None:
+        places.insert(0, entity)
+    in_launch_files = [place for place in places if _is_launch_file(place.path, path)]
+    if in_launch_files or places:
+        # A recursion may end anywhere: show where it starts.
+        innermost = 0 if isinstance(error, RecursionError) else -1
+        return (in_launch_files or places)[innermost]
+    return Origin(path, 1) if os.path.isfile(path) else None
+
+
+def _frames(trace: TracebackType | None) -> Iterator[Origin]:
+    """Frames of files that are neither ours nor of an installed library, outermost first."""
+    while trace is not None:
+        name = trace.tb_frame.f_code.co_filename
+        if not name.startswith("<") and not is_own_file(name) and not _is_library(name):
+            yield Origin(name, trace.tb_lineno)
+        trace = trace.tb_next
+
+
+def _is_launch_file(name: str, path: str) -> bool:
+    return name == path or name.endswith(_LAUNCH_ENDINGS)
+
+
+def _is_library(name: str) -> bool:
+    return "/site-packages/" in name or name.startswith(os.path.dirname(os.__file__) + "/")
+
+
+def _source_line(place: Origin) -> str | None:
+    import linecache
+
+    return linecache.getline(place.path, place.line).rstrip("\n") or None
+
+
+def _column(error: BaseException, message: str, line: str) -> int:
+    """The column of what the message quotes, else of the first word; from 1."""
+    if isinstance(error, SyntaxError) and error.offset:
+        return min(error.offset, len(line) + 1)
+    for quoted in _QUOTED.findall(message):
+        if quoted in line:
+            return line.index(quoted) + 1
+    return len(line) - len(line.lstrip()) + 1
+
+
+# ---- texts in another encoding
+
+
+def _undecodable(error: BaseException, path: str) -> LaunchFileError | None:
+    """The error about a file that is not UTF-8, at that line; None if it is UTF-8."""
+    is_coding = isinstance(error, SyntaxError) and "codec can't decode" in str(error.msg)
+    if not is_coding and not isinstance(error, UnicodeDecodeError):
+        return None
+    name = getattr(error, "filename", None) or path
+    try:
+        with open(name, "rb") as file:
+            data = file.read()
+        data.decode()
+    except UnicodeDecodeError as wrong:
+        line = data.count(b"\n", 0, wrong.start) + 1
+        return LaunchFileError(
+            f"the byte 0x{data[wrong.start]:02x} is not UTF-8",
+            hint="save the file as UTF-8, or name its encoding in the first line: "
+            "# -*- coding: latin-1 -*-",
+            where=str(Origin(name, line)),
+        )
+    except OSError:
+        return None
+    return None

@@ -1,0 +1,101 @@
+"""What to do about an exception of a launch file: one hint each."""
+
+from __future__ import annotations
+
+import re
+
+from launcher.errors import LauncherError
+from launcher.text import did_you_mean
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+
+_UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
+_MISSING_CONFIGURATION = re.compile(r"launch configuration '(.*)' does not exist")
+_MISSING_VARIABLE = re.compile(r"environment variable '(.*)' does not exist")
+_NOT_PROVIDED = re.compile(r" \((did you mean \w+\?)? ?provided: (.*)\)$")
+
+
+def hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
+    """A hint, or None."""
+    if isinstance(error, LauncherError):
+        return error.hint
+    known: str | None = getattr(error, "_launcher_hint", None)
+    if known is not None:
+        return known
+    for pattern, suggest in _SUGGESTIONS:
+        found = pattern.search(message)
+        if found:
+            return suggest(found[1], context)
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        return _near_module(error.name)
+    provided = _NOT_PROVIDED.search(message)
+    if provided:
+        return provided[1] or f"provided: {provided[2]}"
+    return None
+
+
+def without_hint(message: str) -> str:
+    """The message of a NameNotProvidedError without the names that the hint lists."""
+    return _NOT_PROVIDED.sub("", message)
+
+
+def _near_keyword(name: str, context: LaunchContext | None) -> str | None:
+    return did_you_mean(name, _keywords())
+
+
+def _near_configuration(name: str, context: LaunchContext | None) -> str | None:
+    if context is None:
+        return None
+    return did_you_mean(name, list(context.launch_configurations)) or (
+        f"declare it with DeclareLaunchArgument, or give {name}:=VALUE"
+    )
+
+
+def _near_variable(name: str, context: LaunchContext | None) -> str | None:
+    if context is None:
+        return None
+    return did_you_mean(name, list(context.environment)) or (
+        f"set it (export {name}=VALUE), or give EnvironmentVariable a default_value"
+    )
+
+
+def _no_function(name: str, context: LaunchContext | None) -> str:
+    return f"define {name}() that returns a LaunchDescription"
+
+
+def _into_a_list(name: str, context: LaunchContext | None) -> str:
+    return f"expected a list, as in [{name}(...)]"
+
+
+_SUGGESTIONS = (
+    (re.compile(r"^TypeError: '([A-Z]\w+)' object is not iterable$"), _into_a_list),
+    (_UNKNOWN_KEYWORD, _near_keyword),
+    (_MISSING_CONFIGURATION, _near_configuration),
+    (_MISSING_VARIABLE, _near_variable),
+    (re.compile(r"does not contain the required function '(\w+)\(\)'"), _no_function),
+)
+
+
+def _near_module(name: str) -> str:
+    import pkgutil
+
+    top = name.partition(".")[0]
+    near = did_you_mean(top, [module.name for module in pkgutil.iter_modules()])
+    return near or f"install the Python package that has {name}, or add it to PYTHONPATH"
+
+
+def _keywords() -> set[str]:
+    """Every keyword that a constructor of an action takes."""
+    import inspect
+
+    from launcher.language.action import Action
+
+    found: set[str] = set()
+    waiting: list[type] = [Action]
+    while waiting:
+        cls = waiting.pop()
+        waiting += cls.__subclasses__()
+        found.update(inspect.signature(cls).parameters)
+    return found

@@ -1,0 +1,40 @@
+"""Where in a launch file an entity was created."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from launcher.model.record import Record
+
+# The folder of the launcher, as code objects of its modules spell it.
+_OWN_FILES = os.path.dirname(os.path.dirname(os.path.dirname(__file__))) + "/"
+_MAX_FRAMES = 40  # deeper than any helper library; bounds the cost of a runaway recursion
+
+
+class Origin(Record):
+    """A file and a line in it, from 1."""
+
+    path: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}"
+
+
+def caller_origin() -> Origin | None:
+    """The innermost frame outside of the launcher's own code, or None if there is none near."""
+    frame = sys._getframe(1)
+    for _ in range(_MAX_FRAMES):
+        path = frame.f_code.co_filename
+        if not path.startswith(_OWN_FILES):
+            return None if path.startswith("<") else Origin(path, frame.f_lineno)
+        if frame.f_back is None:
+            return None
+        frame = frame.f_back
+    return None
+
+
+def is_own_file(path: str) -> bool:
+    """Whether a source file is the launcher's own."""
+    return path.startswith(_OWN_FILES)

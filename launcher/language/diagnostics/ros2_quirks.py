@@ -1,0 +1,63 @@
+"""Warnings about behaviour that ROS 2 has and people do not expect."""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.language.context import LaunchContext
+    from launcher.language.diagnostics.origin import Origin
+
+_INCLUDERS = "_launch_file_includers"  # attribute of the context: file -> file that includes it
+
+
+def note_include(context: LaunchContext, path: str, origin: Origin | None) -> None:
+    """Remember which launch file included another."""
+    includers: dict[str, str | None] = getattr(context, _INCLUDERS, {})
+    includers[path] = None if origin is None else origin.path
+    setattr(context, _INCLUDERS, includers)
+
+
+def scope_is_lost(context: LaunchContext, what: str, origin: Origin | None) -> None:
+    """A timer or handler in a scoped group runs its actions outside of that scope."""
+    lost = context._lost_later()
+    if lost:
+        names = ", ".join(lost)
+        text = f"the actions of {what} run outside of its group, without the group's {names}"
+        context._host.warn_quirk(text, origin)
+
+
+def value_of_another_include(context: LaunchContext, name: str, origin: Origin | None) -> None:
+    """An argument gets a value that an unrelated, earlier include left behind."""
+    setter = context.launch_configurations.origin_of(name)
+    includers: dict[str, str | None] = getattr(context, _INCLUDERS, {})
+    if setter is None or origin is None or setter.path not in includers:
+        return
+    file: str | None = origin.path
+    while file is not None:
+        if file == setter.path:
+            return
+        file = includers.get(file)
+    value = context.launch_configurations.peek(name)
+    text = f"argument '{name}' keeps the value '{value}' of {setter}: an include is not a scope"
+    context._host.warn_quirk(text, origin)
+
+
+def this_file_is_another(context: LaunchContext, what: str, origin: Origin | None) -> None:
+    """After an include, "this file" is the included one."""
+    includers: dict[str, str | None] = getattr(context, _INCLUDERS, {})
+    path = context.get_locals_as_dict().get("current_launch_file_path")
+    if origin is None or path is None or origin.path not in includers or origin.path == path:
+        return
+    context._host.warn_quirk(f"{what} is that of {path}, which was included before", origin)
+
+
+def setting_leaks(context: LaunchContext, what: str, origin: Origin | None) -> None:
+    """SetParameter and SetRemap leave a scoped group if there was one outside before."""
+    text = f"{what} also holds after its group, because one outside of it came before"
+    context._host.warn_quirk(text, origin)
+
+
+def parameter_file_is_missing(context: LaunchContext, path: str, origin: Origin | None) -> None:
+    """A node starts without a parameter file that does not exist."""
+    text = f"parameter file {path} does not exist; the node starts without it"
+    context._host.warn_quirk(text, origin)

@@ -1,0 +1,115 @@
+"""Warnings: behaviour of ROS 2 that surprises, told once, with file and line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from launcher.language.actions.arguments import DeclareLaunchArgument
+from launcher.language.actions.configuration import SetEnvironmentVariable, SetLaunchConfiguration
+from launcher.language.actions.events import RegisterEventHandler
+from launcher.language.actions.group import GroupAction
+from launcher.language.actions.process import ExecuteProcess, OnProcessExit
+from launcher.language.actions.timer import TimerAction
+from launcher.language.ros.node import Node
+from launcher.language.ros.scope import PushROSNamespace, SetParameter
+from launcher.model import events as model
+from launcher.planner import make_plan
+from tests.unit.interpreting import interpreting
+
+
+def warnings_of(*entities: Any) -> list[str]:
+    with interpreting(entities) as interpreter:
+        interpreter.start()
+        assert all(str(warning.origin).startswith(__file__) for warning in interpreter.warnings)
+        return [warning.text for warning in interpreter.warnings]
+
+
+def test_a_timer_in_a_group_that_sets_something_loses_it():
+    timer = TimerAction(period=1.0, actions=[Node(executable="x")])
+
+    (warning,) = warnings_of(GroupAction([PushROSNamespace("ns"), timer]))
+
+    assert (
+        "the actions of this timer run outside of its group, without the group's ros_namespace"
+        in warning
+    )
+
+
+def test_a_timer_in_a_group_loses_its_environment_too():
+    timer = TimerAction(period=1.0, actions=[])
+
+    (warning,) = warnings_of(GroupAction([SetEnvironmentVariable("LAUNCHER_TEST", "1"), timer]))
+
+    assert "$LAUNCHER_TEST" in warning
+
+
+def test_a_timer_in_a_group_that_sets_nothing_is_fine():
+    assert warnings_of(GroupAction([TimerAction(period=1.0, actions=[])])) == []
+
+
+def test_a_handler_in_a_group_loses_the_groups_settings():
+    handler = RegisterEventHandler(OnProcessExit(on_exit=[]))
+
+    (warning,) = warnings_of(GroupAction([SetLaunchConfiguration("a", "1"), handler]))
+
+    assert (
+        "the actions of this event handler run outside of its group, without the group's a"
+        in warning
+    )
+
+
+def test_a_missing_parameter_file_is_told():
+    node = Node(executable="x", parameters=["/no/such/file.yaml"])
+
+    assert warnings_of(node) == [
+        "parameter file /no/such/file.yaml does not exist; the node starts without it"
+    ]
+
+
+def test_a_parameter_that_leaks_out_of_its_group_is_told():
+    inside = GroupAction([SetParameter("b", 2)])
+
+    assert warnings_of(SetParameter("a", 1), inside, GroupAction([])) == [
+        "SetParameter also holds after its group, because one outside of it came before"
+    ]
+
+
+def test_a_warning_comes_once_however_often_the_place_is_visited():
+    timer = TimerAction(period=1.0, actions=[])
+    group = GroupAction([SetLaunchConfiguration("a", "1"), timer])
+    with interpreting([group, group, ExecuteProcess(cmd=["x"])]) as interpreter:
+        effects = interpreter.start()
+
+    said = [e for e in effects if isinstance(e, model.LogMessage) and e.level == "WARNING"]
+    assert len(interpreter.warnings) == len(said) == 1
+
+
+def test_an_argument_that_keeps_the_value_of_another_include_is_told(tmp_path: Path):
+    child = (
+        "from launch import LaunchDescription\n"
+        "from launch.actions import DeclareLaunchArgument\n"
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([DeclareLaunchArgument('rate', default_value='{}')])\n"
+    )
+    (tmp_path / "one.launch.py").write_text(child.format(1))
+    (tmp_path / "two.launch.py").write_text(child.format(2))
+    parent = tmp_path / "parent.launch.py"
+    parent.write_text(
+        "from launch import LaunchDescription\n"
+        "from launch.actions import IncludeLaunchDescription as Include\n"
+        "def generate_launch_description():\n"
+        f"    return LaunchDescription([Include('{tmp_path}/one.launch.py'),\n"
+        f"                              Include('{tmp_path}/two.launch.py')])\n"
+    )
+
+    (warning,) = make_plan(str(parent), []).warnings
+
+    assert warning.text.startswith(f"argument 'rate' keeps the value '1' of {tmp_path}/one.launch")
+    assert str(warning.origin) == f"{tmp_path}/two.launch.py:4"
+
+
+def test_an_argument_of_the_parent_is_no_surprise():
+    declare = [DeclareLaunchArgument("rate", default_value=value) for value in "12"]
+
+    assert warnings_of(*declare) == []
