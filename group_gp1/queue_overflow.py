@@ -51,7 +51,7 @@ class Case:
         return cls(rate_hz=float(rate), depth=int(depth))
 
 
-DEFAULT_CASES = tuple(Case.parse(text) for text in ("1:5", "3:5", "3:1", "3:20", "6:5", "6:1"))
+DEFAULT_CASES = tuple(map(Case.parse, ("1:5", "3:5", "3:3", "3:1", "3:20", "6:5", "6:1")))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
