@@ -1,7 +1,7 @@
 """Record the fleet drill: `make drill` writes docs/drill.svg.
 
-Starts the whole system in a domain of its own in a real pseudo-terminal, types what README says,
-and draws what a terminal emulator shows then.
+Starts the whole system in a domain of its own in a real pseudo-terminal, types the commands of
+docs/fleet.md, and draws what a terminal emulator shows then.
 """
 
 from __future__ import annotations
