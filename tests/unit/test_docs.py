@@ -10,6 +10,7 @@ import pytest
 from launcher.cli import CONTROL_VERBS, VERBS, control_verbs, overview
 from launcher.commands.launch import usage
 from launcher.errors import ExitCode
+from launcher.planner import plan_document
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -75,3 +76,10 @@ def test_links_to_a_heading_name_one_that_exists(document: Path):
         text = (document.parent / target if target else document).read_text(encoding="utf-8")
         headings = re.findall(r"^#+ (.+)$", text, re.M)
         assert anchor in [re.sub(r"[^\w\- ]", "", h).replace(" ", "-").lower() for h in headings]
+
+
+def test_every_key_of_a_plan_as_json_stands_in_the_document():
+    document = (ROOT / "docs" / "plan-json.md").read_text(encoding="utf-8")
+    plan = plan_document(str(ROOT / "launch" / "system.launch.py"), [])
+    keys = {*plan, *plan["processes"][0], *plan["arguments"][0]}
+    assert {key for key in keys if f"`{key}`" not in document} == set()
