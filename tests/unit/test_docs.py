@@ -14,7 +14,7 @@ from launcher.planner import plan_document
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-COMMAND_LINE = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+VERBS_PAGE = (ROOT / "docs" / "verbs.md").read_text(encoding="utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 NAMES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
 CITATION = re.compile(r"CONFORMANCE (\d+\.\d+(?:,\s\d+\.\d+)*)")
@@ -22,7 +22,7 @@ DOCUMENTS = [*(ROOT / name for name in NAMES), *sorted((ROOT / "docs").glob("*.m
 
 
 def test_the_document_and_the_help_have_the_same_table_of_exit_codes():
-    rows = dict(re.findall(r"^\| (\d+) \| ([^|]+) \|$", COMMAND_LINE, re.M))
+    rows = dict(re.findall(r"^\| (\d+) \| ([^|]+) \|$", VERBS_PAGE, re.M))
     assert rows == {str(code.value): code.meaning for code in ExitCode}
     assert all(code.meaning in text for code in ExitCode for text in (overview(), usage()))
 
@@ -30,14 +30,14 @@ def test_the_document_and_the_help_have_the_same_table_of_exit_codes():
 def test_every_verb_has_help_and_stands_in_the_document():
     for verb in VERBS:
         assert verb.help in overview()
-        assert verb.name == "launch" or f"python -m launcher {verb.name} " in COMMAND_LINE
+        assert verb.name == "launch" or f"python -m launcher {verb.name} " in VERBS_PAGE
 
 
 def test_the_verbs_about_a_run_are_those_of_their_table_and_stand_in_the_document():
     assert tuple(name for name, _ in control_verbs()) == CONTROL_VERBS
     for name, text in control_verbs():
         assert text in overview()
-        assert f"python -m launcher {name} " in COMMAND_LINE
+        assert f"python -m launcher {name} " in VERBS_PAGE
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
