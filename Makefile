@@ -1,4 +1,4 @@
-# Two commands for a newcomer: `make run` and `make test`. Both create the environment they need.
+# For a newcomer: `make run` and `make test`. Every target creates the environment that it needs.
 
 PYTHON ?= python3
 VENV   := .venv
@@ -8,20 +8,26 @@ ARGS   ?=
 SHELL  := /bin/bash
 
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --use-pep517
-# Build tools are pinned, too; the two names are those of older and newer versions of pip.
+# Pins the build tools as well; older and newer versions of pip read different variables.
 export PIP_CONSTRAINT       := requirements/build.txt
 export PIP_BUILD_CONSTRAINT := requirements/build.txt
 
 LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-url --no-annotate \
         -c requirements/build.txt
 
-.PHONY: run test check lint types unit browser smoke env dev picture drill overflow lock clean
+.DEFAULT_GOAL := help
+.PHONY: help run test check lint types unit coverage browser smoke overflow picture drill \
+        env dev lock clean
 
-## run: start the fleet; options in ARGS, as in make run ARGS="enable_debug:=true"
+## help: print this list
+help:
+	@awk -F': ' '/^## / { printf "make %-10s %s\n", substr($$1, 4), substr($$0, length($$1) + 3) }' Makefile
+
+## run: start the fleet; launch arguments as in make run ARGS="enable_debug:=true"
 run: $(VENV)/.run
 	@exec tools/foreground $(PY) -m launcher system $(ARGS)
 
-# Tests of the machine's shared memory and processes run after the others, by themselves.
+# Tests marked `alone` inspect shared memory and processes of the whole machine: they run last.
 define run_tests
 	status=0; \
 	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/tests.xml $(2) || status=1; \
@@ -29,35 +35,42 @@ define run_tests
 	exit $$status
 endef
 
-## test: lint, types, and the tests that show that each part works
+## test: lint, types, unit tests, and basic tests of every part (3 minutes)
 test: lint types
 	$(call run_tests,unit or basic)
 
-## check: lint, types and every test that needs no browser
+## check: lint, types, and every test that needs no browser (6 minutes)
 check: lint types
 	$(call run_tests,unit or basic or thorough,--hypothesis-profile=search)
 
-## unit: the tests without processes
+## unit: unit tests only; options of pytest in ARGS
 unit: $(VENV)/.dev
 	$(PY) -m pytest -n 2 -m unit tests/unit $(ARGS)
 
+## coverage: unit tests with coverage, as text and in build/coverage; more tests with ARGS=tests
+coverage: $(VENV)/.dev
+	$(PY) -m pytest -n 2 --cov=launcher --cov=group_gp1 --cov-report=term:skip-covered \
+	  --cov-report=html:build/coverage $(or $(ARGS),tests/unit)
+
+## lint: ruff, and the format of the code
 lint: $(VENV)/.dev
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 
+## types: mypy
 types: $(VENV)/.dev
 	$(PY) -m mypy
 
-## browser: the tests that look at the graph's page in a real Chromium
+## browser: tests of the graph page in a real Chromium
 browser: $(VENV)/.dev
 	$(PY) -m pytest -m browser
 
-## smoke: the fleet as a test: a normal run, and a robot that dies and comes back (70 s)
+## smoke: test the running fleet: a normal run, and a robot that is killed and restarted (70 s)
 smoke: $(VENV)/.run
 	$(PY) -m launcher smoke system $(ARGS)
 	$(PY) -m launcher smoke system --expect launch/stall.expect.yaml $(ARGS)
 
-## overflow: measure how many tasks the slow robot loses
+## overflow: measure how many tasks the slow robot loses (4 minutes)
 overflow: $(VENV)/.run
 	@$(PY) -m group_gp1.queue_overflow $(ARGS)
 
@@ -65,14 +78,16 @@ overflow: $(VENV)/.run
 picture: $(VENV)/.dev
 	@$(PY) -m tools.draw_fleet docs/fleet.svg
 
-## drill: kill and start robot_2 in the console of the real fleet, draw that into docs/drill.svg
+## drill: kill and start robot_2 in the console, draw the terminal into docs/drill.svg
 drill: $(VENV)/.dev
 	@$(PY) -m tools.record_drill docs/drill.svg
 
+## env: create or update .venv for running the launcher
 env: $(VENV)/.run
+## dev: create or update .venv with the tools of lint, types and tests
 dev: $(VENV)/.dev
 
-# The lists of pinned versions decide: a changed list brings the environment up to date.
+# The environment is updated whenever one of the lists of pinned versions changes.
 $(VENV)/.python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' \
 	  || { echo "error: Python 3.10 or newer is needed; name one: make PYTHON=python3.12 ..."; exit 2; }
@@ -89,10 +104,11 @@ $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 	$(PIP_INSTALL) -r requirements/dev.txt
 	@touch $@
 
-## lock: choose and pin new versions (needs uv)
+## lock: upgrade and pin all versions in requirements/ (needs uv)
 lock:
 	uv pip compile $(LOCK) setup.py -o requirements/run.txt
 	uv pip compile $(LOCK) setup.py requirements/dev.in -o requirements/dev.txt
 
+## clean: remove .venv and everything that was built
 clean:
-	rm -rf $(VENV) build install log *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build install log *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage

@@ -5,7 +5,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 PACKAGE = "group_gp1"
-# The versions that are installed are pinned in requirements/run.txt, which `make lock` makes.
+# `make run` installs the versions pinned in requirements/run.txt, which `make lock` updates.
 REQUIREMENTS = [
     "ros-jazzy-rclpy[fastrtps]",
     "ros-jazzy-common-interfaces",
@@ -19,8 +19,7 @@ NODES = ["dispatcher", "robot_1", "robot_2", "robot_3", "monitor", "debug_logger
 setup(
     name=PACKAGE,
     version="0.1.0",
-    # `launch/` is data and never a package: a top-level `launch` package would be installed ahead
-    # of ROS's own for everything in the workspace.
+    # `launch/` is data: a top-level package `launch` would hide ROS's own in the whole workspace.
     packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
     package_data={"launcher.smoke": ["*.json"], "launcher.graph.probe": ["*.xml"]},
     python_requires=">=3.10",
@@ -38,7 +37,7 @@ setup(
         "console_scripts": [f"{node} = {PACKAGE}.{node}:main" for node in NODES],
         "pytest11": ["launcher = launcher.pytest_plugin"],
     },
-    description="A warehouse robot fleet on ROS 2, and the launcher that runs it without apt",
+    description="A ROS 2 launcher that needs only pip, and a warehouse robot fleet",
     license="MIT",
     zip_safe=False,
 )

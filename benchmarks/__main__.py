@@ -38,17 +38,17 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "topic-stream": topic_stream,
     "first-answers": first_answers,
 }
-HEAD = ("what", "measured", "bar", "", "behind it")
+HEAD = ("what", "measured", "limit", "", "details")
 
 
 def main(words: Sequence[str]) -> int:
-    """Measure what the words name; 1 where a bar is missed and `--check` was given."""
+    """Run the named benchmarks, or all; 1 if a limit is exceeded and `--check` was given."""
     options = _parser().parse_args(words)
     unknown = set(options.names) - BENCHMARKS.keys()
     if unknown:
         _parser().error(f"no benchmark {', '.join(sorted(unknown))}")
     print(_machine(), flush=True)
-    # A shell that starts us with `&` has SIGINT ignored, which all that we start would inherit.
+    # `command &` in a shell script ignores SIGINT, which every process below would inherit.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     rows: list[Row] = []
     for name in options.names or BENCHMARKS:
@@ -64,8 +64,8 @@ def main(words: Sequence[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(BENCHMARKS))
-    parser.add_argument("--runs", type=int, default=7, help="how often each is measured")
-    parser.add_argument("--check", action="store_true", help="exit with 1 where a bar is missed")
+    parser.add_argument("--runs", type=int, default=7, help="measurements of each (7)")
+    parser.add_argument("--check", action="store_true", help="exit with 1 if a limit is exceeded")
     return parser
 
 

@@ -1,4 +1,4 @@
-"""Console: what it costs the launcher, and how many lines a terminal gets with it."""
+"""The console: its cost for the launcher, and the throughput to a terminal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.contestant import PATIENCE_S, REPOSITORY, python_environment
+from benchmarks.contestant import REPOSITORY, RUN_TIMEOUT_S, python_environment
 from benchmarks.footprint import cpu_s
 from benchmarks.harness import Row, interleaved, median, ratio
 
@@ -22,9 +22,9 @@ STEADY_LINES_PER_S = 5_000
 STEADY_S = 5.0
 FLOOD_LINES = 400_000
 READY = b"\x1b[?2004h"  # the console draws its prompt
-PROMPT_S = 3.0  # a launcher without one is given the same time
+PROMPT_S = 3.0  # a launcher without a console gets the same time
 READ_BYTES = 256 * 1024
-DOTS = b"." * 60  # behind the number of each line
+DOTS = b"." * 60  # after the number of each line
 
 _CHILD = """import sys, time
 total, rate = map(int, sys.argv[1:])
@@ -50,7 +50,7 @@ def generate_launch_description():
 
 
 class Shown(NamedTuple):
-    """CPU seconds of the launcher and of the console, wall seconds, lines that were not whole."""
+    """CPU seconds of the launcher and of the console, wall seconds, damaged lines."""
 
     launcher_s: float
     console_s: float
@@ -59,7 +59,7 @@ class Shown(NamedTuple):
 
 
 def console(runs: int) -> list[Row]:
-    """5 000 lines a second, and as many as there can be, with a console and without."""
+    """5 000 lines a second, and the maximum, with and without a console."""
     steady = _measured(runs, int(STEADY_LINES_PER_S * STEADY_S), STEADY_LINES_PER_S)
     flood = _measured(max(1, runs // 2), FLOOD_LINES, 0)
     damaged = sum(one.damaged for found in (*steady.values(), *flood.values()) for one in found)
@@ -129,7 +129,7 @@ def _when_settled(pid: int, fd: int, *, has_console: bool) -> int | None:
         if select.select([fd], [], [], 0.05)[0]:
             seen += os.read(fd, READ_BYTES)
     if (READY in seen) != has_console:
-        raise RuntimeError(f"console wanted: {has_console}; seen: {seen!r}")
+        raise RuntimeError(f"console expected: {has_console}; output: {seen!r}")
     for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
         if b"launcher.console" in Path(f"/proc/{child}/cmdline").read_bytes():
             return int(child)
@@ -137,15 +137,15 @@ def _when_settled(pid: int, fd: int, *, has_console: bool) -> int | None:
 
 
 def _count(fd: int, lines: int) -> int:
-    """Read until the child is done; how many of its lines came whole and in order.
+    """Read until the child is done; the number of lines that are whole and in order.
 
     The beginning of a line may be shown above the prompt before the line itself is.
     """
     whole, rest, expected = 0, b"", 0
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + RUN_TIMEOUT_S
     while b" done\r\n" not in rest:
         if time.monotonic() > deadline:
-            raise TimeoutError(f"only {whole} of {lines} lines came")
+            raise TimeoutError(f"received only {whole} of {lines} lines")
         *found, rest = (rest + os.read(fd, READ_BYTES)).split(b" line ")
         for text in (*found, rest) if b" done\r\n" in rest else found:
             if text.startswith(b"%08d %s\r\n" % (expected, DOTS)):
@@ -159,5 +159,5 @@ def _read_to_end(fd: int) -> None:
     try:
         while os.read(fd, READ_BYTES):
             pass
-    except OSError:  # EIO: everybody has closed it
+    except OSError:  # EIO: all processes have closed it
         return

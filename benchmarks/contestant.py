@@ -1,4 +1,4 @@
-"""Contestant: the launcher or the reference, told to run a list of commands."""
+"""The programs that are compared: how launcher and reference run a list of commands."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import IO, NamedTuple
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 REFERENCE = Path(__file__).with_name("reference.py")
-PATIENCE_S = 120.0  # a run that takes longer has failed
+RUN_TIMEOUT_S = 120.0  # a run that takes longer has failed
 
 _LAUNCH_FILE = """from launch import LaunchDescription
 from launch.actions import ExecuteProcess
@@ -30,7 +30,7 @@ def generate_launch_description():
 
 
 class Work(NamedTuple):
-    """What is to be run, and where; `folder` is empty and private to this run."""
+    """The commands to run, and where; `folder` is empty and private to this run."""
 
     folder: Path
     commands: Sequence[Sequence[str]]
@@ -39,7 +39,7 @@ class Work(NamedTuple):
 
 
 class Contestant(NamedTuple):
-    """A name, and how its command line is made from the work."""
+    """A name, and a function from the work to the command line."""
 
     name: str
     command: Callable[[Work], list[str]]
@@ -47,7 +47,7 @@ class Contestant(NamedTuple):
 
     @contextmanager
     def running(self, work: Work, stdout: IO[bytes] | int) -> Iterator[subprocess.Popen[bytes]]:
-        """Run the work; nothing of it is left when the block ends."""
+        """Run the work; all its processes are stopped when the block ends."""
         process = subprocess.Popen(
             self.command(work),
             cwd=REPOSITORY,
@@ -62,31 +62,31 @@ class Contestant(NamedTuple):
 
 
 def wait_for_end(process: subprocess.Popen[bytes]) -> int:
-    """The exit code, at the moment of the end: `Popen.wait(timeout)` looks every 50 ms only."""
+    """Wait for the exit without delay: `Popen.wait(timeout)` polls only every 50 ms."""
     pidfd = os.pidfd_open(process.pid)
     try:
         poll = select.poll()
         poll.register(pidfd, select.POLLIN)
-        if not poll.poll(PATIENCE_S * 1000):
-            raise TimeoutError(f"still runs after {PATIENCE_S:g} s: {process.args!r}")
+        if not poll.poll(RUN_TIMEOUT_S * 1000):
+            raise TimeoutError(f"still running after {RUN_TIMEOUT_S:g} s: {process.args!r}")
     finally:
         os.close(pidfd)
     return process.wait()
 
 
 def end(process: subprocess.Popen[bytes]) -> None:
-    """Stop a run in order if it still goes on, or kill it; its children go with it."""
+    """Stop a run in order if it still runs, else kill it; its children exit with it."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
         try:
-            process.wait(PATIENCE_S)
+            process.wait(RUN_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
 
 
 def python_environment() -> dict[str, str]:
-    """Ours, but with byte code that is kept: compiling anew would be measured otherwise."""
+    """The environment, but with cached byte code, so that compilation is not measured."""
     unwanted = ("PYTHONDONTWRITEBYTECODE", "NO_COLOR", "FORCE_COLOR")
     return {name: value for name, value in os.environ.items() if name not in unwanted}
 
@@ -113,7 +113,7 @@ def _with_log_files(work: Work) -> dict[str, str]:
 
 
 def _without_log_files(work: Work) -> dict[str, str]:
-    # A folder that cannot be made: the run goes on without files.
+    # A folder that cannot be created: the run continues without files.
     return {**python_environment(), "ROS_LOG_DIR": "/dev/null/log"}
 
 

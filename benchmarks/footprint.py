@@ -1,4 +1,4 @@
-"""Footprint: memory and CPU time of a launcher whose ten children do nothing."""
+"""Memory and CPU time of a launcher with ten idle children."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Footprint(NamedTuple):
 
 
 def footprint(runs: int) -> list[Row]:
-    """Memory and CPU time; the prefixer's memory beside it."""
+    """Memory and CPU time, with the prefixer's memory for comparison."""
     ours = [_footprint(LAUNCHER, IDLE_S) for _ in range(max(1, runs // 3))]
     least = _footprint(PREFIXER, 0.0)
     rss, pss, helpers, cpu = (median(list(column)) for column in zip(*ours, strict=True))
@@ -57,7 +57,7 @@ def _footprint(contestant: Contestant, idle_s: float) -> Footprint:
 
 
 def _helpers(pid: int) -> list[int]:
-    """Children of the launcher that it runs for itself: none of the programs under test."""
+    """The launcher's own helper processes, without the programs under test."""
     text = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii")
     children = [int(word) for word in text.split()]
     return [child for child in children if "sleep-" not in _command(child)]

@@ -1,4 +1,4 @@
-"""Row: one line of the table, and what the measurements have in common."""
+"""A row of the result table, alternating runs, statistics, and temporary folders."""
 
 from __future__ import annotations
 
@@ -15,44 +15,42 @@ T = TypeVar("T")
 
 
 class Row(NamedTuple):
-    """A measured value, its bar, and the figures behind it.
+    """A measured value, its limit, and details.
 
-    `unit` is written behind both; "x" is a `ratio` within this run. `at_least` tells on
-    which side of the bar is good.
+    `unit` applies to both; "x" is a `ratio` within this run. With `at_least` the limit is a
+    lower one.
     """
 
     what: str
     measured: float
     unit: str
-    bar: float
+    limit: float
     detail: str
     at_least: bool = False
 
     @property
     def is_met(self) -> bool:
-        """Whether the bar is kept."""
         if self.at_least:
-            return self.measured >= self.bar
-        return self.measured <= self.bar
+            return self.measured >= self.limit
+        return self.measured <= self.limit
 
     def cells(self) -> tuple[str, str, str, str, str]:
-        """What the table shows."""
         side = ">=" if self.at_least else "<="
         verdict = "ok" if self.is_met else "OVER" if not self.at_least else "UNDER"
         return (
             self.what,
             f"{self.measured:.3g} {self.unit}",
-            f"{side} {self.bar:g} {self.unit}",
+            f"{side} {self.limit:g} {self.unit}",
             verdict,
             self.detail,
         )
 
 
 def interleaved(runs: int, measures: Mapping[str, Callable[[], T]]) -> dict[str, list[T]]:
-    """Measure all of them in turn, `runs` times, after one turn that does not count.
+    """Measure all of them in turn, `runs` times, after one warm-up turn.
 
-    Every other turn goes backwards, so that a machine that becomes slower meanwhile hurts none
-    more than the others.
+    The order is reversed every second time, so that a machine that becomes slower affects all
+    alike.
     """
     for measure in measures.values():
         measure()
@@ -65,12 +63,11 @@ def interleaved(runs: int, measures: Mapping[str, Callable[[], T]]) -> dict[str,
 
 
 def median(values: list[float]) -> float:
-    """The middle one."""
     return statistics.median(values)
 
 
 def ratio(ours: list[float], theirs: list[float]) -> float:
-    """The median of the ratios of each turn: what slows the machine for a while cancels out."""
+    """The median of the ratios of each turn, so that a temporary slowdown cancels out."""
     return median([a / b for a, b in zip(ours, theirs, strict=True)])
 
 
@@ -89,7 +86,7 @@ def scratch() -> Iterator[Path]:
 
 @contextmanager
 def programs(name: str, count: int) -> Iterator[Path]:
-    """A folder with so many links, NAME-0, NAME-1, ..., to a private copy of a program."""
+    """A folder with `count` links, NAME-0, NAME-1, ..., to a private copy of a program."""
     with scratch() as folder, scratch() as store:
         found = shutil.which(name)
         if found is None:

@@ -1,4 +1,4 @@
-"""Latency: from a child's write of one line to its arrival behind the launcher, machine quiet."""
+"""Latency of a line, from the write by a child to its arrival after the launcher."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from benchmarks.contestant import LAUNCHER, PREFIXER, Contestant, Work
 from benchmarks.harness import Row, interleaved, median, ratio, scratch
 
 LINES = 500
-SETTLE_S = 0.7  # the launcher still has its own to do after the first exec
-PAUSE_S = 0.004  # between lines, so that each finds everybody asleep
+SETTLE_S = 0.7  # the launcher is still starting after the first exec
+PAUSE_S = 0.004  # between lines, so that all processes are idle again
 
 _CHILD = f"""
 import os, time
@@ -54,7 +54,7 @@ def _delays_ns(contestant: Contestant) -> list[int]:
             assert process.stdout is not None
             delays = _read_delays(process.stdout.fileno())
     if len(delays) != LINES:
-        raise RuntimeError(f"{contestant.name} brought {len(delays)} lines instead of {LINES}")
+        raise RuntimeError(f"{contestant.name} delivered {len(delays)} lines instead of {LINES}")
     return delays
 
 

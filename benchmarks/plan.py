@@ -1,4 +1,4 @@
-"""Plan: wall time of `python -m launcher plan` for a small file and for the fleet."""
+"""Wall time of `python -m launcher plan` for a small file and for the fleet."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks.contestant import REPOSITORY, python_environment
 from benchmarks.harness import Row, interleaved, median, milliseconds, ratio, scratch
 
-LIMIT_S = 0.15  # on a quiet machine; a quarter of what `ros2 launch -p` takes there
+LIMIT_S = 0.15  # on an idle machine; a quarter of the time of `ros2 launch -p`
 FLEET = REPOSITORY / "launch" / "system.launch.py"
 SMALL = """from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess

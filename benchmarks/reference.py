@@ -1,9 +1,9 @@
-"""Reference: the least that Python can do for each row. A script of its own, standard library only.
+"""The least work that Python needs for each row: a script with the standard library only.
 
     python reference.py spawn COMMANDS            start all, nothing else
     python reference.py prefix COMMANDS           ... and put `[name-N] ` before each line
     python reference.py prefix --pty COMMANDS     the same through pseudo-terminals
-    python reference.py prefix --respawn COMMANDS start what ended again, at once
+    python reference.py prefix --respawn COMMANDS restart exited processes at once
 
 COMMANDS is a JSON list of lists of words. SIGINT ends `prefix` in order.
 """
@@ -23,7 +23,7 @@ READ_BYTES = 64 * 1024
 
 
 class Prefixer:
-    """Reads every child, prefixes whole lines, writes what each read brought at once."""
+    """Reads every child, prefixes whole lines, writes the result of each read at once."""
 
     def __init__(self, *, through_pty: bool, respawn: bool) -> None:
         self._selector = selectors.DefaultSelector()
@@ -49,13 +49,12 @@ class Prefixer:
         self._selector.register(read_end, selectors.EVENT_READ)
 
     def stop(self, *_: object) -> None:
-        """Pass the signal on."""
         self._stopping = True
         for running in self._children.values():
             os.killpg(running[2].pid, signal.SIGINT)
 
     def run(self) -> None:
-        """Until the last child has ended."""
+        """Run until the last child has exited."""
         signal.signal(signal.SIGINT, self.stop)
         while self._children:
             for key, _ in self._selector.select():
@@ -107,7 +106,7 @@ def _spawn_all(commands: list[list[str]]) -> None:
 
 
 def main(words: list[str]) -> None:
-    """Run what the words say."""
+    """Run the command line `words`."""
     commands: list[list[str]] = json.loads(words[-1])
     if words[0] == "spawn":
         _spawn_all(commands)

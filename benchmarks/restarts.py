@@ -1,4 +1,4 @@
-"""Restarts: a process that dies at once, and is started again at once, for five seconds."""
+"""A crash loop: a process that exits at once is restarted at once, for five seconds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOOP_S = 5.0
 
 
 class Loop(NamedTuple):
-    """Medians of one crash loop, in seconds, and how often the process was started again."""
+    """Medians of one crash loop, in seconds, and the number of restarts."""
 
     gap_s: float
     cpu_s: float
@@ -25,7 +25,7 @@ class Loop(NamedTuple):
 
 
 def respawn(runs: int) -> list[Row]:
-    """Death to next exec, and the launcher's CPU time per restart."""
+    """Exit to next exec, and the launcher's CPU time per restart."""
     turns = max(1, runs // 2)
     found = interleaved(turns, {c.name: partial(_loop, c) for c in (LAUNCHER, PREFIXER)})
     ours, least = (
@@ -54,7 +54,7 @@ def _loop(contestant: Contestant) -> Loop:
     with scratch() as folder, programs("false", 1) as store, ExecWatch(store) as watch:
         work = Work(folder, [[str(store / "false-0")]], respawn=True)
         with contestant.running(work, subprocess.DEVNULL) as process:
-            watch.wait_for_execs(10)  # the start-up is another row's
+            watch.wait_for_execs(10)  # another row measures the start-up
             before, cpu_before = len(watch.events), cpu_s(process.pid)
             time.sleep(LOOP_S)
             events, cpu_after = watch.events[before:], cpu_s(process.pid)

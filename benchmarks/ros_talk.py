@@ -1,8 +1,8 @@
-"""ROS talk: how soon a verb that talks to nodes has its answer, against bare rclpy programs.
+"""Time to the first answer of verbs that talk to nodes, against bare rclpy programs.
 
 Six participants: a node that publishes 50 times a second and answers requests, and five more. The
-bare programs do the same as the verbs and know topic, type and service beforehand, which the verbs
-of topics find out: they wait for a first message, or for a service and its answer.
+bare programs wait for a first message, or for a service and its answer, as the verbs do; they know
+topic, type and service beforehand, while the verbs have to discover them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""ROS verbs: how fast they are, against a bare rclpy program that does the same.
+"""The speed of ROS verbs, against a bare rclpy program that does the same.
 
 `topic_list`: wall time and completeness of `topic list` on a graph of 20 nodes (participants of
 their own, in four processes). The bare program does what a tool without a daemon does: a node,
@@ -66,7 +66,7 @@ node = rclpy.create_node("fast")
 publisher = node.create_publisher(Int32, "fast", QoSProfile(depth=5000))
 while publisher.get_subscription_count() == 0:
     time.sleep(0.01)
-time.sleep(0.5)  # the subscription has to know us as well
+time.sleep(0.5)  # the subscription has to discover the publisher, too
 message, start = Int32(), time.monotonic()
 for number in range({MESSAGES}):
     message.data = number
@@ -104,7 +104,7 @@ LIST = (*VERB, "list")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cost:
-    """Of one run of a program."""
+    """Cost of one run of a program."""
 
     out: str
     wall_s: float
@@ -139,7 +139,7 @@ def _seen(cost: Cost) -> int:
 
 @contextlib.contextmanager
 def ros_domain() -> Iterator[None]:
-    """A domain of our own, for what is started meanwhile."""
+    """Lease a ROS domain for the processes started in the block."""
     names = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOG_DIR")
     before = {name: os.environ.get(name) for name in names}
     with leased_domain() as domain_id, tempfile.TemporaryDirectory() as log_dir:
@@ -168,7 +168,7 @@ def cost_of(*words: str) -> Cost:
 
 @contextlib.contextmanager
 def crowd() -> Iterator[None]:
-    """The twenty nodes, once they have had time to find each other."""
+    """The twenty nodes, after they have had time to discover each other."""
     programs = [
         subprocess.Popen(
             [sys.executable, "-c", CROWD, str(number)],

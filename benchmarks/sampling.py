@@ -1,4 +1,4 @@
-"""Sampling: what it costs to look at fifty nodes once a second, and which line waits for it."""
+"""Resource samples of fifty nodes once a second: CPU time, and the delay of lines."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from benchmarks.footprint import cpu_s
 from benchmarks.harness import Row, interleaved, median, scratch
 
 NODES = 50
-SETTLE_S = 12.0  # fifty interpreters start, and each memory is looked at twice while it is new
+SETTLE_S = 12.0  # fifty interpreters start, and the memory of new processes is read twice
 SECONDS = 10
-PAUSE_S = 0.002  # between lines: some fall into whatever holds the launcher up
+PAUSE_S = 0.002  # between lines: some coincide with a sample
 
 # The size of an idle rclpy node: 50 MB, a dozen threads, some files.
 _NODE = """
@@ -41,14 +41,14 @@ time.sleep(1000)
 
 
 class Seen(NamedTuple):
-    """The slowest line of each second, and what the launcher took of a core while none came."""
+    """The slowest line of each second, and the launcher's share of a core without any lines."""
 
     slowest_ms: list[float]
     cpu_percent: float
 
 
 def sampling(runs: int) -> list[Row]:
-    """The slowest line of a second, and the launcher's CPU time while nobody writes."""
+    """The slowest line of a second, and the launcher's CPU time without output."""
     turns = max(1, runs // 3)
     found = interleaved(turns, {c.name: partial(_seen, c) for c in (LAUNCHER, PREFIXER)})
     ours, theirs = (
@@ -82,7 +82,7 @@ def _seen(contestant: Contestant) -> Seen:
 
 
 def _slowest_ms(fd: int) -> list[float]:
-    """The longest way of a line in each of so many seconds."""
+    """The longest delay of a line in each second."""
     slowest = []
     for _ in range(SECONDS):
         delays_ns = [0]

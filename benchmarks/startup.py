@@ -1,4 +1,4 @@
-"""Start-up: from the command to the first program, and from the first program to the last."""
+"""Start-up: from the command to the first exec, and from there to the last one."""
 
 from __future__ import annotations
 

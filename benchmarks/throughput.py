@@ -1,4 +1,4 @@
-"""Throughput: a million lines from eight children, and whether every one of them arrives whole."""
+"""Throughput: a million lines from eight children, each line checked."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LINE_BYTES = 80  # with its newline
 
 
 class Flood(NamedTuple):
-    """Lines per second from the first exec to the end of the run, and lines not as they were."""
+    """Lines per second from the first exec to the end of the run; damaged lines."""
 
     lines_per_s: float
     damaged: int
@@ -83,7 +83,7 @@ def _flood(contestant: Contestant, sources: list[Path], *, pty: bool) -> Flood:
 
 @contextmanager
 def _sources() -> Iterator[list[Path]]:
-    """What the children print: every line tells whose it is and its number."""
+    """The output of the children: each line has the number of the child and its own."""
     with scratch() as folder:
         paths = [folder / f"source-{child}" for child in range(CHILDREN)]
         for child, path in enumerate(paths):
@@ -97,7 +97,7 @@ def _line(child: int, number: int) -> bytes:
 
 
 def damaged(output: Path, sources: list[Path]) -> int:
-    """Lines that are missing, cut, mixed with others, or behind the first such line of a child."""
+    """Lines that are missing, cut or mixed with others, and all after such a line of a child."""
     bad = 0
     with contextlib.ExitStack() as stack:
         expected = {

@@ -1,7 +1,7 @@
-"""ExecWatch: the moments at which programs are exec'd and at which they die, by inotify.
+"""The times at which programs are exec'd and at which they exit, by inotify.
 
 The kernel opens a program's file when it is exec'd and closes it when the last process that runs
-it ends, so a watched copy of a program tells both without a word from the program itself.
+it ends, so watching a copy of a program needs no cooperation of the program.
 """
 
 from __future__ import annotations
@@ -58,14 +58,14 @@ class ExecWatch:
         return [seen.when_s for seen in list(self.events) if not seen.died]
 
     def wait_for_execs(self, count: int, timeout_s: float = 30.0) -> list[float]:
-        """Wait until so many programs have been exec'd; TimeoutError."""
+        """Wait until `count` programs have been exec'd; raises TimeoutError."""
         return self._wait(lambda: len(self.execs()) >= count and self.execs(), timeout_s)
 
     def _wait(self, fact: Callable[[], list[float] | bool], timeout_s: float) -> list[float]:
         with self._changed:
             found = self._changed.wait_for(fact, timeout_s)
         if not isinstance(found, list):
-            raise TimeoutError(f"not within {timeout_s} s: enough programs exec'd")
+            raise TimeoutError(f"too few programs exec'd or exited within {timeout_s} s")
         return found
 
     def _serve(self) -> None:

@@ -1,1 +1,1 @@
-"""A small warehouse fleet: dispatcher, robots, monitor, and two nodes for looking in."""
+"""A small warehouse fleet: dispatcher, robots, monitor, and two diagnostic nodes."""

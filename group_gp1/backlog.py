@@ -1,20 +1,20 @@
-"""The backlog of a late joiner: assignments from before it was connected to the dispatcher."""
+"""The backlog of a late joiner: assignments sent before it was connected to the dispatcher."""
 
 from __future__ import annotations
 
 from group_gp1.messages import TaskAssignment
 
-MIN_AGE_NS = 50_000_000  # a fresh message takes a millisecond; leave room for a busy machine
+MIN_AGE_NS = 50_000_000  # a new message takes a millisecond, on a busy machine more
 _NS_PER_S = 1e9
 
 
 class Backlog:
-    """Tells kept assignments from fresh ones and counts the kept, until the first fresh one.
+    """Distinguishes kept assignments from new ones and counts them, until the first new one.
 
-    DDS delivers what TRANSIENT_LOCAL kept all at once when it connects the two sides. So the
-    arrival of the first assignment, if that one is old, is the moment of connection, and the
-    backlog is what was sent before it. All times are wall-clock nanoseconds as DDS stamps them
-    at sender and receiver: right on one host, or on hosts with synchronised clocks.
+    DDS delivers what TRANSIENT_LOCAL kept at once when it connects the two sides. So the arrival
+    of the first assignment, if that one is old, is the time of the connection, and the backlog is
+    what was sent before. All times are wall-clock nanoseconds, stamped by DDS at sender and
+    receiver: correct on one host, or on hosts with synchronised clocks.
     """
 
     def __init__(self, robot_id: str) -> None:
@@ -25,7 +25,7 @@ class Backlog:
         self.mine = 0
 
     def note(self, assignment: TaskAssignment, *, sent_ns: int, received_ns: int) -> str | None:
-        """Enter one received assignment; returns a line for the log where there is news."""
+        """Record a received assignment; returns a line for the log, or None."""
         if not self._open:
             return None
         if self._connected_ns is None:

@@ -1,4 +1,4 @@
-"""The monitor's books: completed tasks and silence of every robot."""
+"""What the monitor knows of every robot: completed tasks and silence."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from group_gp1.messages import RobotStatus, Status
 
 REMEMBERED_IDS = 1000  # per robot; a repeat comes from the last 10 statuses or a backlog of 5
-MAX_WARNING_GAP_S = 60.0  # a robot that is away for the night is worth one line a minute
+MAX_WARNING_GAP_S = 60.0  # one line a minute for a robot that is off for long
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +25,7 @@ class Silence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrival:
-    """A robot reports for the first time, or again after `silent_s` of noticed silence."""
+    """A robot reports for the first time, or again after a warning and `silent_s` of silence."""
 
     robot_id: str
     silent_s: float | None = None
@@ -52,9 +52,8 @@ class _Account:
 class FleetBooks:
     """Counts and times of the fleet, safe to use from several threads.
 
-    The monitor's status, report and silence callbacks run at the same time in different threads
-    and callback groups, and no group keeps two of them apart; so every method takes the lock, and
-    what it returns shares nothing with the books. Nothing slow happens inside.
+    The monitor's status, report and silence callbacks run concurrently in different threads and
+    callback groups; so every method takes the lock, and returns copies. No method is slow.
 
     `now_s` is always a time of one monotonic clock. Silence is warned about when it reaches
     `silence_timeout_s`, then after gaps that double, up to MAX_WARNING_GAP_S.
@@ -67,7 +66,7 @@ class FleetBooks:
         self._accounts = {robot_id: self._new_account(now_s) for robot_id in robot_ids}
 
     def record(self, status: RobotStatus, *, now_s: float) -> Arrival | None:
-        """Enter one status; tells if the robot was away or is new."""
+        """Record a status; returns an Arrival if the robot is new or was reported silent."""
         with self._lock:
             if status.robot_id not in self._accounts:
                 self._accounts[status.robot_id] = self._new_account(now_s)
@@ -81,7 +80,7 @@ class FleetBooks:
             return {robot_id: account.count for robot_id, account in self._accounts.items()}
 
     def new_silences(self, *, now_s: float) -> list[Silence]:
-        """The warnings that are due now; each is given once."""
+        """The warnings that are due now; each is returned once."""
         with self._lock:
             silences = []
             for robot_id, account in self._accounts.items():
@@ -104,7 +103,7 @@ class FleetBooks:
         return Arrival(robot_id=robot_id, silent_s=silent_s) if warned else None
 
     def _pass_mark(self, account: _Account, silent_s: float) -> float | None:
-        """The last mark that the silence has passed, if it is a new one."""
+        """The last mark that the silence has passed since the last call, or None."""
         passed_s = None
         while silent_s >= account.next_mark_s:
             passed_s = account.next_mark_s
@@ -114,7 +113,7 @@ class FleetBooks:
 
 
 def _count(account: _Account, status: RobotStatus) -> None:
-    """Count what the status says is completed and was not counted before."""
+    """Count completed tasks of the status that were not counted before."""
     if status.completed is None and status.task_id is None:
         _count_without_id(account, status)
         return
@@ -130,7 +129,7 @@ def _count(account: _Account, status: RobotStatus) -> None:
 
 
 def _count_without_id(account: _Account, status: RobotStatus) -> None:
-    """A sender that tells only the named fields: a done counts until it is repeated."""
+    """A sender with only the required fields: count a done unless it repeats the last one."""
     if status.status is Status.BUSY:
         account.done_without_id = None
     elif status.task and status.task != account.done_without_id:

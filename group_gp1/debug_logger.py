@@ -1,4 +1,4 @@
-"""The debug logger: writes every message of the fleet into the log."""
+"""The debug logger: logs every message of the fleet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from group_gp1.messages import one_line
 
 
 class DebugLogger(Node):
-    """Reads `/fleet/tasks` and `/fleet/status` and logs each payload as it is."""
+    """Logs each payload on `/fleet/tasks` and `/fleet/status` unchanged."""
 
     def __init__(self) -> None:
         super().__init__("debug_logger")
@@ -32,7 +32,7 @@ def main(args: list[str] | None = None) -> None:
     try:
         runner.run(DebugLogger, args)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the usual end; the node is destroyed already
+        pass  # the usual exit; the node is already destroyed
     finally:
         if rclpy.ok():
             rclpy.try_shutdown()

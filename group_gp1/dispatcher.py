@@ -36,7 +36,7 @@ class Dispatcher(Node):
             unit="messages",
             about="Assignments kept for robots that join late",
         )
-        # the run makes task ids unique when a dispatcher starts again and counts from 1
+        # the run makes task ids unique after a restart, when the dispatcher counts from 1 again
         self._rotation = Rotation(robot_ids, run=uuid.uuid4().hex[:8])
         self._tasks = self.create_publisher(String, topics.TASKS, qos.tasks_profile(depth))
         self._timer = self.create_timer(1.0 / rate_hz, self._dispatch)
@@ -52,7 +52,7 @@ def main(args: list[str] | None = None) -> None:
     try:
         runner.run(Dispatcher, args)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the usual end; the node is destroyed already
+        pass  # the usual exit; the node is already destroyed
     finally:
         if rclpy.ok():
             rclpy.try_shutdown()

@@ -12,19 +12,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-MAX_PAYLOAD_CHARS = 4096  # ten times the longest honest payload
+MAX_PAYLOAD_CHARS = 4096  # ten times the longest payload of the fleet
 MAX_SHOWN_CHARS = 500  # of a payload in the log; any payload of the fleet itself is shorter
 MAX_TEXT_CHARS = 128  # of a name in a payload; it goes into log lines
-RECENTLY_COMPLETED = 10  # tasks that a status still names; see RobotStatus.completed
+RECENTLY_COMPLETED = 10  # tasks listed in each status; see RobotStatus.completed
 
 
 class MessageError(ValueError):
-    """A payload that cannot be used; the text says which field and why."""
+    """An invalid payload; the text names the field and the reason."""
 
 
 class Status(str, enum.Enum):
-    """What a robot can be."""
-
     BUSY = "busy"
     DONE = "done"
 
@@ -34,7 +32,7 @@ class TaskAssignment:
     """One task for one robot.
 
     `task_id` is `<dispatcher run>-<number>`: it stays unique when either side starts again.
-    None means that whoever published it gave none.
+    None means that the publisher gave none.
     """
 
     robot_id: str
@@ -61,11 +59,11 @@ class TaskAssignment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotStatus:
-    """What a robot does now, and which tasks it has completed lately.
+    """What a robot does now, and its last completed tasks.
 
     A robot that never had a task is `done` with an empty `task`. `completed` holds the ids of the
     last tasks it finished, oldest first, at most RECENTLY_COMPLETED: status is BEST_EFFORT, so a
-    lost `done` is made good by the next status. None means a sender that does not tell.
+    next status makes up for a lost `done`. None means that the sender does not list them.
     """
 
     robot_id: str
@@ -135,7 +133,7 @@ def _text(fields: Mapping[str, Any], name: str, *, may_be_empty: bool = False) -
         raise MessageError(f"field '{name}' is empty")
     if len(value) > MAX_TEXT_CHARS:
         raise MessageError(f"field '{name}' is longer than {MAX_TEXT_CHARS} characters")
-    if not value.isprintable():  # a line break could forge a line of the log
+    if not value.isprintable():  # a line break could fake a line of the log
         raise MessageError(f"field '{name}' has characters that cannot be printed")
     return value
 

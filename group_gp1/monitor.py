@@ -1,4 +1,4 @@
-"""The monitor: counts what the robots complete and notices when one falls silent."""
+"""The monitor: counts completed tasks and detects silent robots."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from group_gp1.messages import MessageError, RobotStatus, report_text
 from group_gp1.rejects import Rejects
 
 REPORT_PERIOD_S = 2.0  # 0.5 Hz
-SILENCE_CHECK_PERIOD_S = 0.1  # how late a silence may be noticed
+SILENCE_CHECK_PERIOD_S = 0.1  # maximum delay of a warning
 THREADS = 3  # one for each callback below, whatever the number of cores
 
 
@@ -28,13 +28,13 @@ class Monitor(Node):
         self._books = self._open_books()
         self._rejects = Rejects(self.get_logger(), topics.STATUS)
         # Guards the dictionaries of counts and times: one status at a time, in order of arrival.
-        # It does not keep the two timers out; that is what the lock in FleetBooks is for.
+        # It does not exclude the two timers; the lock in FleetBooks does.
         status_group = MutuallyExclusiveCallbackGroup()
-        # The report is independent of the subscription: it takes a copy of the counts and may
-        # run while a status is being entered, so a flood of statuses cannot delay it.
+        # The report is independent of the subscription: it uses a copy of the counts and may
+        # run while a status is recorded, so a flood of statuses cannot delay it.
         report_group = ReentrantCallbackGroup()
-        # A group of its own: neither a status nor a report that takes long can hold the check
-        # back, and it never overlaps itself, so no warning is given twice.
+        # A group of its own: neither a slow status nor a slow report delays the check, and it
+        # never overlaps itself, so no warning is given twice.
         silence_group = MutuallyExclusiveCallbackGroup()
         self._reports = self.create_publisher(String, topics.REPORT, qos.REPORT)
         self._statuses = self.create_subscription(
@@ -94,7 +94,7 @@ def main(args: list[str] | None = None) -> None:
     try:
         runner.run(Monitor, args, make_executor=_make_executor)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the usual end; the node is destroyed already
+        pass  # the usual exit; the node is already destroyed
     finally:
         if rclpy.ok():
             rclpy.try_shutdown()

@@ -1,7 +1,7 @@
-"""The quality of service of each topic, as explicit profiles with the reason for every choice.
+"""The QoS profile of each topic, with the reason for every choice.
 
-Publisher and subscriptions of a topic take the same profile; the one exception is
-`RELIABLE_STATUS`, which is wrong on purpose.
+Publishers and subscriptions of a topic use the same profile; the exception is `RELIABLE_STATUS`,
+which is incompatible on purpose.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ MAX_DEPTH = 1000  # Fast DDS keeps every sample in memory; a larger queue hides 
 def tasks_profile(depth: int = TASKS_DEPTH) -> QoSProfile:
     """The profile of `/fleet/tasks`; other depths are for the queue overflow experiment."""
     return QoSProfile(
-        # an assignment is an order: one lost on the wire would never be carried out
+        # an assignment lost on the wire would never be executed
         reliability=ReliabilityPolicy.RELIABLE,
         # robot_3 joins late and still gets the last assignments
         durability=DurabilityPolicy.TRANSIENT_LOCAL,
-        # a robot that falls behind works on recent orders; depth 5 is about two rounds of three
+        # a slow robot works on recent assignments; depth 5 is about two rounds of three
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
     )
@@ -30,11 +30,11 @@ def tasks_profile(depth: int = TASKS_DEPTH) -> QoSProfile:
 TASKS = tasks_profile()
 
 STATUS = QoSProfile(
-    # repeated every second: the next one replaces a lost one, so waiting for repair is waste
+    # repeated every second: the next one replaces a lost one, so a repair is not needed
     reliability=ReliabilityPolicy.BEST_EFFORT,
-    # yesterday's status would be taken for a sign of life
+    # an old status would look like a robot that is alive
     durability=DurabilityPolicy.VOLATILE,
-    # room for one status of each of the three robots between two looks
+    # one status of each of the three robots while the reader is busy
     history=HistoryPolicy.KEEP_LAST,
     depth=STATUS_DEPTH,
 )
@@ -42,14 +42,14 @@ STATUS = QoSProfile(
 REPORT = QoSProfile(
     # one line every two seconds, read by people: none should be missing
     reliability=ReliabilityPolicy.RELIABLE,
-    # a reader who comes later waits two seconds for a fresh report
+    # a late reader waits two seconds for a new report
     durability=DurabilityPolicy.VOLATILE,
     # twenty seconds of reports for a reader that was busy
     history=HistoryPolicy.KEEP_LAST,
     depth=REPORT_DEPTH,
 )
 
-# Asks for more than the robots offer on /fleet/status, so DDS connects it to none of them.
+# Requests more than the robots offer on /fleet/status, so DDS connects it to none of them.
 RELIABLE_STATUS = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE,

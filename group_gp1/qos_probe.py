@@ -1,19 +1,19 @@
-"""The QoS probe: a subscriber that is wrong on purpose, to see what a mismatch looks like.
+"""The QoS probe: a subscriber with an incompatible QoS, to show what a mismatch looks like.
 
-The robots publish `/fleet/status` BEST_EFFORT; the probe asks for RELIABLE. A subscription may
-ask for less than is offered, never for more, so DDS connects the two not at all: no error, no
-message, and in a plain listing of topics all looks well.
+The robots publish `/fleet/status` BEST_EFFORT; the probe requests RELIABLE. A subscription may
+request less than is offered, but not more, so DDS does not connect the two: no error, no message,
+and a plain list of topics looks normal.
 
-How to diagnose it, here and in any other system where a subscriber stays silent:
+How to diagnose it, here and in any other system where a subscriber receives nothing:
 
 * `ros2 topic info /fleet/status -v` (or, without an installation of ROS 2,
-  `python -m launcher topic info /fleet/status -v`) lists every endpoint with its QoS. Publisher
-  and subscription are both there; compare their `Reliability:` and `Durability:` lines. The
-  robots say BEST_EFFORT, the probe says RELIABLE: that is the mismatch.
+  `python -m launcher topic info /fleet/status -v`) lists every endpoint with its QoS. Compare the
+  `Reliability:` and `Durability:` lines of publishers and subscription: the robots have
+  BEST_EFFORT, the probe has RELIABLE. That is the mismatch.
 * Both sides log it once per partner, when they discover each other: the probe through the
   incompatible-QoS event below, the robots through rclpy's own handler of the same event
   (`New subscription discovered on topic '/fleet/status', requesting incompatible QoS`).
-* The cure is to subscribe with the profile of the publisher, `group_gp1.qos.STATUS`.
+* The repair is to subscribe with the profile of the publisher, `group_gp1.qos.STATUS`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ REPORT_PERIOD_S = 5.0
 
 
 class QosProbe(Node):
-    """Subscribes to `/fleet/status` with RELIABLE, hears nothing, and says why."""
+    """Subscribes to `/fleet/status` with RELIABLE, receives nothing, and logs the reason."""
 
     def __init__(self) -> None:
         super().__init__("qos_probe")
@@ -71,7 +71,7 @@ def main(args: list[str] | None = None) -> None:
     try:
         runner.run(QosProbe, args)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the usual end; the node is destroyed already
+        pass  # the usual exit; the node is already destroyed
     finally:
         if rclpy.ok():
             rclpy.try_shutdown()

@@ -1,11 +1,11 @@
-"""The queue overflow experiment: how many tasks does the slow robot lose, and when?
+"""The queue overflow experiment: how many tasks the slow robot loses at which rate and depth.
 
     python -m group_gp1.queue_overflow
     python -m group_gp1.queue_overflow --case 6:1 --seconds 10
 
 Each case is a dispatch rate and a queue depth. It runs the real dispatcher and the real robot_2
-as processes in a domain of their own, listens to both topics, stops the dispatcher, lets robot_2
-work off what it still has queued, and compares what was assigned to it with what it completed.
+as processes in a domain of their own, subscribes to both topics, stops the dispatcher, waits until
+robot_2 has finished its queue, and compares assigned with completed tasks.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from group_gp1.messages import RobotStatus, Status, TaskAssignment
 from launcher.domain_lease import leased_domain
 
 ROBOT = "robot_2"
-IDLE_REPORTS = 3  # between two queued tasks a robot repeats its done once at most
+IDLE_REPORTS = 3  # between two queued tasks a robot repeats its done at most once
 START_TIMEOUT_S = 20.0
 DRAIN_TIMEOUT_S = 120.0
 STOP_TIMEOUT_S = 10.0
@@ -51,12 +51,12 @@ class Case:
         return cls(rate_hz=float(rate), depth=int(depth))
 
 
-DEFAULT_CASES = tuple(Case.parse(text) for text in ("1:5", "3:5", "3:1", "3:20", "6:5", "6:1"))
+DEFAULT_CASES = tuple(map(Case.parse, ("1:5", "3:5", "3:3", "3:1", "3:20", "6:5", "6:1")))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """What robot_2 got and did, from the first task that it completed."""
+    """Tasks assigned to and executed by robot_2, from the first one that it completed."""
 
     case: Case
     assigned: int
@@ -64,12 +64,11 @@ class Result:
 
     @property
     def lost(self) -> int:
-        """Tasks that were assigned and never executed."""
         return self.assigned - self.executed
 
 
 class Witness(Node):
-    """Listens to the fleet and keeps the task ids of robot_2, in order."""
+    """Subscribes to the fleet and records the task ids of robot_2, in order."""
 
     def __init__(self, context: Context) -> None:
         super().__init__("overflow_witness", context=context)
@@ -78,7 +77,7 @@ class Witness(Node):
         self.heard_robot = False
         self.idle_reports = 0
         self._last_done: str | None = None
-        profile = qos.tasks_profile(qos.MAX_DEPTH)  # the witness itself must lose nothing
+        profile = qos.tasks_profile(qos.MAX_DEPTH)  # the witness itself must not lose messages
         self.create_subscription(String, topics.TASKS, self._note_assignment, profile)
         self.create_subscription(String, topics.STATUS, self._note_status, qos.STATUS)
 
@@ -96,14 +95,14 @@ class Witness(Node):
         self._last_done = status.task_id if status.status is Status.DONE else None
 
     def result(self, case: Case) -> Result:
-        """The count so far; what was sent before robot_2 was connected is left out."""
+        """The counts so far, without tasks that were sent before robot_2 was connected."""
         done = [task_id in self.executed for task_id in self.assigned]
         counted = done[done.index(True) :] if any(done) else done
         return Result(case=case, assigned=len(counted), executed=sum(counted))
 
 
 def measure(case: Case, *, seconds: float, domain_id: int) -> Result:
-    """Run one case; `seconds` is how long the dispatcher sends once robot_2 has begun to work."""
+    """Run one case; the dispatcher sends for `seconds` once robot_2 has completed a task."""
     with contextlib.ExitStack() as stack:
         witness, wait_until = stack.enter_context(_witness(domain_id))
         stack.enter_context(_node(ROBOT, domain_id, {"task_queue_depth": case.depth}))
@@ -131,7 +130,7 @@ def _witness(
         deadline_s = time.monotonic() + timeout_s
         while not fact():
             if time.monotonic() > deadline_s:
-                raise SystemExit(f"error: the fleet did not get on within {timeout_s:g} s")
+                raise SystemExit(f"error: no progress of the fleet within {timeout_s:g} s")
             executor.spin_once(timeout_sec=0.1)
 
     try:
@@ -160,7 +159,6 @@ def _node(name: str, domain_id: int, settings: dict[str, float]) -> Iterator[Non
 
 
 def row(result: Result) -> str:
-    """One line of the table."""
     share = 100.0 * result.lost / result.assigned if result.assigned else 0.0
     return (
         f"| {result.case.rate_hz:>7g} | {result.case.depth:>5} | {result.assigned:>8} "

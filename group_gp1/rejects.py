@@ -1,4 +1,4 @@
-"""Unusable payloads: counted, warned about now and then, dropped."""
+"""Counts invalid payloads and warns about them at a limited rate."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import Any
 
 from group_gp1.messages import MessageError
 
-WARNING_GAP_S = 5.0  # one broken publisher must not drown the log
+WARNING_GAP_S = 5.0  # one faulty publisher must not flood the log
 
 
 class Rejects:
-    """The unusable payloads that one node got on one topic."""
+    """The invalid payloads that one node received on one topic."""
 
     def __init__(self, logger: Any, topic: str) -> None:
         self._logger = logger
@@ -18,7 +18,7 @@ class Rejects:
         self.count = 0
 
     def add(self, error: MessageError) -> None:
-        """Count one; a warning at most every WARNING_GAP_S carries the count."""
+        """Count one, and log a warning with the count at most every WARNING_GAP_S."""
         self.count += 1
         self._logger.warning(
             f"Dropped a malformed payload on {self._topic} ({self.count} so far): {error}",

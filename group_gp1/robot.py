@@ -1,4 +1,4 @@
-"""The robot: carries out the tasks that are addressed to it, one after the other."""
+"""The robot: executes the tasks that are addressed to it, one after the other."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from group_gp1.worklog import WorkLog
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotProfile:
-    """What makes one robot different from the next."""
+    """What distinguishes the robots."""
 
     robot_id: str
     task_duration_s: float
 
 
 class Robot(Node):
-    """Takes its assignments from `/fleet/tasks` and tells its status on `/fleet/status`."""
+    """Receives assignments on `/fleet/tasks` and reports on `/fleet/status`."""
 
     def __init__(self, profile: RobotProfile) -> None:
         super().__init__(profile.robot_id)
@@ -35,7 +35,7 @@ class Robot(Node):
         self._backlog = Backlog(profile.robot_id)
         self._rejects = Rejects(self.get_logger(), topics.TASKS)
         self._task_duration_s = self._declare_task_duration(profile.task_duration_s)
-        # One group for both callbacks, so that they never overlap, whatever the executor: the
+        # One group for both callbacks, so that they never overlap with any executor: the
         # subscription writes the current task (in self._work), and the timer reads it.
         group = MutuallyExclusiveCallbackGroup()
         self._statuses = self.create_publisher(String, topics.STATUS, qos.STATUS)
@@ -69,13 +69,13 @@ class Robot(Node):
     def _execute(self, assignment: TaskAssignment) -> None:
         self.get_logger().info(f"Received task {assignment.task} -- executing...")
         self._publish(self._work.begin(assignment))
-        if not runner.nap(self._task_duration_s):  # stands for the real work
-            return  # stopped in the middle: the task is not done, and the context is down
+        if not runner.nap(self._task_duration_s):  # simulates the work
+            return  # interrupted: the task is not done, and the context is shut down
         self._publish(self._work.finish())
         self.get_logger().info(f"Task {assignment.task} complete")
 
     def _repeat_status(self) -> None:
-        """An idle robot still reports, and a lost status is made good."""
+        """Report an idle robot too, and make up for lost statuses."""
         self._publish(self._work.status)
 
     def _publish(self, status: RobotStatus) -> None:

@@ -1,4 +1,4 @@
-"""robot_1, the ordinary robot: half a second for a task."""
+"""robot_1, the normal robot: 0.5 seconds per task."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def main(args: list[str] | None = None) -> None:
     try:
         runner.run(lambda: Robot(PROFILE), args)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the usual end; the node is destroyed already
+        pass  # the usual exit; the node is already destroyed
     finally:
         if rclpy.ok():
             rclpy.try_shutdown()

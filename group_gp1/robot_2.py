@@ -1,4 +1,4 @@
-"""robot_2, the slow robot: two seconds for a task, so that its queue builds up."""
+"""robot_2, the slow robot: 2 seconds per task, so that its queue fills up."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def main(args: list[str] | None = None) -> None:
     try:
         runner.run(lambda: Robot(PROFILE), args)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the usual end; the node is destroyed already
+        pass  # the usual exit; the node is already destroyed
     finally:
         if rclpy.ok():
             rclpy.try_shutdown()

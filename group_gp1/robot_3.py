@@ -1,4 +1,4 @@
-"""robot_3, the fast robot: 0.3 seconds for a task; the launch file starts it late."""
+"""robot_3, the fast robot: 0.3 seconds per task; the launch file starts it late."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def main(args: list[str] | None = None) -> None:
     try:
         runner.run(lambda: Robot(PROFILE), args)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the usual end; the node is destroyed already
+        pass  # the usual exit; the node is already destroyed
     finally:
         if rclpy.ok():
             rclpy.try_shutdown()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from group_gp1.messages import TaskAssignment
 
-# Seven, so that neither two nor three robots always get the same tasks.
+# Seven, so that with two or three robots none always gets the same tasks.
 TASKS = (
     "pick_shelf_A3",
     "deliver_dock_2",
@@ -20,7 +20,7 @@ TASKS = (
 
 
 class Rotation:
-    """An endless round of assignments with ids `<run>-1`, `<run>-2` and so on."""
+    """An endless sequence of assignments with ids `<run>-1`, `<run>-2` and so on."""
 
     def __init__(self, robot_ids: Sequence[str], *, run: str, tasks: Sequence[str] = TASKS) -> None:
         self._robots = itertools.cycle(robot_ids)
@@ -29,7 +29,6 @@ class Rotation:
         self._run = run
 
     def next(self) -> TaskAssignment:
-        """The next task, for the next robot."""
         return TaskAssignment(
             robot_id=next(self._robots),
             task=next(self._tasks),

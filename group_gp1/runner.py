@@ -1,9 +1,9 @@
-"""The life of a node process: init, construct, spin, clean up, on every way out.
+"""Runs a node: init, construct, spin, clean up, however it ends.
 
-A stop is asked for by SIGINT or SIGTERM, and both mean the same. A Python handler takes note, and
-raises nothing, so that no KeyboardInterrupt can burst into a destructor or the clean-up. rclpy's
-own handlers (in C, they call ours as well) shut the context down, which ends the spinning. They
-are installed when the node stands, because half a node in a dead context complains.
+SIGINT and SIGTERM both request a stop. A Python handler sets a flag and raises nothing, so that no
+KeyboardInterrupt can occur in a destructor or in the clean-up. rclpy's own handlers (in C; they
+call the Python ones, too) shut the context down, which ends the spin. They are installed when the
+node exists, because constructing a node in a context that is shut down fails with errors.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 from group_gp1.settings import SettingError
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_NAP_S = 0.05  # how late a sleeper may notice the stop
-_LOOK_S = 0.5  # how late a node that waits for messages may notice it at worst
+_NAP_S = 0.05  # maximum delay of a stop during nap()
+_LOOK_S = 0.5  # maximum delay of a stop that did not wake the executor
 
-# What rclpy raises where it is used after its context went down.
+# What rclpy raises if it is used after the shutdown of its context.
 _AFTER_SHUTDOWN = (rclpy_implementation.RCLError, InvalidHandle, NotInitializedException)
 
 
 class _StopNote:
-    """A signal handler that remembers the stop and raises nothing."""
+    """A signal handler that sets a flag and raises nothing."""
 
     def __init__(self) -> None:
-        self.asked = False
+        self.requested = False
 
     def __call__(self, signum: int, frame: FrameType | None) -> None:
-        self.asked = True
+        self.requested = True
 
 
 def run(
@@ -48,9 +48,9 @@ def run(
 ) -> None:
     """Spin one node until SIGINT or SIGTERM.
 
-    Returns or raises ExternalShutdownException, as the executor does; SystemExit with a sentence
-    where the arguments or a parameter are wrong. The node is destroyed in every case; shutting
-    the context down where it is still up is left to the caller. For the main thread only.
+    Returns or raises ExternalShutdownException, as the executor does; raises SystemExit with a
+    message if the arguments or a parameter are invalid. The node is always destroyed; the caller
+    shuts the context down if that has not happened. For the main thread only.
     """
     stop = _StopNote()
     for signum in _STOP_SIGNALS:
@@ -63,16 +63,16 @@ def run(
     except _AFTER_SHUTDOWN:
         if rclpy.ok():
             raise
-        raise ExternalShutdownException from None  # a stop in the middle of something
+        raise ExternalShutdownException from None  # a stop during construction or a callback
     finally:
-        for signum in _STOP_SIGNALS:  # the end has begun: a second Ctrl-C must not tear it
+        for signum in _STOP_SIGNALS:  # a second Ctrl-C must not interrupt the clean-up
             signal.signal(signum, signal.SIG_IGN)
 
 
 def nap(duration_s: float) -> bool:
-    """Sleep, but not beyond a stop; tells whether the time was slept in full.
+    """Sleep, but return early on a stop; returns whether the time has passed.
 
-    A plain sleep would hold back the end of the process for its whole length.
+    A plain sleep would delay the exit of the process.
     """
     deadline_s = time.monotonic() + duration_s
     while rclpy.ok():
@@ -98,9 +98,9 @@ def _spin(
         executor = make_executor()
         executor.add_node(node)
         install_signal_handlers(SignalHandlerOptions.ALL)
-        # A stop may have come before those handlers. Seen once in some forty runs: one that comes
-        # between two waits wakes nobody up, and a node without timers goes on waiting.
-        while rclpy.ok() and not stop.asked:
+        # A stop may have been requested before those handlers were installed. In about one of
+        # forty runs, a signal between two waits does not wake an executor without timers.
+        while rclpy.ok() and not stop.requested:
             executor.spin_once(timeout_sec=_LOOK_S)
     finally:
         node.destroy_node()

@@ -1,7 +1,7 @@
-"""The settings of a node: ROS parameters with type, default, range and unit, read once.
+"""ROS parameters of a node with type, default, range and unit, read once.
 
-All are read-only: a node takes them at its start, and `ros2 param set` says so instead of
-changing a value that nobody reads again.
+All are read-only: a node reads them at its start, so `ros2 param set` is rejected instead of having
+no effect.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from rclpy.parameter import Parameter
 
 
 class SettingError(Exception):
-    """A parameter has a value that the node cannot work with; the text is for the user."""
+    """A parameter has an invalid value; the text is for the user."""
 
 
 def number(
     node: Node, name: str, default: float, *, low: float, high: float, unit: str, about: str
 ) -> float:
-    """Declare a floating point parameter and read it; `low` and `high` are allowed."""
+    """Declare a floating point parameter and read it; the range includes `low` and `high`."""
     descriptor = ParameterDescriptor(
         type=Parameter.Type.DOUBLE.value,
         description=f"{about} [{unit}]",
@@ -35,7 +35,7 @@ def number(
 def whole_number(
     node: Node, name: str, default: int, *, low: int, high: int, unit: str, about: str
 ) -> int:
-    """Declare an integer parameter and read it; `low` and `high` are allowed."""
+    """Declare an integer parameter and read it; the range includes `low` and `high`."""
     descriptor = ParameterDescriptor(
         type=Parameter.Type.INTEGER.value,
         description=f"{about} [{unit}]",
@@ -56,7 +56,7 @@ def names(node: Node, name: str, default: list[str], *, about: str) -> list[str]
     )
     rule = "a list of distinct names such as [robot_1,robot_2]"
     given = _declare(node, name, default, descriptor, rule)
-    values = [str(value) for value in given or ()]  # rclpy makes None of an empty list
+    values = [str(value) for value in given or ()]  # rclpy returns None for an empty list
     if not values or not all(values) or len(set(values)) != len(values):
         raise _error(node, name, rule, values)
     return values

@@ -1,4 +1,4 @@
-"""The work of one robot, as its statuses tell it."""
+"""The current and completed tasks of one robot, as its statuses report them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from group_gp1.messages import RECENTLY_COMPLETED, RobotStatus, Status, TaskAssi
 class WorkLog:
     """Current task and recently completed tasks of one robot.
 
-    `run` makes the ids unique that the log gives to assignments without one.
+    `run` makes the ids unique that are given to assignments without one.
     """
 
     def __init__(self, robot_id: str, *, run: str) -> None:
@@ -24,25 +24,25 @@ class WorkLog:
 
     @property
     def status(self) -> RobotStatus:
-        """The status to publish now."""
+        """The status to publish."""
         return self._status
 
     def begin(self, assignment: TaskAssignment) -> RobotStatus:
-        """Take up a task; the status is busy from here on."""
+        """Start a task; returns the busy status."""
         task_id = assignment.task_id or f"{self._run}-{next(self._unnamed)}"
-        self._status = self._told(Status.BUSY, assignment.task, task_id)
+        self._status = self._new_status(Status.BUSY, assignment.task, task_id)
         return self._status
 
     def finish(self) -> RobotStatus:
-        """End the task that was begun last; the status is done from here on."""
+        """End the current task; returns the done status. ValueError without a task."""
         task_id = self._status.task_id
         if task_id is None:
             raise ValueError("finish() without begin()")
         self._completed.append(task_id)
-        self._status = self._told(Status.DONE, self._status.task, task_id)
+        self._status = self._new_status(Status.DONE, self._status.task, task_id)
         return self._status
 
-    def _told(self, status: Status, task: str, task_id: str) -> RobotStatus:
+    def _new_status(self, status: Status, task: str, task_id: str) -> RobotStatus:
         return RobotStatus(
             robot_id=self._status.robot_id,
             status=status,

@@ -1,4 +1,4 @@
-"""The whole fleet: dispatcher, monitor, three robots, and two helpers on request.
+"""The whole fleet: dispatcher, monitor, three robots, and two optional helpers.
 
 With an installation of ROS 2: `ros2 launch group_gp1 system.launch.py enable_debug:=true`;
 without one: `python -m launcher system enable_debug:=true`.
@@ -10,7 +10,7 @@ from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-ROBOT_3_DELAY_S = 5.0  # late enough to find a backlog on /fleet/tasks
+ROBOT_3_DELAY_S = 5.0  # late enough for a backlog on /fleet/tasks
 
 
 def fleet_node(name, condition=None):

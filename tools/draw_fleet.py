@@ -1,7 +1,7 @@
 """Draw the running fleet's graph: `make picture` writes docs/fleet.svg.
 
-Starts the whole system in a domain of its own, waits until every node is in the graph, draws
-what the graph says (not what we think it is), and stops it.
+Starts the whole system in a domain of its own, waits until every node is in the graph, draws the
+graph, and stops the system.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from launcher.graph.snapshot import DEBUG_TOPICS, Endpoint, Snapshot
 from launcher.graph.svg import to_svg
 
 NODES = 7
-ENDS = 12  # of the fleet's own topics
+ENDS = 12  # endpoints of the fleet's topics
 TOPICS = {"/fleet/tasks", "/fleet/status", "/fleet/report"}
 ARGUMENTS = ["enable_debug:=true", "enable_qos_probe:=true"]
 
 
 def main(target: str) -> int:
-    """Write the picture to `target`; 1 if the fleet did not come up."""
+    """Write the picture to `target`; 1 if the fleet did not start."""
     with leased_domain() as domain_id:
         os.environ["ROS_DOMAIN_ID"] = str(domain_id)
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
@@ -52,7 +52,7 @@ def _draw(target: Path) -> int:
             deadline_s=30.0,
         )
     if len(snapshot.nodes) != NODES:
-        print(f"error: only these came up: {', '.join(snapshot.nodes)}", file=sys.stderr)
+        print(f"error: only these nodes started: {', '.join(snapshot.nodes)}", file=sys.stderr)
         return 1
     target.write_text(to_svg(to_dot(snapshot.without(DEBUG_TOPICS))), encoding="utf-8")
     print(f"wrote {target}: {len(snapshot.nodes)} nodes, {len(_ends(snapshot))} endpoints")

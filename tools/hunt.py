@@ -1,9 +1,9 @@
-"""Run `make TARGET` again and again, alternately on an idle and on a busy machine.
+"""Find flaky tests: run `make TARGET` repeatedly, alternately on an idle and a busy machine.
 
     python -m tools.hunt test --runs 20
 
-Prints a row per run and, in the end, each test that ever failed. The output of each run is kept
-in the folder `--output`. The exit code is 1 if a run failed.
+Prints a row per run and finally each test that failed. The output of each run is kept in the
+folder `--output`. The exit code is 1 if a run failed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Run:
 
 @contextlib.contextmanager
 def busy_loops(count: int) -> Iterator[None]:
-    """So many processes that do nothing but work."""
+    """Run `count` processes that keep a core busy."""
     loops = [subprocess.Popen([sys.executable, "-S", "-c", BUSY]) for _ in range(count)]
     try:
         yield
@@ -57,7 +57,7 @@ def busy_loops(count: int) -> Iterator[None]:
 
 
 def run(number: int, target: str, loops: int, log: Path) -> Run:
-    """Run it once; its output goes into the file."""
+    """Run the target once, with its output in `log`."""
     start_s = time.monotonic()
     with busy_loops(loops), log.open("w", encoding="utf-8") as file:
         code = subprocess.run(["make", target], stdout=file, stderr=subprocess.STDOUT).returncode
@@ -73,15 +73,15 @@ def run(number: int, target: str, loops: int, log: Path) -> Run:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Hunt for tests that fail now and then.")
-    parser.add_argument("target", nargs="?", default="test", help="of make: test, check, unit")
+    parser = argparse.ArgumentParser(description="Find flaky tests.")
+    parser.add_argument("target", nargs="?", default="test", help="make target: test, check, unit")
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--output", type=Path, default=Path("build/hunt"))
     parser.add_argument(
         "--loops",
         type=int,
         default=LOOPS_PER_CORE * len(os.sched_getaffinity(0)),
-        help="busy loops beside every second run (default: %(default)s); 0: never",
+        help="busy loops during every second run (default: %(default)s); 0: none",
     )
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)

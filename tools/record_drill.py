@@ -1,7 +1,7 @@
 """Record the fleet drill: `make drill` writes docs/drill.svg.
 
-Starts the whole system in a domain of its own in a real pseudo-terminal, types what README says,
-and draws what a terminal emulator shows then.
+Starts the whole system in a domain of its own in a real pseudo-terminal, types the commands of
+docs/fleet.md, and draws what a terminal emulator shows then.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from tests.support.glass import Glass
 
 COLUMNS, ROWS = 126, 30
 TITLE = "python -m launcher system"
-FOLDER = re.compile(r"(\S*/)?\.ros/log/\S+")  # has the time, the name of the machine and a pid
+FOLDER = re.compile(r"(\S*/)?\.ros/log/\S+")  # contains time, host name and pid
 FONT_FACE = re.compile(r"@font-face \{.*?\}\s*", re.DOTALL)
 FORMAT_ID = "drill"
 
@@ -53,7 +53,7 @@ def main(target: str) -> int:
 
 
 def draw(glass: Glass) -> str:
-    """What is on the screen, as SVG without anything from elsewhere."""
+    """The screen as SVG without references to other files."""
     console = Console(record=True, width=COLUMNS, file=io.StringIO(), force_terminal=True)
     for row in glass.cells():
         console.print(Segments([*_segments(row), Segment.line()]), end="")
@@ -62,7 +62,7 @@ def draw(glass: Glass) -> str:
 
 
 def _segments(row: list[tuple[str, str, bool]]) -> list[Segment]:
-    """Runs of the same look; the run's folder is cut from the first on that has it."""
+    """Segments of equal style; the name of the log folder is replaced."""
     runs: list[tuple[str, tuple[str, bool]]] = []
     for character, colour, bold in row:
         if runs and runs[-1][1] == (colour, bold):

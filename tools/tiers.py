@@ -1,4 +1,4 @@
-"""Print how many tests each folder has in each tier, and how long they take, as Markdown.
+"""Print the number of tests of each folder and tier, and their time, as Markdown.
 
 make check && python -m tools.tiers build/tests.xml build/alone.xml
 """
@@ -14,7 +14,7 @@ TIERS = ("unit", "basic", "thorough")
 
 
 def rows(paths: Iterable[str]) -> Iterable[tuple[str, ...]]:
-    """(folder, cell of each tier); a cell is `tests, seconds`."""
+    """(folder, one cell per tier); a cell is `tests, seconds`."""
     counts: Counter[tuple[str, str]] = Counter()
     seconds: Counter[tuple[str, str]] = Counter()
     for path in paths:

@@ -1,4 +1,4 @@
-"""The fleet drill of the README, typed into the console of the real fleet."""
+"""The fleet drill of docs/fleet.md, typed into the console of the real fleet."""
 
 from __future__ import annotations
 

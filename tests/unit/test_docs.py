@@ -10,40 +10,76 @@ import pytest
 from launcher.cli import CONTROL_VERBS, VERBS, control_verbs, overview
 from launcher.commands.launch import usage
 from launcher.errors import ExitCode
+from launcher.planner import plan_document
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+VERBS_PAGE = (ROOT / "docs" / "verbs.md").read_text(encoding="utf-8")
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 NAMES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
+CITATION = re.compile(r"CONFORMANCE (\d+\.\d+(?:,\s\d+\.\d+)*)")
 DOCUMENTS = [*(ROOT / name for name in NAMES), *sorted((ROOT / "docs").glob("*.md"))]
 
 
-def test_readme_and_help_have_the_same_table_of_exit_codes():
-    rows = dict(re.findall(r"^\| (\d+) \| ([^|]+) \|$", README, re.M))
-    assert {str(code.value): code.meaning for code in ExitCode}.items() <= rows.items()
+def test_the_document_and_the_help_have_the_same_table_of_exit_codes():
+    rows = dict(re.findall(r"^\| (\d+) \| ([^|]+) \|$", VERBS_PAGE, re.M))
+    assert rows == {str(code.value): code.meaning for code in ExitCode}
     assert all(code.meaning in text for code in ExitCode for text in (overview(), usage()))
 
 
-def test_every_verb_has_help_and_stands_in_the_readme():
+def test_every_verb_has_help_and_stands_in_the_document():
     for verb in VERBS:
         assert verb.help in overview()
-        assert verb.name == "launch" or f"python -m launcher {verb.name} " in README
+        assert verb.name == "launch" or f"python -m launcher {verb.name} " in VERBS_PAGE
 
 
-def test_the_verbs_about_a_run_are_those_of_their_table_and_stand_in_the_readme():
+def test_the_verbs_about_a_run_are_those_of_their_table_and_stand_in_the_document():
     assert tuple(name for name, _ in control_verbs()) == CONTROL_VERBS
     for name, text in control_verbs():
         assert text in overview()
-        assert f"python -m launcher {name} " in README
+        assert f"python -m launcher {name} " in VERBS_PAGE
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_links_between_documents_lead_somewhere(document: Path):
     for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", document.read_text(encoding="utf-8")):
         assert (document.parent / target).exists(), target
 
 
-def test_every_make_target_that_the_readme_names_exists():
+def test_every_make_target_that_a_document_names_exists():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    named = set(re.findall(r"^make (\w+)|`make (\w+)", README, re.M))
+    named = set(re.findall(r"^make (\w+)|`make (\w+)", README + CONTRIBUTING, re.M))
     for target in {a or b for a, b in named}:
         assert re.search(rf"^{target}:", makefile, re.M), target
+
+
+def test_every_fact_that_is_cited_by_number_stands_in_the_document():
+    document = (ROOT / "docs" / "ros2-behaviour.md").read_text(encoding="utf-8")
+    facts = set(re.findall(r'<a id="([\d.]+)"></a>\*\*\1 ', document))
+    cited = {
+        (number, path.relative_to(ROOT))
+        for folder in ("launcher", "group_gp1", "tests", "docs")
+        for path in (ROOT / folder).rglob("*.*")
+        if path.suffix in (".py", ".md")
+        for numbers in CITATION.findall(path.read_text(encoding="utf-8", errors="replace"))
+        for number in re.findall(r"\d+\.\d+", numbers)
+    }
+    assert cited
+    assert {(number, path) for number, path in cited if number not in facts} == set()
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_to_a_heading_name_one_that_exists(document: Path):
+    for target, anchor in re.findall(
+        r"\]\(([^)#:]*)#([^)]+)\)", document.read_text(encoding="utf-8")
+    ):
+        text = (document.parent / target if target else document).read_text(encoding="utf-8")
+        headings = re.findall(r"^#+ (.+)$", text, re.M)
+        assert anchor in [re.sub(r"[^\w\- ]", "", h).replace(" ", "-").lower() for h in headings]
+
+
+def test_every_key_of_a_plan_as_json_stands_in_the_document():
+    document = (ROOT / "docs" / "plan-json.md").read_text(encoding="utf-8")
+    plan = plan_document(str(ROOT / "launch" / "system.launch.py"), [])
+    keys = {*plan, *plan["processes"][0], *plan["arguments"][0]}
+    assert {key for key in keys if f"`{key}`" not in document} == set()
