@@ -25,8 +25,8 @@ def main(words: list[str]) -> int:
 
 async def _run(pid: int, feed: int, link: socket.socket) -> None:
     from launcher.console.session import Session, in_thread
-    from launcher.control.folder import ControlError
     from launcher.control.runs import wait_for_run
+    from launcher.control.socket_directory import ControlError
 
     try:
         run = await in_thread(lambda: wait_for_run(pid, PATIENCE_S))

@@ -8,9 +8,7 @@ from typing import Any
 
 from prompt_toolkit.utils import get_cwidth
 
-from launcher.console.cutting import middle_cut
-from launcher.console.figures import cpu, memory
-from launcher.console.trouble import is_in_trouble
+from launcher.console.format import cpu, is_in_trouble, memory, middle_cut
 
 Fragment = tuple[str, str]
 Line = list[Fragment]

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from prompt_toolkit.application import Application
+from prompt_toolkit.application import Application, get_app
 from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import Completer
-from prompt_toolkit.filters import Condition, has_completions
+from prompt_toolkit.filters import Condition, has_completions, is_searching
 from prompt_toolkit.formatted_text import ANSI, AnyFormattedText, StyleAndTextTuples
 from prompt_toolkit.history import History
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent, merge_key_bindings
+from prompt_toolkit.input.posix_utils import PosixStdinReader
+from prompt_toolkit.input.vt100 import Vt100Input
+from prompt_toolkit.key_binding import KeyBindings, KeyPress, KeyPressEvent, merge_key_bindings
 from prompt_toolkit.keys import Keys
 from prompt_toolkit.layout import ConditionalContainer, HSplit, Layout, Window
 from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
 from prompt_toolkit.layout.processors import BeforeInput
+from prompt_toolkit.search import SearchDirection, SearchState, accept_search, start_search
 from prompt_toolkit.styles import Style
 from prompt_toolkit.utils import get_cwidth
+from prompt_toolkit.widgets import SearchToolbar
 
 from launcher.console.bar import Line
 from launcher.console.display import LITTLE_HEIGHT, SIGN, FooterOutput
-from launcher.console.keyboard import Keyboard
-from launcher.console.searching import search_keys, search_row
 
 MOST_CANDIDATE_ROWS = 4
 
@@ -215,3 +218,80 @@ def _keys(person: Person, buffer: Buffer) -> KeyBindings:
 def _printable(text: str) -> str:
     """Without what would steer the terminal; a tab is a blank."""
     return "".join(one for one in text.replace("\t", " ") if one.isprintable())
+
+
+# NUL would mark a region, and every key after that would be meant for the region.
+_NO_KEYS = (Keys.ControlAt,)
+
+
+class Keyboard(Vt100Input):
+    """The terminal on standard input; bytes that are no text in its encoding show as U+FFFD."""
+
+    def __init__(self) -> None:
+        super().__init__(sys.stdin)
+        self.stdin_reader = PosixStdinReader(
+            self.fileno(), errors="replace", encoding=sys.stdin.encoding
+        )
+
+    def read_keys(self) -> list[KeyPress]:
+        """What was typed since the last time."""
+        return [press for press in super().read_keys() if press.key not in _NO_KEYS]
+
+
+FOUND, NOT_FOUND = "search: ", "no line has: "
+ALL = 1_000_000  # more lines than there are
+
+
+def search_row(buffer: Buffer) -> SearchToolbar:
+    """The row below the prompt in which a person types what to search for."""
+    searched = Buffer()
+
+    def label() -> str:
+        return FOUND if _is_found(buffer, searched.text) else NOT_FOUND
+
+    return SearchToolbar(
+        searched, backward_search_prompt=label, forward_search_prompt=label, ignore_case=True
+    )
+
+
+def _is_found(buffer: Buffer, text: str) -> bool:
+    state = SearchState(text, direction=SearchDirection.BACKWARD, ignore_case=True)
+    return text.lower() in buffer.document_for_search(state).text.lower()
+
+
+def search_keys(buffer: Buffer) -> KeyBindings:
+    """Ctrl-R, and what ends it: Enter runs the line, other keys leave it to be changed."""
+    keys = KeyBindings()
+
+    @keys.add("c-r", filter=~is_searching)
+    def _(event: KeyPressEvent) -> None:
+        """From the newest line: one that was fetched and emptied would hide all after it."""
+        if not buffer.text:
+            buffer.history_forward(ALL)
+        start_search(direction=SearchDirection.BACKWARD)
+
+    @keys.add("enter", filter=is_searching)
+    def _(event: KeyPressEvent) -> None:
+        is_found = _is_found(buffer, get_app().current_buffer.text)
+        accept_search()
+        buffer.cursor_position = len(buffer.text)
+        if is_found:
+            buffer.validate_and_handle()
+
+    @keys.add("escape", filter=is_searching, eager=True)
+    @keys.add("left", filter=is_searching)
+    @keys.add("right", filter=is_searching)
+    @keys.add("end", filter=is_searching)
+    @keys.add("c-e", filter=is_searching)
+    @keys.add("tab", filter=is_searching)
+    def _(event: KeyPressEvent) -> None:
+        accept_search()
+        buffer.cursor_position = len(buffer.text)
+
+    @keys.add("home", filter=is_searching)
+    @keys.add("c-a", filter=is_searching)
+    def _(event: KeyPressEvent) -> None:
+        accept_search()
+        buffer.cursor_position = 0
+
+    return keys

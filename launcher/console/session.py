@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from prompt_toolkit.application.run_in_terminal import in_terminal
 
-from launcher.console import talk
+from launcher.console import requests
 from launcher.console.bar import Line, fitted, folder_line, status_line
 from launcher.console.completion import WordCompleter
 from launcher.console.display import GUTTER, Display
@@ -23,8 +23,8 @@ from launcher.console.history import history_path, open_history
 from launcher.console.prompt import make_application
 from launcher.console.terminal import Terminal
 from launcher.console.watch import Watch
-from launcher.control.folder import ControlError
 from launcher.control.runs import Run
+from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import Call, find, parse
 from launcher.errors import UsageError
 
@@ -242,8 +242,8 @@ class Session:
 
     async def _answer(self, line: str) -> None:
         try:
-            call = talk.read_call(line)
-            await (self._follow(call) if talk.follows(call) else self._ask(call))
+            call = requests.read_call(line)
+            await (self._follow(call) if requests.follows(call) else self._ask(call))
         except UsageError as error:
             self._tell_of(error)
         except Exception as error:  # whatever became of one line, the console goes on
@@ -251,7 +251,7 @@ class Session:
             self._tell_of(told)
 
     def _tell_of(self, error: UsageError) -> None:
-        self._display.answer(talk.problem(error, self._columns(), colour=self._display.colour))
+        self._display.answer(requests.problem(error, self._columns(), colour=self._display.colour))
 
     def _columns(self) -> int:
         """What an answer has, beside its mark."""
@@ -259,7 +259,7 @@ class Session:
 
     async def _ask(self, call: Call) -> None:
         columns, colour = self._columns(), self._display.colour
-        text = await in_thread(lambda: talk.answer(self._run, call, columns, colour=colour))
+        text = await in_thread(lambda: requests.answer(self._run, call, columns, colour=colour))
         if self._feed is not None:
             self._feed.catch_up()  # what the launcher had said before stands above
         self._display.answer(text)

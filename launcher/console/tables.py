@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import io
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
+from rich.cells import cell_len
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from launcher.console.figures import cpu, duration, memory
-from launcher.console.process_table import shown, state
+from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
+from launcher.control.format import not_shown
 
 
 def render(what: RenderableType, columns: int, *, colour: bool) -> str:
@@ -85,3 +86,135 @@ def pairs(rows: Iterable[tuple[str, str]]) -> Table:
     for left, right in rows:
         table.add_row(left, right)
     return table
+
+
+Process = Mapping[str, Any]
+
+GAP = 2  # columns between two columns
+LEAST_REST = 10  # of a last end; with less of it, nobody knows what it was
+LEAST_NAME, LEAST_STATE, LEAST_SHOWN = 14, 8, 16
+NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, where not all has room
+_STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}
+
+
+class Column(NamedTuple):
+    """A column; `dropped` is its turn when there is no room, 0 if it always stays."""
+
+    title: str
+    cell: Callable[[Process], Text]
+    dropped: int = 0
+    is_left: bool = False
+
+
+def _figure(key: str, form: Callable[[Any], str] = str) -> Callable[[Process], Text]:
+    def cell(process: Process) -> Text:
+        value = process.get(key)
+        return Text("-" if value is None else form(value))
+
+    return cell
+
+
+def state(process: Process) -> Text:
+    """How it is; with its last end, where it does not run."""
+    if process.get("paused"):
+        return Text("paused", "yellow")
+    word = process["state"].lower()
+    last = process.get("last_exit")
+    text = f"{word}: {last['text']}" if process.get("pid") is None and last else word
+    return Text(text, _STATE_STYLES.get(word, "red" if is_in_trouble(process) else ""))
+
+
+def shown(process: Process) -> str:
+    """What of its output is on the screen."""
+    words = ["muted"] if process.get("muted") else []
+    if process.get("level"):
+        words.append(f"{process['level']} and above")
+    if process.get("grep"):
+        words.append(f"lines with {process['grep']!r}")
+    if words:
+        words.append(not_shown(process.get("muted_lines", 0)))
+    return ", ".join(words) or "all"
+
+
+COLUMNS = (
+    Column("name", lambda process: Text(process["name"]), is_left=True),
+    Column("state", state, is_left=True),
+    Column("pid", _figure("pid"), 2),
+    Column("restarts", lambda process: Text(str(process.get("restarts") or "-")), 5),
+    Column("up", _figure("uptime_s", duration), 3),
+    Column("cpu", _figure("cpu_percent", cpu), 7),
+    Column("memory", _figure("memory_bytes", memory), 6),
+    Column("threads", _figure("threads"), 1),
+    Column("shown", lambda process: Text(shown(process)), 4, is_left=True),
+)
+
+
+def process_table(found: Sequence[Process], columns: int, *, has_head: bool = True) -> Table:
+    """The processes, a row each, in this order, none wider than so many columns."""
+    cells = {column: [column.cell(process) for process in found] for column in COLUMNS}
+    widths = _widths(cells, columns)
+    table = Table(
+        box=None, pad_edge=False, header_style="bold", padding=(0, GAP, 0, 0), show_header=has_head
+    )
+    for column, width in widths.items():
+        justify = "left" if column.is_left else "right"
+        title = column.title[:width]
+        table.add_column(title, no_wrap=True, justify=justify, width=width, overflow="crop")  # type: ignore[arg-type]
+    for place in range(len(found)):
+        table.add_row(*(_cut(column, cells[column][place], w) for column, w in widths.items()))
+    return table
+
+
+def _widths(cells: Mapping[Column, Sequence[Text]], columns: int) -> dict[Column, int]:
+    """Columns that have room, in order -> how wide they are."""
+    widths = {
+        column: max([cell_len(column.title), *(cell.cell_len for cell in texts)])
+        for column, texts in cells.items()
+    }
+    wanted = dict(widths)
+    if _total(widths) > columns:
+        name, state, *_, shown = COLUMNS
+        for column, least, part in (
+            (name, LEAST_NAME, NAME_PART),
+            (state, LEAST_STATE, STATE_PART),
+            (shown, LEAST_SHOWN, SHOWN_PART),
+        ):
+            widths[column] = min(widths[column], max(least, int(columns * part)))
+    for column in sorted((c for c in COLUMNS if c.dropped), key=lambda c: c.dropped):
+        if _total(widths) > columns:
+            del widths[column]
+    return _adjusted(widths, wanted, columns)
+
+
+def _adjusted(
+    widths: dict[Column, int], wanted: Mapping[Column, int], columns: int
+) -> dict[Column, int]:
+    """What is left of the width goes to what was cut; what is too much is taken from the names."""
+    for column in widths:
+        room = columns - _total(widths)
+        widths[column] += min(max(0, room), wanted[column] - widths[column])
+    name, state = COLUMNS[:2]
+    excess = _total(widths) - columns
+    if excess > 0:
+        widths[name] = max(min(widths[name], LEAST_NAME // 2), widths[name] - excess)
+    if _total(widths) > columns:
+        del widths[state]
+        widths[name] = max(1, min(wanted[name], columns))
+    return widths
+
+
+def _total(widths: Mapping[Column, int]) -> int:
+    return sum(widths.values()) + GAP * (len(widths) - 1)
+
+
+def _cut(column: Column, cell: Text, width: int) -> Text:
+    """The cell in so many columns: names keep their end, states give up how it ended."""
+    if cell.cell_len <= width:
+        return cell
+    text = cell.plain
+    if column is COLUMNS[0]:
+        return Text(middle_cut(text, width), cell.style)
+    word, _, rest = text.partition(":")
+    if rest and cell_len(word) <= width < cell_len(word) + LEAST_REST:
+        return Text(word, cell.style)
+    return Text(end_cut(text, width), cell.style)

@@ -11,12 +11,12 @@ from typing import Any
 
 from prompt_toolkit.data_structures import Size
 
-from launcher.console import talk
+from launcher.console import requests
 from launcher.console.display import GUTTER, LITTLE_HEIGHT, Display
 from launcher.console.top import KEYS_HINT, Top
 from launcher.control.client import Connection
-from launcher.control.folder import ControlError
 from launcher.control.runs import Run
+from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import Call
 
 
@@ -54,12 +54,12 @@ class Watch:
             with self._run.connect() as self._connection:
                 if self._closed:  # by a key that came before the connection
                     return
-                for item in talk.items(self._connection, self._call):
+                for item in requests.items(self._connection, self._call):
                     loop.call_soon_threadsafe(self._show, item)
         except ControlError as error:
             if not self._closed:
                 columns = self._size().columns - len(GUTTER)
-                text = talk.problem(error, columns, colour=self._display.colour)
+                text = requests.problem(error, columns, colour=self._display.colour)
                 loop.call_soon_threadsafe(self._display.answer, text)
 
     def close(self) -> None:
@@ -77,7 +77,7 @@ class Watch:
         if self._closed:
             return
         if "processes" not in item:
-            self._display.answer(talk.item_text(self._call, item))
+            self._display.answer(requests.item_text(self._call, item))
             return
         self._found = item["processes"]
         self._draw_anew()

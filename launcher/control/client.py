@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.control.folder import ControlError
 from launcher.control.protocol import VERSION
+from launcher.control.socket_directory import ControlError
 from launcher.model.record import Record
 
 HELLO_PATIENCE_S = 5.0
@@ -216,8 +216,3 @@ def _lost(error: OSError) -> ControlError:
     if isinstance(error, (BrokenPipeError, ConnectionResetError)):
         return NoRunError("the run has ended")
     return ControlError(f"the connection to the run is lost: {error.strerror or error}")
-
-
-def connect(path: Path | str, *, patience_s: float = HELLO_PATIENCE_S) -> Connection:
-    """A connection to the run that listens at `path`; ControlError."""
-    return Connection(path, patience_s=patience_s)

@@ -9,15 +9,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.control import folder
+from launcher.control import socket_directory
 from launcher.control.client import (
     HELLO_PATIENCE_S,
     Connection,
     NoRunError,
     SilentError,
-    connect,
 )
-from launcher.control.folder import ControlError
+from launcher.control.socket_directory import ControlError
 from launcher.engine.sweep import RUN_ID_VARIABLE
 from launcher.model.record import Record
 
@@ -72,7 +71,7 @@ class Run(Record):
 
     def connect(self) -> Connection:
         """Talk to it; ControlError."""
-        return connect(self.path)
+        return Connection(self.path)
 
 
 class SilentRun(Record):
@@ -142,11 +141,11 @@ def all_runs(say: Say = _silent) -> list[AnyRun]:
     """
     runs: list[AnyRun] = []
     removed: list[str] = []
-    for path in folder.sockets(os.environ, os.getuid()):
+    for path in socket_directory.sockets(os.environ, os.getuid()):
         try:
             is_halted = _state(pid_of(path)) in _HALTED
             patience_s = HALTED_PATIENCE_S if is_halted else HELLO_PATIENCE_S
-            with connect(path, patience_s=patience_s) as connection:
+            with Connection(path, patience_s=patience_s) as connection:
                 runs.append(Run.of(connection.hello, path))
         except NoRunError:
             with contextlib.suppress(FileNotFoundError):
@@ -182,7 +181,7 @@ def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = Fals
         return run
     listed = "\n".join(f"  {_described(run)}" for run in (found or runs))
     if which is None and not found:
-        here = folder.preferred(os.environ, os.getuid())
+        here = socket_directory.preferred(os.environ, os.getuid())
         text = f"no run of yours is going on in {here}"
         raise ControlError(text, hint=f"elsewhere there are; pick one with --run ID:\n{listed}")
     if not found:
@@ -196,7 +195,7 @@ def _ours(runs: Sequence[AnyRun], *, looks: bool) -> list[AnyRun]:
     ours = [run for run in runs if run.run_id == os.environ.get(RUN_ID_VARIABLE)]
     if ours:
         return ours
-    here = folder.preferred(os.environ, os.getuid())
+    here = socket_directory.preferred(os.environ, os.getuid())
     near = [run for run in runs if run.path.parent == here]
     return near or (list(runs) if looks else [])
 
@@ -230,9 +229,9 @@ def wait_for_run(pid: int, timeout_s: float) -> Run:
     while True:
         if _state(pid) in _ENDED:
             raise ControlError(f"process {pid} has ended")
-        for path in folder.sockets(os.environ, os.getuid()):
+        for path in socket_directory.sockets(os.environ, os.getuid()):
             if path.stem.startswith(f"{pid}-"):
-                with contextlib.suppress(NoRunError), connect(path) as connection:
+                with contextlib.suppress(NoRunError), Connection(path) as connection:
                     return Run.of(connection.hello, path)
         if time.monotonic() >= deadline:
             raise ControlError(f"process {pid} has opened no run within {timeout_s:g} s")

@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher.control import folder, protocol
-from launcher.control.folder import ControlError
+from launcher.control import protocol, socket_directory
 from launcher.control.peer import Exchange, Peer
 from launcher.control.protocol import Request
+from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError
 from launcher.engine.descriptors import keep_free
 from launcher.engine.reactor import Reactor, Timer
@@ -156,10 +156,10 @@ def listening(path: Path) -> socket.socket:
         raise ControlError(error.strerror or str(error)) from None
     before = os.umask(0o177)  # nobody else may connect, not even for a moment
     try:
-        listening.bind(os.fsencode(folder.not_yet(path)))
+        listening.bind(os.fsencode(socket_directory.not_yet(path)))
         listening.listen(BACKLOG)
         listening.setblocking(False)
-        folder.not_yet(path).rename(path)
+        socket_directory.not_yet(path).rename(path)
     except OSError as error:
         listening.close()
         raise ControlError(f"{path}: {error.strerror or error}") from None
@@ -177,4 +177,4 @@ def credentials(connection: socket.socket) -> tuple[int, int]:
 
 def socket_path(run_id: str) -> Path:
     """Where the socket of this run goes; ControlError."""
-    return folder.prepare(run_id, os.environ, os.getuid())
+    return socket_directory.prepare(run_id, os.environ, os.getuid())

@@ -8,11 +8,13 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from launcher.control import facts, verbs
+from launcher.control import status, verbs
 from launcher.control.logs import Logs
-from launcher.control.names import Named, resolve
 from launcher.control.peer import Exchange
 from launcher.control.protocol import VERSION, Request
+from launcher.control.selection import ProcessNames, resolve
+from launcher.control.server import Server, socket_path
+from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.desk import Desk
 from launcher.engine.machine import ProcessState
@@ -94,17 +96,17 @@ class Service:
         everybody = self._desk.processes
         if not call.names:
             return everybody
-        places = resolve(call.names, [Named.of(process.spec) for process in everybody])
+        places = resolve(call.names, [ProcessNames.of(process.spec) for process in everybody])
         return [everybody[place] for place in places]
 
     # ---- looking
 
     def _rows(self, call: Call) -> dict[str, Any]:
-        return {"processes": [facts.row(self._desk, p) for p in self._chosen(call)]}
+        return {"processes": [status.row(self._desk, p) for p in self._chosen(call)]}
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
         result = self._rows(call)
-        exchange.reply(result, facts.table(result["processes"]))
+        exchange.reply(result, status.table(result["processes"]))
 
     def _do_top(self, call: Call, exchange: Exchange) -> None:
         if not call.options.get("follow"):
@@ -123,8 +125,8 @@ class Service:
 
     def _do_info(self, call: Call, exchange: Exchange) -> None:
         base = self._identity.environment
-        found = [facts.info(self._desk, process, base) for process in self._chosen(call)]
-        text = [line for one in found for line in facts.info_lines(one)]
+        found = [status.info(self._desk, process, base) for process in self._chosen(call)]
+        text = [line for one in found for line in status.info_lines(one)]
         exchange.reply({"processes": found}, text)
 
     def _do_plan(self, call: Call, exchange: Exchange) -> None:
@@ -295,3 +297,25 @@ def _domain_id(environment: Mapping[str, str]) -> int | None:
     """The ROS domain of the run; None if it is no number."""
     text = environment.get("ROS_DOMAIN_ID") or "0"
     return int(text) if text.isdecimal() and len(text) < 10 else None
+
+
+def open_control(desk: Desk, identity: Identity) -> Server | None:
+    """The server of a run; None, after a warning, where there is no place for its socket."""
+
+    def warn(text: str) -> None:
+        desk.chronicle.say("WARNING", "launch", text)
+
+    service = Service(desk, identity)
+    try:
+        place = functools.partial(socket_path, identity.run_id)
+        return Server(
+            desk.reactor,
+            place(),
+            hello=service.hello,
+            serve=service.serve,
+            warn=warn,
+            place=place,
+        )
+    except ControlError as error:
+        warn(f"this run cannot be steered from elsewhere: {error.message}")
+        return None

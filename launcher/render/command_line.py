@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import shlex
 import stat
 import tempfile
 from collections.abc import Mapping
@@ -12,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from launcher.model.spec import ProcessSpec
-from launcher.render.shell_word import shell_word
 
 _PRIVATE = 0o700
 
@@ -91,3 +91,29 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
     return value
+
+
+_NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\x1b": r"\e", "\\": r"\\", "'": r"\'"}
+
+
+def shell_word(word: str) -> str:
+    """The word in quotes where it needs them; `$'...'` with escapes if it cannot be printed.
+
+    What stands for a byte that is no UTF-8 (as in file names of Python) becomes that byte again.
+    """
+    if word.isprintable():
+        return shlex.quote(word)
+    return "$'" + "".join(map(_escaped, word)) + "'"
+
+
+def _escaped(char: str) -> str:
+    if char in _NAMED:
+        return _NAMED[char]
+    if char.isprintable():
+        return char
+    # Bytes in octal: of these a shell reads three digits at most, whatever follows.
+    try:
+        data = char.encode(errors="surrogateescape")
+    except UnicodeEncodeError:
+        return char  # no program can be given it
+    return "".join(f"\\{byte:03o}" for byte in data)

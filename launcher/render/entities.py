@@ -24,7 +24,7 @@ from launcher.language.conditions import IfCondition, LaunchConfigurationEquals,
 from launcher.language.conditions import LaunchConfigurationNotEquals as NotEquals
 from launcher.language.substitutions.text import TextSubstitution
 from launcher.language.utilities import normalize_to_list_of_substitutions
-from launcher.render.shell_word import shell_word
+from launcher.render.command_line import shell_word
 
 # What the entity of an event did, by the event's class.
 _HAPPENINGS = {

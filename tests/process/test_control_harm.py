@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from launcher.control.client import connect
+from launcher.control.client import Connection
 from launcher.control.protocol import REQUEST_LIMIT
 from tests.process.conftest import SteeringBench
 from tests.support.examples import examples
@@ -119,7 +119,7 @@ def test_a_hundred_clients_are_served_while_the_output_flows(steering: SteeringB
         answered = []
 
         def client(number: int) -> None:
-            with connect(path, patience_s=PATIENCE_S) as connection:
+            with Connection(path, patience_s=PATIENCE_S) as connection:
                 for verb in ("ps", "logs", "info", "events", "ps"):
                     names = ["writer"] if verb in ("logs", "info") else []
                     answer = connection.ask(verb, names, patience_s=60)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.control.client import ControlError, RefusedError, connect
+from launcher.control.client import Connection, ControlError, RefusedError
 from launcher.control.server import Server
 from launcher.engine.reactor import Reactor
 from tests.process.conftest import SteeringBench
@@ -89,7 +89,7 @@ def check_that_we_are_refused_by_somebody_else(path: Path) -> None:
         thread = threading.Thread(target=reactor.run)
         thread.start()
         with pytest.raises(RefusedError, match="belongs to somebody else"):
-            connect(path)
+            Connection(path)
         reactor.stop()
         connect_and_go(path)
         thread.join()
@@ -267,7 +267,7 @@ def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
     run.process.send_signal(signal.SIGSTOP)
     wait_until(lambda: state_of(run.process.pid) == "T", "it stands still")
     with pytest.raises(ControlError, match="does not answer"):
-        connect(path, patience_s=0.2)
+        Connection(path, patience_s=0.2)
     for words in (("ps",), ("quit",), ("ps", "--run", str(run.process.pid))):
         done = run.shell(*words)
         assert done.returncode == 1

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from launcher.control.lines import not_shown
-from launcher.control.names import Named
+from launcher.control.format import not_shown
+from launcher.control.selection import ProcessNames
 from launcher.engine.desk import Desk
 from launcher.engine.operator import is_halted
 from launcher.engine.process import Process
@@ -18,7 +18,7 @@ def row(desk: Desk, process: Process) -> dict[str, Any]:
     """One process in `ps`."""
     spec, child, view = process.spec, process.child, process.view
     sample = desk.sample_of(process)
-    named = Named.of(spec)
+    named = ProcessNames.of(spec)
     uptime_s = None
     if child is not None:
         uptime_s = round(desk.reactor.now() - process.machine.running_since, 3)

@@ -14,7 +14,7 @@ _PATTERN = "*?["
 _SHOWN = 12  # names in a message
 
 
-class Named(Record):
+class ProcessNames(Record):
     """A process by all its names. `nodes` are full names of ROS nodes (`/fleet/robot_1`)."""
 
     name: str
@@ -23,7 +23,7 @@ class Named(Record):
     namespace: str | None = None
 
     @classmethod
-    def of(cls, spec: ProcessSpec) -> Named:
+    def of(cls, spec: ProcessSpec) -> ProcessNames:
         """The names of a process."""
         ros = spec.ros
         if ros is None:
@@ -48,7 +48,7 @@ def _full_name(namespace: str, node: str) -> str:
     return node if node.startswith("/") else f"{namespace.rstrip('/')}/{node}"
 
 
-def resolve(words: Iterable[str], everybody: Sequence[Named]) -> list[int]:
+def resolve(words: Iterable[str], everybody: Sequence[ProcessNames]) -> list[int]:
     """The places in `everybody` that the words mean, in order, each once; BadCallError.
 
     A word is the name of a process, its label, the name of its node with or without namespace, a
@@ -60,7 +60,7 @@ def resolve(words: Iterable[str], everybody: Sequence[Named]) -> list[int]:
     return sorted(found)
 
 
-def _meant(word: str, everybody: Sequence[Named]) -> list[int]:
+def _meant(word: str, everybody: Sequence[ProcessNames]) -> list[int]:
     exact = [i for i, one in enumerate(everybody) if one.name == word]
     if exact:
         return exact
@@ -75,7 +75,7 @@ def _meant(word: str, everybody: Sequence[Named]) -> list[int]:
     return found or _unknown(word, everybody)
 
 
-def _is_below(group: str, one: Named) -> bool:
+def _is_below(group: str, one: ProcessNames) -> bool:
     if one.namespace is None:
         return False
     root = group.rstrip("/") + "/"
@@ -90,7 +90,7 @@ def _ambiguous(word: str, names: Sequence[str]) -> None:
     )
 
 
-def _unknown(word: str, everybody: Sequence[Named]) -> list[int]:
+def _unknown(word: str, everybody: Sequence[ProcessNames]) -> list[int]:
     spellings = {spelling: one.name for one in everybody for spelling in one.all}
     near = nearest(word, spellings)
     meant = "" if near is None else f"did you mean {spellings[near]}? "

@@ -10,11 +10,11 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from launcher.console import tables
-from launcher.console.process_table import process_table
+from launcher.console.tables import process_table
 from launcher.control.client import Reply
-from launcher.control.folder import ControlError
-from launcher.control.lines import event_line, log_line
+from launcher.control.format import event_line, log_line
 from launcher.control.runs import Run
+from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import VERBS, Call, find, parse
 from launcher.errors import LauncherError, UsageError, nearest
 
