@@ -1,4 +1,4 @@
-"""Cutting: texts that are too long for their place, with a mark where something is missing."""
+"""Short forms for the status bar and tables: cut texts, sizes, durations."""
 
 from __future__ import annotations
 
@@ -8,30 +8,24 @@ from typing import Any
 from rich.cells import cell_len, set_cell_size
 
 MARK = "…"
+_UNITS = "kMGT"
+_TROUBLE = ("FATAL", "BACKOFF", "STOPPING", "STOPPED")
 
 
 def end_cut(text: str, columns: int) -> str:
-    """The beginning of the text."""
+    """The text, cut at its end."""
     return text if cell_len(text) <= columns else set_cell_size(text, max(0, columns - 1)) + MARK
 
 
 def middle_cut(text: str, columns: int) -> str:
-    """Its beginning and its end, which tells names that begin alike apart."""
+    """The text, cut in its middle: names that begin alike stay different."""
     if cell_len(text) <= columns:
         return text
-    end = _end(text, (columns - 1) // 2)
-    return set_cell_size(text, max(0, columns - 1 - cell_len(end))).rstrip() + MARK + end
-
-
-def _end(text: str, columns: int) -> str:
-    """As much of the end of the text as has room."""
     start = len(text)
-    while start > 0 and cell_len(text[start - 1 :]) <= columns:
+    while start > 0 and cell_len(text[start - 1 :]) <= (columns - 1) // 2:
         start -= 1
-    return text[start:]
-
-
-_UNITS = "kMGT"
+    end = text[start:]
+    return set_cell_size(text, max(0, columns - 1 - cell_len(end))).rstrip() + MARK + end
 
 
 def memory(size_bytes: float) -> str:
@@ -62,12 +56,9 @@ def duration(seconds: float) -> str:
     return f"{hour}:{minute:02}:{second:02}" if hour else f"{minute}:{second:02}"
 
 
-_STATES = ("FATAL", "BACKOFF", "STOPPING", "STOPPED")
-
-
 def is_in_trouble(process: Mapping[str, Any]) -> bool:
-    """Whether it is down, on its way there, paused, or has died."""
+    """Whether a person should look at it: it is down or ending, paused, or has failed."""
     state = process["state"]
     last = process.get("last_exit") or {}
     died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")
-    return died or state in _STATES or bool(process.get("paused"))
+    return died or state in _TROUBLE or bool(process.get("paused"))

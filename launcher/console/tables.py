@@ -1,4 +1,4 @@
-"""Tables: what verbs answer, laid out by rich for the width of the terminal (`process_table`)."""
+"""Tables for `ps`, `top`, `info` and `help`, as wide as the terminal."""
 
 from __future__ import annotations
 
@@ -13,11 +13,19 @@ from rich.table import Table
 from rich.text import Text
 
 from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
-from launcher.control.format import not_shown
+from launcher.control.format import filters
+
+Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
+
+GAP = 2  # blanks between two columns
+LEAST_REST = 10  # of a last exit; shorter ones say nothing
+LEAST_NAME, LEAST_STATE, LEAST_SHOWN = 14, 8, 16
+NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, if not all columns fit
+_STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}
 
 
 def render(what: RenderableType, columns: int, *, colour: bool) -> str:
-    """The text, with colours or without, no line of it wider than the terminal."""
+    """As text, no line longer than `columns`."""
     file = io.StringIO()
     console = Console(
         file=file,
@@ -34,18 +42,16 @@ def render(what: RenderableType, columns: int, *, colour: bool) -> str:
     return "\n".join(line.rstrip() for line in file.getvalue().splitlines())
 
 
-def about(process: Mapping[str, Any]) -> Table:
-    """The answer to `info` for one process."""
-    table = Table.grid(padding=(0, 2, 0, 0))
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(overflow="fold")
+def about(process: Process) -> Table:
+    """`info` of one process."""
+    rows: list[tuple[str, RenderableType]] = []
     for name, value in _facts(process):
-        for index, line in enumerate(value if isinstance(value, list) else [value]):
-            table.add_row("" if index else name, line)
-    return table
+        lines = value if isinstance(value, list) else [value]
+        rows += [("" if index else name, line) for index, line in enumerate(lines)]
+    return pairs(rows)
 
 
-def _facts(one: Mapping[str, Any]) -> Iterable[tuple[str, RenderableType | list[str]]]:
+def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "name", Text(one["name"], "bold")
     yield "state", state(one)
     yield "pid", _text(one["pid"])
@@ -63,7 +69,7 @@ def _facts(one: Mapping[str, Any]) -> Iterable[tuple[str, RenderableType | list[
     yield "memory", f"{_text(one['memory_bytes'], memory)} (resident {resident})"
     yield "threads", _text(one["threads"])
     yield "open files", _text(one["fds"])
-    yield "shown", shown(one)
+    yield "shown", filters(one) or "all"
     yield "log", _text(one["log_file"])
     unset = [f"{name} is not set" for name in one["environment_unset"]]
     yield "environment", [f"{k}={v}" for k, v in one["environment_set"].items()] + unset or "-"
@@ -74,31 +80,22 @@ def _text(value: Any, form: Any = str) -> str:
 
 
 def several(parts: Sequence[RenderableType]) -> Group:
-    """One below the other, with an empty line between them."""
+    """The parts below each other, with an empty line between them."""
     return Group(*[piece for part in parts for piece in (part, "")][:-1])
 
 
-def pairs(rows: Iterable[tuple[str, str]]) -> Table:
-    """Two columns, as `help` has them."""
+def pairs(rows: Iterable[tuple[str, RenderableType]]) -> Table:
+    """Two columns; long texts in the second are folded."""
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
-    for left, right in rows:
-        table.add_row(left, right)
+    for row in rows:
+        table.add_row(*row)
     return table
 
 
-Process = Mapping[str, Any]
-
-GAP = 2  # columns between two columns
-LEAST_REST = 10  # of a last end; with less of it, nobody knows what it was
-LEAST_NAME, LEAST_STATE, LEAST_SHOWN = 14, 8, 16
-NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, where not all has room
-_STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}
-
-
 class Column(NamedTuple):
-    """A column; `dropped` is its turn when there is no room, 0 if it always stays."""
+    """A column; the lowest `dropped` goes first where there is no room, 0 never goes."""
 
     title: str
     cell: Callable[[Process], Text]
@@ -115,25 +112,13 @@ def _figure(key: str, form: Callable[[Any], str] = str) -> Callable[[Process], T
 
 
 def state(process: Process) -> Text:
-    """How it is; with its last end, where it does not run."""
+    """State of a process; with its last exit, unless it runs."""
     if process.get("paused"):
         return Text("paused", "yellow")
     word = process["state"].lower()
     last = process.get("last_exit")
     text = f"{word}: {last['text']}" if process.get("pid") is None and last else word
     return Text(text, _STATE_STYLES.get(word, "red" if is_in_trouble(process) else ""))
-
-
-def shown(process: Process) -> str:
-    """What of its output is on the screen."""
-    words = ["muted"] if process.get("muted") else []
-    if process.get("level"):
-        words.append(f"{process['level']} and above")
-    if process.get("grep"):
-        words.append(f"lines with {process['grep']!r}")
-    if words:
-        words.append(not_shown(process.get("muted_lines", 0)))
-    return ", ".join(words) or "all"
 
 
 COLUMNS = (
@@ -145,12 +130,12 @@ COLUMNS = (
     Column("cpu", _figure("cpu_percent", cpu), 7),
     Column("memory", _figure("memory_bytes", memory), 6),
     Column("threads", _figure("threads"), 1),
-    Column("shown", lambda process: Text(shown(process)), 4, is_left=True),
+    Column("shown", lambda process: Text(filters(process) or "all"), 4, is_left=True),
 )
 
 
 def process_table(found: Sequence[Process], columns: int, *, has_head: bool = True) -> Table:
-    """The processes, a row each, in this order, none wider than so many columns."""
+    """One row per process, at most so many columns wide."""
     cells = {column: [column.cell(process) for process in found] for column in COLUMNS}
     widths = _widths(cells, columns)
     table = Table(
@@ -166,7 +151,7 @@ def process_table(found: Sequence[Process], columns: int, *, has_head: bool = Tr
 
 
 def _widths(cells: Mapping[Column, Sequence[Text]], columns: int) -> dict[Column, int]:
-    """Columns that have room, in order -> how wide they are."""
+    """Width of each column that fits, in order."""
     widths = {
         column: max([cell_len(column.title), *(cell.cell_len for cell in texts)])
         for column, texts in cells.items()
@@ -189,7 +174,7 @@ def _widths(cells: Mapping[Column, Sequence[Text]], columns: int) -> dict[Column
 def _adjusted(
     widths: dict[Column, int], wanted: Mapping[Column, int], columns: int
 ) -> dict[Column, int]:
-    """What is left of the width goes to what was cut; what is too much is taken from the names."""
+    """Give the rest of the width to columns that were cut; take excess from the names."""
     for column in widths:
         room = columns - _total(widths)
         widths[column] += min(max(0, room), wanted[column] - widths[column])
@@ -208,7 +193,7 @@ def _total(widths: Mapping[Column, int]) -> int:
 
 
 def _cut(column: Column, cell: Text, width: int) -> Text:
-    """The cell in so many columns: names keep their end, states give up how it ended."""
+    """The cell in `width` columns: names are cut in the middle, states lose the last exit."""
     if cell.cell_len <= width:
         return cell
     text = cell.plain

@@ -1,4 +1,4 @@
-"""Top: a table of processes in an order that a person chooses, and the part of it that is seen."""
+"""`top`: a table of processes that can be sorted and scrolled; `LiveTop` fills a terminal with it."""
 
 from __future__ import annotations
 
@@ -20,78 +20,19 @@ from launcher.control.verbs import Call
 
 Process = Mapping[str, Any]
 
-# Key -> the name of an order.
 ORDERS = {"c": "cpu", "m": "memory", "n": "name", "r": "restarts", "s": "state"}
 KEYS_HINT = f"arrows scroll | sort: {' '.join(ORDERS)}"
-HEAD_ROWS = 4  # with fewer, the head of the table gives way to a process
+HEAD_ROWS = 4  # with fewer rows, the table has no head
 _DIGITS = re.compile(r"(\d+)")
 
+HINT = f"{KEYS_HINT} | q ends"
+_ENDS = ("q", "Q", "\x1b", "\x04")
+_ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
+_NOTICED = (signal.SIGWINCH, signal.SIGTSTP, signal.SIGTERM, signal.SIGHUP)
+_DEADLY = (signal.SIGTERM, signal.SIGHUP)
+READ_BYTES = 1024
 
-def _by_name(process: Process) -> tuple[Any, ...]:
-    """`robot_10` behind `robot_9`."""
-    parts = _DIGITS.split(process["name"])
-    return tuple(int(part) if place % 2 else part for place, part in enumerate(parts))
-
-
-_KEYS: dict[str, Callable[[Process], Any]] = {
-    "cpu": lambda process: -(process.get("cpu_percent") or 0.0),
-    "memory": lambda process: -(process.get("memory_bytes") or 0),
-    "name": _by_name,
-    "restarts": lambda process: -(process.get("restarts") or 0),
-    "state": lambda process: (not is_in_trouble(process), process["state"]),
-}
-
-
-class Top:
-    """`press` takes a key, `lines` shows what there is now."""
-
-    def __init__(self, order: str = "cpu") -> None:
-        self.order = order
-        self._first = 0
-        self._page = 1
-
-    def press(self, key: str) -> bool:
-        """Scroll or sort; False if the key means nothing here."""
-        if key in ORDERS:
-            self.order, self._first = ORDERS[key], 0
-            return True
-        steps = {
-            "up": -1,
-            "down": 1,
-            "pageup": -self._page,
-            "pagedown": self._page,
-            "home": -self._first,
-            "end": 1_000_000,  # as far as there is anything
-        }
-        self._first = max(0, self._first + steps.get(key, 0))
-        return key in steps
-
-    def sorted(self, found: Sequence[Process]) -> list[Process]:
-        """In the order that was chosen; equal ones as they were started."""
-        return sorted(found, key=_KEYS[self.order])
-
-    def lines(self, found: Sequence[Process], columns: int, rows: int, *, colour: bool) -> str:
-        """So many rows at most: a head, processes, and what part of all of them that is."""
-        has_place = rows > 1
-        has_head = rows >= HEAD_ROWS
-        self._page = max(1, rows - has_place - has_head)
-        self._first = min(self._first, max(0, len(found) - self._page))
-        seen = self.sorted(found)[self._first : self._first + self._page]
-        table = render(process_table(seen, columns, has_head=has_head), columns, colour=colour)
-        return "\n".join([table, *([end_cut(self._place(found), columns)] if has_place else ())])
-
-    def _place(self, found: Sequence[Process]) -> str:
-        count, first = len(found), self._first + 1
-        last = min(count, self._first + self._page)
-        if count <= self._page:
-            return f"{count} by {self.order}"
-        seen = f"{first}-{last}" if last > first else str(first)
-        more = ((first - 1, "above"), (count - last, "below"))
-        return f"{seen} of {count} by {self.order}: " + ", ".join(
-            f"{number} more {where}" for number, where in more if number
-        )
-
-
+# Here and not prompt_toolkit's parser, whose import takes longer than the first answer of a run.
 _SEQUENCE = re.compile(r"\x1b\[[0-9;]*[A-Za-z~]|\x1bO[A-Za-z]|.", re.DOTALL)
 _NAMES = {
     "\x1b[A": "up",
@@ -112,52 +53,106 @@ _NAMES = {
 }
 
 
+def _by_name(process: Process) -> tuple[Any, ...]:
+    """`robot_10` behind `robot_9`."""
+    parts = _DIGITS.split(process["name"])
+    return tuple(int(part) if place % 2 else part for place, part in enumerate(parts))
+
+
+_KEYS: dict[str, Callable[[Process], Any]] = {
+    "cpu": lambda process: -(process.get("cpu_percent") or 0.0),
+    "memory": lambda process: -(process.get("memory_bytes") or 0),
+    "name": _by_name,
+    "restarts": lambda process: -(process.get("restarts") or 0),
+    "state": lambda process: (not is_in_trouble(process), process["state"]),
+}
+
+
+class Top:
+    """Order and scroll position of a table."""
+
+    def __init__(self, order: str = "cpu") -> None:
+        self.order = order
+        self._first = 0
+        self._page = 1
+
+    def press(self, key: str) -> bool:
+        """Scroll or sort; False for any other key."""
+        if key in ORDERS:
+            self.order, self._first = ORDERS[key], 0
+            return True
+        steps = {
+            "up": -1,
+            "down": 1,
+            "pageup": -self._page,
+            "pagedown": self._page,
+            "home": -self._first,
+            "end": 1_000_000,  # as far as there is anything
+        }
+        self._first = max(0, self._first + steps.get(key, 0))
+        return key in steps
+
+    def sorted(self, found: Sequence[Process]) -> list[Process]:
+        return sorted(found, key=_KEYS[self.order])
+
+    def lines(self, found: Sequence[Process], columns: int, rows: int, *, colour: bool) -> str:
+        """The table in at most `rows` lines: a head, processes, and which of them are shown."""
+        has_place = rows > 1
+        has_head = rows >= HEAD_ROWS
+        self._page = max(1, rows - has_place - has_head)
+        self._first = min(self._first, max(0, len(found) - self._page))
+        seen = self.sorted(found)[self._first : self._first + self._page]
+        table = render(process_table(seen, columns, has_head=has_head), columns, colour=colour)
+        return "\n".join([table, *([end_cut(self._place(found), columns)] if has_place else ())])
+
+    def _place(self, found: Sequence[Process]) -> str:
+        count, first = len(found), self._first + 1
+        last = min(count, self._first + self._page)
+        if count <= self._page:
+            return f"{count} by {self.order}"
+        seen = f"{first}-{last}" if last > first else str(first)
+        more = ((first - 1, "above"), (count - last, "below"))
+        return f"{seen} of {count} by {self.order}: " + ", ".join(
+            f"{number} more {where}" for number, where in more if number
+        )
+
+
 def parse_keys(typed: str) -> list[str]:
-    """The names of the keys that were typed; of those without a name, what they sent."""
+    """Names of the keys that were typed; keys without a name stand for themselves."""
     return [_NAMES.get(one, one) for one in _SEQUENCE.findall(typed)]
 
 
-HINT = f"{KEYS_HINT} | q ends"
-_ENDS = ("q", "Q", "\x1b", "\x04")
-_ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
-_NOTICED = (signal.SIGWINCH, signal.SIGTSTP, signal.SIGTERM, signal.SIGHUP)
-_DEADLY = (signal.SIGTERM, signal.SIGHUP)
-READ_BYTES = 1024
-
-
 class AlternateScreen:
-    """The terminal's other screen, and keys one by one. Use `enter` and `leave` in pairs."""
+    """The alternate screen of the terminal, with keys read one by one."""
 
     def __init__(self) -> None:
         self._settings: list[Any] | None = None
 
     def enter(self) -> None:
-        """Take it; Ctrl-C and Ctrl-Z stay what they are."""
+        """Ctrl-C and Ctrl-Z still send their signals."""
         if os.isatty(0):
             self._settings = termios.tcgetattr(0)
             tty.setcbreak(0, termios.TCSANOW)
         self.write(_ENTER)
 
     def leave(self) -> None:
-        """Give it back as it was."""
         with suppress(OSError, termios.error):  # the window was closed
             self.write(_LEAVE)
             if self._settings is not None:
                 termios.tcsetattr(0, termios.TCSANOW, self._settings)
 
     def draw(self, lines: Sequence[str]) -> None:
-        """Show these from the top, in one write, without a moment of emptiness."""
+        """Replace the contents in one write, which does not flicker."""
         self.write("\x1b[H" + "\r\n".join(f"{line}\x1b[K" for line in lines) + "\x1b[J")
 
     @staticmethod
     def write(text: str) -> None:
-        """Write all of it."""
         sys.stdout.write(text)
         sys.stdout.flush()
 
 
 class LiveTop:
-    """Shows what the run tells until a person has seen enough, or the run ends."""
+    """`python -m launcher top` in a terminal, until `q` or the end of the run."""
 
     def __init__(self, connection: Connection, call: Call, *, colour: bool) -> None:
         self._connection = connection
@@ -168,25 +163,25 @@ class LiveTop:
         self._found: Sequence[Mapping[str, Any]] | None = None
 
     def run(self) -> None:
-        """Show it; what was seen last stays on the terminal. Ctrl-C raises as everywhere."""
+        """Show it; the last table stays on the terminal. Ctrl-C raises KeyboardInterrupt."""
         request_id = self._connection.send(
             self._call.verb.name, self._call.names, **{"follow": True, **self._call.options}
         )
-        with _signals() as news:
+        with _signals() as signals:
             self._stage.enter()
             try:
-                self._loop(request_id, news)
+                self._loop(request_id, signals)
             finally:
                 self._stage.leave()
                 with suppress(OSError):
                     self._stage.write("".join(f"{line}\n" for line in self._lines(hint=False)))
 
-    def _loop(self, request_id: int, news: int) -> None:
-        sources = [self._connection.fileno(), news, *([0] if os.isatty(0) else [])]
+    def _loop(self, request_id: int, signals: int) -> None:
+        sources = [self._connection.fileno(), signals, *([0] if os.isatty(0) else [])]
         while True:
             ready, _, _ = select.select(sources, [], [], 0 if self._connection.has_line else None)
-            if news in ready:
-                self._noticed(os.read(news, READ_BYTES))
+            if signals in ready:
+                self._noticed(os.read(signals, READ_BYTES))
             if 0 in ready and self._is_ended_by(_typed()):
                 return
             if (sources[0] in ready or self._connection.has_line) and not self._heard(request_id):
@@ -194,22 +189,21 @@ class LiveTop:
             self._stage.draw(self._lines(hint=True))
 
     def _heard(self, request_id: int) -> bool:
-        """Take what the run says; whether it goes on."""
+        """Read an item; False at the end of the run."""
         try:
             item = self._connection.next_item(request_id)
         except NoRunError:
-            return False
-        if item is None:
-            return False
-        self._found = item.get("processes", self._found)
-        return True
+            item = None
+        if item is not None:
+            self._found = item.get("processes", self._found)
+        return item is not None
 
     def _is_ended_by(self, typed: bytes) -> bool:
-        """Do what the keys say; whether one of them ends it."""
+        """Handle the keys; True if one of them quits."""
         for key in parse_keys(typed.decode(errors="replace")):
             if not self._top.press(key) and key in _ENDS:
                 return True
-        return not typed  # the terminal is gone
+        return not typed  # the terminal was closed
 
     def _noticed(self, signals: bytes) -> None:
         for signum in signals:
@@ -231,16 +225,15 @@ class LiveTop:
 
 
 def _typed() -> bytes:
-    """What was typed; nothing if the window was closed."""
     try:
         return os.read(0, READ_BYTES)
     except OSError:
-        return b""
+        return b""  # the terminal was closed
 
 
 @contextmanager
 def _signals() -> Iterator[int]:
-    """A descriptor that tells the signals which are to be noticed between two looks."""
+    """A descriptor from which the numbers of signals are read."""
     reading, writing = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
     before = {signum: signal.signal(signum, lambda *_: None) for signum in _NOTICED}
     old = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from launcher.control import status, verbs
+from launcher.control import format, status, verbs
 from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
 from launcher.control.protocol import VERSION, Request
@@ -106,7 +106,7 @@ class Service:
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
         result = self._rows(call)
-        exchange.reply(result, status.table(result["processes"]))
+        exchange.reply(result, format.table(result["processes"]))
 
     def _do_top(self, call: Call, exchange: Exchange) -> None:
         if not call.options.get("follow"):
@@ -126,7 +126,7 @@ class Service:
     def _do_info(self, call: Call, exchange: Exchange) -> None:
         base = self._identity.environment
         found = [status.info(self._desk, process, base) for process in self._chosen(call)]
-        text = [line for one in found for line in status.info_lines(one)]
+        text = [line for one in found for line in format.info_lines(one)]
         exchange.reply({"processes": found}, text)
 
     def _do_plan(self, call: Call, exchange: Exchange) -> None:

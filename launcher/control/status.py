@@ -1,21 +1,20 @@
-"""Facts: what a run tells about its processes, as plain data and as lines for people."""
+"""Processes as rows of JSON, for `ps`, `top` and `info`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from launcher.control.format import not_shown
 from launcher.control.selection import ProcessNames
 from launcher.engine.desk import Desk
-from launcher.engine.operator import is_halted
 from launcher.engine.process import Process
 from launcher.engine.view import LEVELS
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
+from launcher.proc import is_suspended
 
 
 def row(desk: Desk, process: Process) -> dict[str, Any]:
-    """One process in `ps`."""
+    """A process in `ps`."""
     spec, child, view = process.spec, process.child, process.view
     sample = desk.sample_of(process)
     named = ProcessNames.of(spec)
@@ -29,26 +28,20 @@ def row(desk: Desk, process: Process) -> dict[str, Any]:
         "pid": None if child is None else child.pid,
         "restarts": process.machine.restarts,
         "uptime_s": uptime_s,
-        "cpu_percent": None if sample is None else sample.cpu_percent,
-        "memory_bytes": None if sample is None else sample.uss_bytes,
-        "rss_bytes": None if sample is None else sample.rss_bytes,
-        "threads": None if sample is None else sample.threads,
-        "fds": None if sample is None else sample.fds,
+        "cpu_percent": sample and sample.cpu_percent,
+        "memory_bytes": sample and sample.uss_bytes,
+        "rss_bytes": sample and sample.rss_bytes,
+        "threads": sample and sample.threads,
+        "fds": sample and sample.fds,
         "node_names": list(named.nodes),
         "namespace": named.namespace,
         "muted": view is not None and view.is_silent,
         "muted_lines": 0 if view is None else view.hidden_lines,
         "level": None if view is None or not view.level else LEVELS[view.level],
-        "grep": _pattern(process),
-        "paused": child is not None and is_halted(child.pid),
+        "grep": None if view is None or view.pattern is None else view.pattern.text,
+        "paused": child is not None and is_suspended(child.pid),
         "last_exit": _last_exit(process),
     }
-
-
-def _pattern(process: Process) -> str | None:
-    if process.view is None or process.view.pattern is None:
-        return None
-    return process.view.pattern.text
 
 
 def _last_exit(process: Process) -> dict[str, Any] | None:
@@ -64,23 +57,21 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
 
 
 def info(desk: Desk, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
-    """All that is known of one process; its environment is compared with `base`."""
-    spec = process.spec
-    ros = spec.ros
-    log = None if desk.log_path is None else str(desk.log_path / f"{spec.name}.log")
+    """A process in `info`; its environment is compared with `base`."""
+    spec, ros, logs = process.spec, process.spec.ros, desk.log_path
     return {
         **row(desk, process),
         "command": list(spec.argv),
         "cwd": spec.cwd,
         "shell": spec.shell,
-        "package": None if ros is None else ros.package,
-        "executable": None if ros is None else ros.executable,
+        "package": ros and ros.package,
+        "executable": ros and ros.executable,
         "environment": dict(spec.env),
         "environment_set": {k: v for k, v in spec.env.items() if base.get(k) != v},
         "environment_unset": sorted(base.keys() - spec.env.keys()),
         "restart_policy": policy_text(spec.restart),
         "stop_policy": stop_text(spec),
-        "log_file": log,
+        "log_file": None if logs is None else str(logs / f"{spec.name}.log"),
     }
 
 
@@ -106,101 +97,3 @@ def stop_text(spec: ProcessSpec) -> str:
         text += f", after {wait_s:g} s {signum.name}" if text else signum.name
         wait_s = next_s
     return text
-
-
-# ---- for people
-
-
-def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """`ps` as lines with aligned columns."""
-    head = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "MEMORY", "")
-    cells = [head, *(_cells(one) for one in rows)]
-    widths = [max(len(line[i]) for line in cells) for i in range(len(head))]
-    return [
-        "  ".join(
-            cell.ljust(width) if i in (0, 1, 7) else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
-        for line in cells
-    ]
-
-
-def _cells(one: Mapping[str, Any]) -> tuple[str, ...]:
-    return (
-        one["name"],
-        "PAUSED" if one["paused"] else one["state"],
-        _or_dash(one["pid"]),
-        str(one["restarts"]),
-        duration(one["uptime_s"]),
-        percent(one["cpu_percent"]),
-        size(one["memory_bytes"]),
-        remark(one),
-    )
-
-
-def _or_dash(value: object) -> str:
-    return "-" if value is None else str(value)
-
-
-def duration(seconds: float | None) -> str:
-    """`4.2 s`, `3 min 20 s`, `2 h 5 min`."""
-    if seconds is None:
-        return "-"
-    if seconds < 60:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(int(seconds), 60)
-    if minutes < 60:
-        return f"{minutes} min {rest} s"
-    return f"{minutes // 60} h {minutes % 60} min"
-
-
-def percent(value: float | None) -> str:
-    """`12.5 %`."""
-    return "-" if value is None else f"{value:.1f} %"
-
-
-def size(value: int | None) -> str:
-    """`48.1 MB`."""
-    return "-" if value is None else f"{value / 1e6:.1f} MB"
-
-
-def remark(one: Mapping[str, Any]) -> str:
-    """What is out of the ordinary: muted, filtered, how it ended."""
-    parts = []
-    if one["muted"]:
-        parts.append("muted")
-    if one["level"]:
-        parts.append(f"{one['level']} and above")
-    if one["grep"]:
-        parts.append(f"lines with {one['grep']!r}")
-    if parts:
-        parts.append(not_shown(one["muted_lines"]))
-    if one["pid"] is None and one["last_exit"] is not None:
-        parts.append(one["last_exit"]["text"])
-    return ", ".join(parts)
-
-
-def info_lines(one: Mapping[str, Any]) -> list[str]:
-    """`info` as lines."""
-    last = one["last_exit"]
-    asked = " (asked)" if last is not None and last["asked"] else ""
-    facts = {
-        "state": f"{one['state']}{', paused' if one['paused'] else ''}",
-        "pid": _or_dash(one["pid"]),
-        "uptime": duration(one["uptime_s"]),
-        "nodes": ", ".join(one["node_names"]) or "-",
-        "command": " ".join(one["command"]),
-        "folder": one["cwd"] or "that of the launcher",
-        "restarts": f"{one['restarts']}; policy: {one['restart_policy']}",
-        "stop": one["stop_policy"],
-        "last exit": "-" if last is None else f"{last['text']}{asked}",
-        "CPU": percent(one["cpu_percent"]),
-        "memory": f"{size(one['memory_bytes'])} (resident {size(one['rss_bytes'])})",
-        "threads": _or_dash(one["threads"]),
-        "open files": _or_dash(one["fds"]),
-        "shown": remark({**one, "pid": 0}) or "everything",
-        "log": _or_dash(one["log_file"]),
-    }
-    lines = [one["name"], *(f"  {name:<11}{value}" for name, value in facts.items())]
-    lines += [f"  env        {name}={value}" for name, value in one["environment_set"].items()]
-    return lines + [f"  env        {name} is not set" for name in one["environment_unset"]]
