@@ -1,4 +1,4 @@
-"""`top`: a table of processes that can be sorted and scrolled; `LiveTop` fills a terminal with it."""
+"""`top`: a table of processes that can be sorted and scrolled, in the console or by itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names: which processes a person means by a word."""
+"""Selection of processes by name, label, node, namespace or glob pattern."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 
 from launcher.control.verbs import BadCallError
-from launcher.errors import nearest
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec
+from launcher.text import suggest
 
 _PATTERN = "*?["
 _SHOWN = 12  # names in a message
 
 
 class ProcessNames(Record):
-    """A process by all its names. `nodes` are full names of ROS nodes (`/fleet/robot_1`)."""
+    """All names of a process; `nodes` are full names of ROS nodes (`/fleet/robot_1`)."""
 
     name: str
     label: str
@@ -24,22 +24,20 @@ class ProcessNames(Record):
 
     @classmethod
     def of(cls, spec: ProcessSpec) -> ProcessNames:
-        """The names of a process."""
         ros = spec.ros
         if ros is None:
             return cls(spec.name, spec.label)
         namespace = ros.namespace or "/"
-        node = ros.node_name
-        nodes = () if node is None else (_full_name(namespace, node),)
+        nodes = () if ros.node_name is None else (_full_name(namespace, ros.node_name),)
         return cls(spec.name, spec.label, nodes, namespace)
 
     @property
     def all(self) -> tuple[str, ...]:
-        """Every word that means it."""
+        """Every word that selects the process."""
         short = tuple(node.rpartition("/")[2] for node in self.nodes)
         nodes = self.nodes
         if not nodes and self.namespace is not None:
-            # The program names its node itself, most often as it is called.
+            # The program names its node itself, most often like its executable.
             nodes = (_full_name(self.namespace, self.label),)
         return (self.name, self.label, *short, *nodes)
 
@@ -49,18 +47,19 @@ def _full_name(namespace: str, node: str) -> str:
 
 
 def resolve(words: Iterable[str], everybody: Sequence[ProcessNames]) -> list[int]:
-    """The places in `everybody` that the words mean, in order, each once; BadCallError.
+    """Indices in `everybody` that the words select, in order and without repetition.
 
-    A word is the name of a process, its label, the name of its node with or without namespace, a
-    pattern of any of these (`robot_*`), or a namespace (`/fleet`), which means all below it.
+    A word is the name of a process, its label, its node with or without namespace, a glob pattern
+    of any of these (`robot_*`), or a namespace, which selects all below it. Raises BadCallError
+    for a word that selects nothing, or several processes without being a pattern.
     """
     found: dict[int, None] = {}
     for word in words:
-        found.update(dict.fromkeys(_meant(word, everybody)))
+        found.update(dict.fromkeys(_select(word, everybody)))
     return sorted(found)
 
 
-def _meant(word: str, everybody: Sequence[ProcessNames]) -> list[int]:
+def _select(word: str, everybody: Sequence[ProcessNames]) -> list[int]:
     exact = [i for i, one in enumerate(everybody) if one.name == word]
     if exact:
         return exact
@@ -69,7 +68,11 @@ def _meant(word: str, everybody: Sequence[ProcessNames]) -> list[int]:
         found = [i for i, one in enumerate(everybody) if any(fnmatchcase(n, word) for n in one.all)]
         return found or _unknown(word, everybody)
     if len(found) > 1:
-        _ambiguous(word, [everybody[i].name for i in found])
+        raise BadCallError(
+            "ambiguous-name",
+            f"'{word}' may be {_listed([everybody[i].name for i in found], 'or')}",
+            f"say which, or '{word}*' for all of them",
+        )
     if not found and word.startswith("/"):
         found = [i for i, one in enumerate(everybody) if _is_below(word, one)]
     return found or _unknown(word, everybody)
@@ -82,17 +85,9 @@ def _is_below(group: str, one: ProcessNames) -> bool:
     return (one.namespace.rstrip("/") + "/").startswith(root)
 
 
-def _ambiguous(word: str, names: Sequence[str]) -> None:
-    raise BadCallError(
-        "ambiguous-name",
-        f"'{word}' may be {_listed(names, 'or')}",
-        f"say which, or '{word}*' for all of them",
-    )
-
-
 def _unknown(word: str, everybody: Sequence[ProcessNames]) -> list[int]:
     spellings = {spelling: one.name for one in everybody for spelling in one.all}
-    near = nearest(word, spellings)
+    near = suggest(word, spellings)
     meant = "" if near is None else f"did you mean {spellings[near]}? "
     beginning = [one for one in everybody if one.name.startswith(word)]
     if word and len(beginning) > 1:

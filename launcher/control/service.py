@@ -8,12 +8,12 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from launcher.control import format, status, verbs
+from launcher.control import format, socket_directory, status, verbs
 from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
 from launcher.control.protocol import VERSION, Request
 from launcher.control.selection import ProcessNames, resolve
-from launcher.control.server import Server, socket_path
+from launcher.control.server import Server
 from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.desk import Desk
@@ -186,14 +186,14 @@ class Service:
             outcomes[outcome.process] = outcome
             if len(outcomes) == len(chosen):
                 _answer(exchange, [outcomes[process.name] for process in chosen])
-            exchange.turns.over(outcome.process)
+            exchange.queue.over(outcome.process)
 
         def begin(process: Process) -> None:
             self._safely(call.verb.name, exchange, lambda: do(process, done))
 
         for process in chosen:
             helps = is_signal and process.machine.state is ProcessState.STOPPING
-            exchange.turns.take(process.name, functools.partial(begin, process), helps=helps)
+            exchange.queue.take(process.name, functools.partial(begin, process), helps=helps)
 
     def _do_stop(self, call: Call, exchange: Exchange) -> None:
         self._each(call, exchange, self._desk.operator.stop)
@@ -300,21 +300,19 @@ def _domain_id(environment: Mapping[str, str]) -> int | None:
 
 
 def open_control(desk: Desk, identity: Identity) -> Server | None:
-    """The server of a run; None, after a warning, where there is no place for its socket."""
+    """Start the control server of a run; warns and returns None if there is no place for it."""
 
     def warn(text: str) -> None:
         desk.chronicle.say("WARNING", "launch", text)
 
     service = Service(desk, identity)
     try:
-        place = functools.partial(socket_path, identity.run_id)
         return Server(
             desk.reactor,
-            place(),
+            lambda: socket_directory.prepare(identity.run_id, os.environ, os.getuid()),
             hello=service.hello,
             serve=service.serve,
             warn=warn,
-            place=place,
         )
     except ControlError as error:
         warn(f"this run cannot be steered from elsewhere: {error.message}")

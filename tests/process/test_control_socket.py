@@ -80,7 +80,7 @@ def check_that_we_are_refused_by_somebody_else(path: Path) -> None:
     with Reactor() as reactor:
         server = Server(
             reactor,
-            path,
+            lambda: path,
             hello=dict,
             serve=lambda request, exchange: exchange.reply({}),
             warn=said.append,
