@@ -1,4 +1,4 @@
-"""Bar: how the processes are, in one line, or in as much of it as the terminal is wide."""
+"""The status bar: states of all processes in one line, in the longest form that fits."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Line = list[Fragment]
 
 SEPARATOR = ("class:bar.quiet", " | ")
 CUT = "..."
-LONG_NAME, SHORT_NAME = 20, 12  # columns that a name is cut to before it gives way to a count
-LEAST_FOLDER = 10  # of its characters; with less of it, nobody finds it
+LONG_NAME, SHORT_NAME = 20, 12  # columns of names, before counts replace them
+LEAST_FOLDER = 10  # characters; what is shorter is not shown
 _STYLES = {
     "RUNNING": "class:bar.running",
     "STARTING": "class:bar.waiting",
@@ -27,7 +27,7 @@ _STYLES = {
 
 
 def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
-    """The fullest form that fits: with figures, names alone, names cut short, counts."""
+    """Names with CPU and memory, names alone, short names, or counts: the first that fits."""
     if not processes:
         return [("class:bar.quiet", "no processes")]
     names = short_names(processes)
@@ -43,7 +43,7 @@ def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
 
 
 def short_names(processes: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """Name -> its label where that is unique, else the name itself."""
+    """Name -> label if that is unique, else name."""
     labels = Counter(p.get("label") or p["name"] for p in processes)
     return {
         p["name"]: p["label"] if p.get("label") and labels[p["label"]] == 1 else p["name"]
@@ -52,12 +52,11 @@ def short_names(processes: Sequence[Mapping[str, Any]]) -> dict[str, str]:
 
 
 def width(line: Line) -> int:
-    """Columns that it takes."""
     return sum(get_cwidth(text) for _, text in line)
 
 
 def fitted(line: Line, columns: int) -> Line:
-    """The line, cut with a mark where it is too long."""
+    """The line, cut to so many columns."""
     if width(line) <= columns:
         return line
     room = max(0, columns - len(CUT))
@@ -73,7 +72,7 @@ def fitted(line: Line, columns: int) -> Line:
 
 
 def folder_line(folder: str, columns: int) -> Line:
-    """What a newcomer may type, and the folder of the run, of which the end tells most."""
+    """A hint for newcomers and the log folder, whose end says most."""
     hint = "help | Ctrl-C stops the run"
     text = f"{hint} | {folder}"
     while get_cwidth(text) > columns and len(folder) > LEAST_FOLDER:
@@ -127,7 +126,7 @@ def _cell(process: Mapping[str, Any], name: str, words: Sequence[str]) -> Line:
 
 
 def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -> Iterator[Line]:
-    """Counts, with as many of those in trouble as there is room for, the fullest first."""
+    """Counts, with names of processes in trouble: the longest form first."""
     states = Counter(p["state"] for p in processes)
     counts = ", ".join(f"{count} {state.lower()}" for state, count in states.most_common())
     first: Line = [("class:bar", counts)]
