@@ -1,4 +1,4 @@
-"""Checks: one fact after the other, judged. Pure; each returns one finding."""
+"""The checks: pure functions from facts to one finding each."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import re
 from collections.abc import Callable
 
 from launcher.doctor.facts import Facts, Finding, Level
+from launcher.text import count
 
 MB = 1024**2
-NODE_SHM_BYTES = 700_000  # what one rclpy node takes: a segment and two ports
-SMALL_SHM_BYTES = 64 * MB  # what docker gives a container that does not ask
-FULL_SHM_BYTES = 8 * MB  # a dozen nodes: below that the next fleet falls back to UDP
-MIN_OPEN_FILES = 1024  # a supervisor of 200 processes; what nearly every system gives
+NODE_SHM_BYTES = 700_000  # of an rclpy node: a segment and two ports
+SMALL_SHM_BYTES = 64 * MB  # the default in docker
+FULL_SHM_BYTES = 8 * MB  # a dozen nodes; with less the next fleet falls back to UDP
+MIN_OPEN_FILES = 1024  # for 200 processes; the usual default
 HIGHEST_DOMAIN = 232
-EPHEMERAL_DOMAINS = range(102, 215)  # their ports are those that Linux gives to other programs
+EPHEMERAL_DOMAINS = range(102, 215)  # their ports are in the ephemeral range of Linux
 FIX = "python -m launcher doctor --fix"
-DISTRIBUTIONS = {  # where it is not called like the module
+DISTRIBUTIONS = {  # of modules with another name
     "rclpy": '"ros-jazzy-rclpy[fastrtps]"',
     "std_msgs.msg": "ros-jazzy-common-interfaces",
     "yaml": "pyyaml",
@@ -23,23 +24,21 @@ DISTRIBUTIONS = {  # where it is not called like the module
 
 
 def check_all(facts: Facts) -> list[Finding]:
-    """What every check says, in the order of `CHECKS`."""
     return [check(facts) for check in CHECKS]
 
 
 def stale_shared_memory(facts: Facts) -> Finding:
-    """Segments and ports of killed nodes."""
     name = "stale shared memory"
     if not facts.stale:
         return Finding(name, Level.OK, "killed nodes have left nothing in /dev/shm")
     ports = sum(item.is_port for item in facts.stale)
     segments = len(facts.stale) - ports
     size = sum(item.size_bytes for item in facts.stale) / MB
-    # Fast DDS uses a port again, and does not use a segment again.
+    # Fast DDS reuses ports, but not segments.
     return Finding(
         name,
         Level.PROBLEM if segments else Level.NOTE,
-        f"killed nodes have left {_count(segments, 'segment')} and {_count(ports, 'port')}: "
+        f"killed nodes have left {count(segments, 'segment')} and {count(ports, 'port')}: "
         f"{size:.1f} MiB",
         f"{FIX} frees them",
         fixable=True,
@@ -47,22 +46,21 @@ def stale_shared_memory(facts: Facts) -> Finding:
 
 
 def unreachable_nodes(facts: Facts) -> Finding:
-    """Living nodes whose shared memory is gone: newcomers find them and hear nothing of them."""
+    """Running nodes whose shared memory was removed: new nodes discover them, but get no data."""
     name = "unreachable nodes"
     if not facts.unreachable:
-        return Finding(name, Level.OK, "no living node has lost its files in /dev/shm")
+        return Finding(name, Level.OK, "no running node has lost its files in /dev/shm")
     listed = ", ".join(f"{process.command} [{process.pid}]" for process in facts.unreachable)
     return Finding(
         name,
         Level.PROBLEM,
-        f"their files in /dev/shm were removed while they live: {listed}. Who joins now finds "
-        "them, but hears nothing of them",
-        "start them anew; never remove files from /dev/shm by hand",
+        f"their files in /dev/shm were removed while they run: {listed}. New nodes discover "
+        "them, but receive nothing from them",
+        "restart them; never remove files from /dev/shm by hand",
     )
 
 
 def leftover_processes(facts: Facts) -> Finding:
-    """Processes of runs whose launcher is gone."""
     name = "leftover processes"
     if not facts.leftovers:
         return Finding(name, Level.OK, "no process has outlived its launcher")
@@ -71,14 +69,13 @@ def leftover_processes(facts: Facts) -> Finding:
     return Finding(
         name,
         Level.PROBLEM,
-        f"still there of {_count(len(runs), 'dead run')}: {listed}",
+        f"left over from {count(len(runs), 'dead run')}: {listed}",
         f"{FIX} stops them: SIGINT, then SIGTERM, then SIGKILL",
         fixable=True,
     )
 
 
 def shared_memory_space(facts: Facts) -> Finding:
-    """A /dev/shm that is missing, full or small."""
     name, space = "/dev/shm", facts.shared_memory
     if space is None:
         text = "there is no /dev/shm: nodes talk over UDP only, and slower"
@@ -100,10 +97,11 @@ def shared_memory_space(facts: Facts) -> Finding:
 
 
 def wheels(facts: Facts) -> Finding:
-    """The packages from pip that nodes and the launcher import."""
     name, errors = "wheels", facts.import_errors
     if not errors:
-        return Finding(name, Level.OK, "rclpy, its middleware and the common messages are there")
+        return Finding(
+            name, Level.OK, "rclpy, its middleware and the common messages are installed"
+        )
     text = "; ".join(f"{module}: {error}" for module, error in sorted(errors.items()))
     if library_path(facts).level is Level.PROBLEM:
         advice = "see 'library path' below"
@@ -113,7 +111,7 @@ def wheels(facts: Facts) -> Finding:
 
 
 def library_path(facts: Facts) -> Finding:
-    """The wheels' libraries, for which the interpreter restarts itself once."""
+    """The libraries of the wheels, for which the interpreter executes itself again once."""
     name = "library path"
     if not facts.is_bootstrapped or f"{facts.python_prefix}/lib" in facts.library_path:
         return Finding(name, Level.OK, "the libraries of the wheels can be found")
@@ -128,7 +126,7 @@ def library_path(facts: Facts) -> Finding:
 
 
 def ament_prefix_path(facts: Facts) -> Finding:
-    """Entries that are not there, or come before the wheels and have the same packages."""
+    """Entries that do not exist, or that come before the wheels and have the same packages."""
     name = "AMENT_PREFIX_PATH"
     missing = [prefix.path for prefix in facts.prefixes if not prefix.exists]
     hiding = [prefix for prefix in facts.prefixes if prefix.hides]
@@ -144,7 +142,6 @@ def ament_prefix_path(facts: Facts) -> Finding:
 
 
 def launcher_version(facts: Facts) -> Finding:
-    """The launcher that runs against the one that is installed."""
     name, installed = "launcher", facts.installed_version
     running = f"{facts.version} from {facts.folder}"
     if installed is None or installed == facts.version:
@@ -154,34 +151,33 @@ def launcher_version(facts: Facts) -> Finding:
         name,
         Level.PROBLEM if is_older else Level.NOTE,
         f"{running} runs, but {installed} is installed",
-        "start it from another folder, or bring this one up to date"
+        "start it from another folder, or update this one"
         if is_older
         else "install again: pip install --no-deps --editable .",
     )
 
 
 def domain_id(facts: Facts) -> Finding:
-    """ROS_DOMAIN_ID, which ROS itself complains about only when a node starts."""
+    """ROS_DOMAIN_ID, which ROS rejects only when a node starts."""
     name, text = "ROS_DOMAIN_ID", facts.domain_id or "0"
     if not re.fullmatch(r"[0-9]+", text) or int(text) > HIGHEST_DOMAIN:
         return Finding(
             name,
             Level.PROBLEM,
-            f"'{text}' is no domain id, so that no node can start",
+            f"'{text}' is not a domain id: no node can start",
             f"a number from 0 to {HIGHEST_DOMAIN}, best one up to {EPHEMERAL_DOMAINS.start - 1}",
         )
     if int(text) in EPHEMERAL_DOMAINS:
         return Finding(
             name,
             Level.NOTE,
-            f"the UDP ports of domain {text} are among those that Linux gives to any program",
-            f"an id up to {EPHEMERAL_DOMAINS.start - 1} has its ports to itself",
+            f"the UDP ports of domain {text} are in the range that Linux gives to any program",
+            f"use an id up to {EPHEMERAL_DOMAINS.start - 1}",
         )
     return Finding(name, Level.OK, text if facts.domain_id else "not set: domain 0")
 
 
 def log_folder(facts: Facts) -> Finding:
-    """Where runs and nodes write their logs."""
     name = "log folder"
     if facts.log_obstacle is None:
         return Finding(name, Level.OK, facts.log_folder)
@@ -189,12 +185,12 @@ def log_folder(facts: Facts) -> Finding:
         name,
         Level.PROBLEM,
         f"{facts.log_folder} cannot be written to: {facts.log_obstacle}",
-        "set ROS_LOG_DIR to a folder that can",
+        "set ROS_LOG_DIR to a writable folder",
     )
 
 
 def open_files(facts: Facts) -> Finding:
-    """ulimit -n, which bounds how many processes one launcher can hold."""
+    """The limit on open files, and so on the processes of one launcher."""
     name, soft, hard = "open files", facts.open_files, facts.open_files_hard
     if soft >= MIN_OPEN_FILES:
         return Finding(name, Level.OK, f"{soft} are allowed")
@@ -203,10 +199,6 @@ def open_files(facts: Facts) -> Finding:
     else:
         advice = "raise the hard limit: nofile in /etc/security/limits.conf, or docker --ulimit"
     return Finding(name, Level.PROBLEM, f"only {soft} are allowed per process", advice)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _numbers(version: str) -> tuple[int, ...]:
