@@ -31,9 +31,9 @@ def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
     if not processes:
         return [("class:bar.quiet", "no processes")]
     names = short_names(processes)
-    lines = [_joined([_full(p, names[p["name"]]) for p in processes])]
+    lines = [_joined([_cell(p, names[p["name"]], _figures(p)) for p in processes])]
     lines += [
-        _joined([_short(p, middle_cut(names[p["name"]], most)) for p in processes])
+        _joined([_cell(p, middle_cut(names[p["name"]], most)) for p in processes])
         for most in (columns, LONG_NAME, SHORT_NAME)
     ]
     for line in [*lines, *_counted(processes, names)]:
@@ -107,22 +107,14 @@ def _marks(process: Mapping[str, Any]) -> list[str]:
     return marks
 
 
-def _full(process: Mapping[str, Any], name: str) -> Line:
-    figures = []
-    if process.get("cpu_percent") is not None:
-        figures.append(cpu(process["cpu_percent"]))
-    if process.get("memory_bytes") is not None:
-        figures.append(memory(process["memory_bytes"]))
-    return _cell(process, name, [*_marks(process), *figures])
+def _cell(process: Mapping[str, Any], name: str, figures: Sequence[str] = ()) -> Line:
+    words = "".join(f" {word}" for word in [*_marks(process), *figures])
+    return [(_style(process), name), ("class:bar", words)]
 
 
-def _short(process: Mapping[str, Any], name: str) -> Line:
-    return _cell(process, name, _marks(process))
-
-
-def _cell(process: Mapping[str, Any], name: str, words: Sequence[str]) -> Line:
-    rest = "".join(f" {word}" for word in words)
-    return [(_style(process), name), ("class:bar", rest)]
+def _figures(process: Mapping[str, Any]) -> list[str]:
+    figures = ((cpu, process.get("cpu_percent")), (memory, process.get("memory_bytes")))
+    return [form(value) for form, value in figures if value is not None]
 
 
 def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -> Iterator[Line]:
@@ -131,7 +123,7 @@ def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -
     counts = ", ".join(f"{count} {state.lower()}" for state, count in states.most_common())
     first: Line = [("class:bar", counts)]
     troubled = [p for p in processes if is_in_trouble(p)]
-    cells = [_short(p, names[p["name"]]) for p in troubled]
+    cells = [_cell(p, names[p["name"]]) for p in troubled]
     used_cpu = sum(p.get("cpu_percent") or 0 for p in processes)
     used_memory = sum(p.get("memory_bytes") or 0 for p in processes)
     yield _joined([first, *cells, [("class:bar", f"{cpu(used_cpu)} {memory(used_memory)}")]])

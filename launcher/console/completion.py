@@ -12,6 +12,7 @@ from typing import Any
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
+from launcher.console.bar import short_names
 from launcher.control.verbs import VERBS, Verb, find
 
 LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")
@@ -77,8 +78,7 @@ def _label(process: Mapping[str, Any]) -> str:
 
 def names_of(processes: Sequence[Mapping[str, Any]]) -> set[str]:
     """Words that select one process: labels if they are unique, else names; nodes."""
-    labels = Counter(_label(p) for p in processes)
-    words = {_label(p) if labels[_label(p)] == 1 else p["name"] for p in processes}
+    words = set(short_names(processes).values())
     for process in processes:
         words.update(process.get("node_names") or ())
     return words

@@ -39,8 +39,6 @@ class Run(Record):
     log_dir: str | None
     domain_id: int | None
     processes: tuple[str, ...]
-    launcher: str
-    protocol: int
     path: Path
 
     @classmethod
@@ -55,8 +53,6 @@ class Run(Record):
             log_dir=run["log_dir"],
             domain_id=run["domain_id"],
             processes=tuple(run["processes"]),
-            launcher=hello["launcher"],
-            protocol=hello["protocol"],
             path=path,
         )
 

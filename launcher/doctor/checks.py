@@ -22,69 +22,134 @@ DISTRIBUTIONS = {  # of modules with another name
     "yaml": "pyyaml",
 }
 
+Verdict = tuple[Level, str, str | None, bool]  # as in Finding, without its name
+Check = Callable[[Facts], Verdict]
+CHECKS: dict[str, Check] = {}  # by name, in the order in which they are shown
+
 
 def check_all(facts: Facts) -> list[Finding]:
-    return [check(facts) for check in CHECKS]
+    return [Finding(name, *check(facts)) for name, check in CHECKS.items()]
 
 
-def stale_shared_memory(facts: Facts) -> Finding:
-    name = "stale shared memory"
-    if not facts.stale:
-        return Finding(name, Level.OK, "killed nodes have left nothing in /dev/shm")
-    ports = sum(item.is_port for item in facts.stale)
-    segments = len(facts.stale) - ports
-    size = sum(item.size_bytes for item in facts.stale) / MB
-    # Fast DDS reuses ports, but not segments.
-    return Finding(
-        name,
-        Level.PROBLEM if segments else Level.NOTE,
-        f"killed nodes have left {count(segments, 'segment')} and {count(ports, 'port')}: "
-        f"{size:.1f} MiB",
-        f"{FIX} frees them",
-        fixable=True,
+def _check(name: str) -> Callable[[Check], Check]:
+    return lambda check: CHECKS.setdefault(name, check)
+
+
+def _ok(text: str) -> Verdict:
+    return Level.OK, text, None, False
+
+
+def _note(text: str, advice: str, *, is_fixable: bool = False) -> Verdict:
+    return Level.NOTE, text, advice, is_fixable
+
+
+def _problem(text: str, advice: str, *, is_fixable: bool = False) -> Verdict:
+    return Level.PROBLEM, text, advice, is_fixable
+
+
+@_check("wheels")
+def wheels(facts: Facts) -> Verdict:
+    errors = facts.import_errors
+    if not errors:
+        return _ok("rclpy, its middleware and the common messages are installed")
+    text = "; ".join(f"{module}: {error}" for module, error in sorted(errors.items()))
+    if library_path(facts)[0] is Level.PROBLEM:
+        advice = "see 'library path' below"
+    else:
+        advice = " ".join(["pip install", *(DISTRIBUTIONS.get(m, m) for m in sorted(errors))])
+    return _problem(f"cannot be imported: {text}", advice)
+
+
+@_check("library path")
+def library_path(facts: Facts) -> Verdict:
+    """The libraries of the wheels, for which the interpreter executes itself again once."""
+    if not facts.is_bootstrapped or f"{facts.python_prefix}/lib" in facts.library_path:
+        return _ok("the libraries of the wheels can be found")
+    state = "names another environment" if facts.library_path else "is gone"
+    return _problem(
+        f"_ROS_WHEELS_BOOTSTRAP_COMPLETE is set, but LD_LIBRARY_PATH {state} (sudo, su and some "
+        "IDEs drop it): imports fail with 'cannot open shared object file'",
+        "start with: env -u _ROS_WHEELS_BOOTSTRAP_COMPLETE -u LD_LIBRARY_PATH python ...",
     )
 
 
-def unreachable_nodes(facts: Facts) -> Finding:
-    """Running nodes whose shared memory was removed: new nodes discover them, but get no data."""
-    name = "unreachable nodes"
-    if not facts.unreachable:
-        return Finding(name, Level.OK, "no running node has lost its files in /dev/shm")
-    listed = ", ".join(f"{process.command} [{process.pid}]" for process in facts.unreachable)
-    return Finding(
-        name,
-        Level.PROBLEM,
-        f"their files in /dev/shm were removed while they run: {listed}. New nodes discover "
-        "them, but receive nothing from them",
-        "restart them; never remove files from /dev/shm by hand",
+@_check("AMENT_PREFIX_PATH")
+def ament_prefix_path(facts: Facts) -> Verdict:
+    """Entries that do not exist, or that come before the wheels and have the same packages."""
+    missing = [prefix.path for prefix in facts.prefixes if not prefix.exists]
+    hiding = [prefix for prefix in facts.prefixes if prefix.hides]
+    texts = [f"{path} does not exist" for path in missing]
+    texts += [f"{p.path} hides the wheels' {', '.join(p.hides)}" for p in hiding]
+    if hiding:
+        advice = "start from a shell where no other ROS was sourced"
+        return _problem("; ".join(texts), advice)
+    if missing:
+        advice = "remove it from AMENT_PREFIX_PATH, or build that workspace"
+        return _problem("; ".join(texts), advice)
+    return _ok("every entry exists, and none hides the wheels")
+
+
+@_check("launcher")
+def launcher_version(facts: Facts) -> Verdict:
+    installed = facts.installed_version
+    running = f"{facts.version} from {facts.folder}"
+    if installed is None or installed == facts.version:
+        return _ok(running)
+    text = f"{running} runs, but {installed} is installed"
+    if _numbers(facts.version) < _numbers(installed):
+        return _problem(text, "start it from another folder, or update this one")
+    return _note(text, "install again: pip install --no-deps --editable .")
+
+
+@_check("ROS_DOMAIN_ID")
+def domain_id(facts: Facts) -> Verdict:
+    """ROS_DOMAIN_ID, which ROS rejects only when a node starts."""
+    text = facts.domain_id or "0"
+    if not re.fullmatch(r"[0-9]+", text) or int(text) > HIGHEST_DOMAIN:
+        return _problem(
+            f"'{text}' is not a domain id: no node can start",
+            f"a number from 0 to {HIGHEST_DOMAIN}, best one up to {EPHEMERAL_DOMAINS.start - 1}",
+        )
+    if int(text) in EPHEMERAL_DOMAINS:
+        return _note(
+            f"the UDP ports of domain {text} are in the range that Linux gives to any program",
+            f"use an id up to {EPHEMERAL_DOMAINS.start - 1}",
+        )
+    return _ok(text if facts.domain_id else "not set: domain 0")
+
+
+@_check("log folder")
+def log_folder(facts: Facts) -> Verdict:
+    if facts.log_obstacle is None:
+        return _ok(facts.log_folder)
+    return _problem(
+        f"{facts.log_folder} cannot be written to: {facts.log_obstacle}",
+        "set ROS_LOG_DIR to a writable folder",
     )
 
 
-def leftover_processes(facts: Facts) -> Finding:
-    name = "leftover processes"
-    if not facts.leftovers:
-        return Finding(name, Level.OK, "no process has outlived its launcher")
-    runs = {leftover.run_id for leftover in facts.leftovers}
-    listed = ", ".join(f"{leftover.command} [{leftover.pid}]" for leftover in facts.leftovers)
-    return Finding(
-        name,
-        Level.PROBLEM,
-        f"left over from {count(len(runs), 'dead run')}: {listed}",
-        f"{FIX} stops them: SIGINT, then SIGTERM, then SIGKILL",
-        fixable=True,
-    )
+@_check("open files")
+def open_files(facts: Facts) -> Verdict:
+    """The limit on open files, and so on the processes of one launcher."""
+    soft, hard = facts.open_files, facts.open_files_hard
+    if soft >= MIN_OPEN_FILES:
+        return _ok(f"{soft} are allowed")
+    if hard >= MIN_OPEN_FILES:
+        advice = f"ulimit -n {hard}"
+    else:
+        advice = "raise the hard limit: nofile in /etc/security/limits.conf, or docker --ulimit"
+    return _problem(f"only {soft} are allowed per process", advice)
 
 
-def shared_memory_space(facts: Facts) -> Finding:
-    name, space = "/dev/shm", facts.shared_memory
+@_check("/dev/shm")
+def shared_memory_space(facts: Facts) -> Verdict:
+    space = facts.shared_memory
     if space is None:
         text = "there is no /dev/shm: nodes talk over UDP only, and slower"
-        return Finding(name, Level.NOTE, text, "mount a tmpfs there")
+        return _note(text, "mount a tmpfs there")
     total, free = space.total_bytes / MB, space.free_bytes / MB
     if space.free_bytes < FULL_SHM_BYTES:
-        return Finding(
-            name,
-            Level.PROBLEM,
+        return _problem(
             f"{free:.1f} of {total:.0f} MiB are free: new nodes print RTPS_TRANSPORT_SHM errors "
             "and fall back to UDP",
             f"{FIX} frees what is stale; in docker, give more with --shm-size=512m",
@@ -92,129 +157,47 @@ def shared_memory_space(facts: Facts) -> Finding:
     nodes = space.free_bytes // NODE_SHM_BYTES
     if space.total_bytes <= SMALL_SHM_BYTES:
         text = f"only {total:.0f} MiB: room for about {nodes} more nodes"
-        return Finding(name, Level.NOTE, text, "in docker, give more with --shm-size=512m")
-    return Finding(name, Level.OK, f"{free:.0f} of {total:.0f} MiB are free")
+        return _note(text, "in docker, give more with --shm-size=512m")
+    return _ok(f"{free:.0f} of {total:.0f} MiB are free")
 
 
-def wheels(facts: Facts) -> Finding:
-    name, errors = "wheels", facts.import_errors
-    if not errors:
-        return Finding(
-            name, Level.OK, "rclpy, its middleware and the common messages are installed"
-        )
-    text = "; ".join(f"{module}: {error}" for module, error in sorted(errors.items()))
-    if library_path(facts).level is Level.PROBLEM:
-        advice = "see 'library path' below"
-    else:
-        advice = " ".join(["pip install", *(DISTRIBUTIONS.get(m, m) for m in sorted(errors))])
-    return Finding(name, Level.PROBLEM, f"cannot be imported: {text}", advice)
+@_check("stale shared memory")
+def stale_shared_memory(facts: Facts) -> Verdict:
+    if not facts.stale:
+        return _ok("killed nodes have left nothing in /dev/shm")
+    ports = sum(item.is_port for item in facts.stale)
+    segments = len(facts.stale) - ports
+    size = sum(item.size_bytes for item in facts.stale) / MB
+    found = f"{count(segments, 'segment')} and {count(ports, 'port')}: {size:.1f} MiB"
+    judge = _problem if segments else _note  # Fast DDS reuses ports, but not segments
+    return judge(f"killed nodes have left {found}", f"{FIX} frees them", is_fixable=True)
 
 
-def library_path(facts: Facts) -> Finding:
-    """The libraries of the wheels, for which the interpreter executes itself again once."""
-    name = "library path"
-    if not facts.is_bootstrapped or f"{facts.python_prefix}/lib" in facts.library_path:
-        return Finding(name, Level.OK, "the libraries of the wheels can be found")
-    state = "names another environment" if facts.library_path else "is gone"
-    return Finding(
-        name,
-        Level.PROBLEM,
-        f"_ROS_WHEELS_BOOTSTRAP_COMPLETE is set, but LD_LIBRARY_PATH {state} (sudo, su and some "
-        "IDEs drop it): imports fail with 'cannot open shared object file'",
-        "start with: env -u _ROS_WHEELS_BOOTSTRAP_COMPLETE -u LD_LIBRARY_PATH python ...",
+@_check("unreachable nodes")
+def unreachable_nodes(facts: Facts) -> Verdict:
+    """Running nodes whose shared memory was removed: new nodes discover them, but get no data."""
+    if not facts.unreachable:
+        return _ok("no running node has lost its files in /dev/shm")
+    listed = ", ".join(f"{process.command} [{process.pid}]" for process in facts.unreachable)
+    return _problem(
+        f"their files in /dev/shm were removed while they run: {listed}. New nodes discover "
+        "them, but receive nothing from them",
+        "restart them; never remove files from /dev/shm by hand",
     )
 
 
-def ament_prefix_path(facts: Facts) -> Finding:
-    """Entries that do not exist, or that come before the wheels and have the same packages."""
-    name = "AMENT_PREFIX_PATH"
-    missing = [prefix.path for prefix in facts.prefixes if not prefix.exists]
-    hiding = [prefix for prefix in facts.prefixes if prefix.hides]
-    texts = [f"{path} does not exist" for path in missing]
-    texts += [f"{p.path} hides the wheels' {', '.join(p.hides)}" for p in hiding]
-    if hiding:
-        advice = "start from a shell where no other ROS was sourced"
-        return Finding(name, Level.PROBLEM, "; ".join(texts), advice)
-    if missing:
-        advice = "remove it from AMENT_PREFIX_PATH, or build that workspace"
-        return Finding(name, Level.PROBLEM, "; ".join(texts), advice)
-    return Finding(name, Level.OK, "every entry exists, and none hides the wheels")
-
-
-def launcher_version(facts: Facts) -> Finding:
-    name, installed = "launcher", facts.installed_version
-    running = f"{facts.version} from {facts.folder}"
-    if installed is None or installed == facts.version:
-        return Finding(name, Level.OK, running)
-    is_older = _numbers(facts.version) < _numbers(installed)
-    return Finding(
-        name,
-        Level.PROBLEM if is_older else Level.NOTE,
-        f"{running} runs, but {installed} is installed",
-        "start it from another folder, or update this one"
-        if is_older
-        else "install again: pip install --no-deps --editable .",
+@_check("leftover processes")
+def leftover_processes(facts: Facts) -> Verdict:
+    if not facts.leftovers:
+        return _ok("no process has outlived its launcher")
+    runs = {leftover.run_id for leftover in facts.leftovers}
+    listed = ", ".join(f"{leftover.command} [{leftover.pid}]" for leftover in facts.leftovers)
+    return _problem(
+        f"left over from {count(len(runs), 'dead run')}: {listed}",
+        f"{FIX} stops them: SIGINT, then SIGTERM, then SIGKILL",
+        is_fixable=True,
     )
-
-
-def domain_id(facts: Facts) -> Finding:
-    """ROS_DOMAIN_ID, which ROS rejects only when a node starts."""
-    name, text = "ROS_DOMAIN_ID", facts.domain_id or "0"
-    if not re.fullmatch(r"[0-9]+", text) or int(text) > HIGHEST_DOMAIN:
-        return Finding(
-            name,
-            Level.PROBLEM,
-            f"'{text}' is not a domain id: no node can start",
-            f"a number from 0 to {HIGHEST_DOMAIN}, best one up to {EPHEMERAL_DOMAINS.start - 1}",
-        )
-    if int(text) in EPHEMERAL_DOMAINS:
-        return Finding(
-            name,
-            Level.NOTE,
-            f"the UDP ports of domain {text} are in the range that Linux gives to any program",
-            f"use an id up to {EPHEMERAL_DOMAINS.start - 1}",
-        )
-    return Finding(name, Level.OK, text if facts.domain_id else "not set: domain 0")
-
-
-def log_folder(facts: Facts) -> Finding:
-    name = "log folder"
-    if facts.log_obstacle is None:
-        return Finding(name, Level.OK, facts.log_folder)
-    return Finding(
-        name,
-        Level.PROBLEM,
-        f"{facts.log_folder} cannot be written to: {facts.log_obstacle}",
-        "set ROS_LOG_DIR to a writable folder",
-    )
-
-
-def open_files(facts: Facts) -> Finding:
-    """The limit on open files, and so on the processes of one launcher."""
-    name, soft, hard = "open files", facts.open_files, facts.open_files_hard
-    if soft >= MIN_OPEN_FILES:
-        return Finding(name, Level.OK, f"{soft} are allowed")
-    if hard >= MIN_OPEN_FILES:
-        advice = f"ulimit -n {hard}"
-    else:
-        advice = "raise the hard limit: nofile in /etc/security/limits.conf, or docker --ulimit"
-    return Finding(name, Level.PROBLEM, f"only {soft} are allowed per process", advice)
 
 
 def _numbers(version: str) -> tuple[int, ...]:
     return tuple(int(number) for number in re.findall(r"\d+", version))
-
-
-CHECKS: tuple[Callable[[Facts], Finding], ...] = (
-    wheels,
-    library_path,
-    ament_prefix_path,
-    launcher_version,
-    domain_id,
-    log_folder,
-    open_files,
-    shared_memory_space,
-    stale_shared_memory,
-    unreachable_nodes,
-    leftover_processes,
-)

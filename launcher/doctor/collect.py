@@ -8,7 +8,7 @@ import re
 import resource
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
@@ -146,14 +146,14 @@ def installed_version() -> str | None:
     return None
 
 
-def obstacle(folder: Path, *, may_write: Callable[[Path, int], bool] = os.access) -> str | None:
+def obstacle(folder: Path) -> str | None:
     """Why `folder`, which need not exist, cannot be written to; None if it can."""
     existing = folder
     while not os.path.lexists(existing) and existing != existing.parent:
         existing = existing.parent
     if not existing.is_dir():
         return f"{existing} is not a folder"
-    if not may_write(existing, os.W_OK | os.X_OK):
+    if not os.access(existing, os.W_OK | os.X_OK):
         return f"no permission to write to {existing}"
     return None
 

@@ -1,4 +1,4 @@
-"""Entities and conditions in a few words, for the tree of a plan."""
+"""Short texts about entities, conditions and events, for the tree of a plan."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ from launcher.language.substitutions.text import TextSubstitution
 from launcher.language.utilities import normalize_to_list_of_substitutions
 from launcher.render.command_line import shell_word
 
-# What the entity of an event did, by the event's class.
 _HAPPENINGS = {
     "ProcessExited": "exits",
     "ProcessStarted": "starts",
@@ -39,19 +38,19 @@ _HAPPENINGS = {
 
 
 def place(origin: Any) -> str:
-    """`file:line`, the file relative to the working directory where it lies below that."""
+    """`file:line`, as `short_path`; empty without an origin."""
     return "" if origin is None else f"{short_path(origin.path)}:{origin.line}"
 
 
 def short_path(path: str) -> str:
-    """The path, relative to the working directory if it lies below that; quoted if it must be."""
+    """The path, relative if it is below the working directory; quoted if not printable."""
     here = os.getcwd() + os.sep
     short = path[len(here) :] if path.startswith(here) else path
     return short if short.isprintable() else shell_word(short)
 
 
 def described(parts: Any) -> str:
-    """Substitutions as people read them; plain texts without quotes."""
+    """Substitutions as text; plain texts without quotes."""
     subs = normalize_to_list_of_substitutions(parts)
     texts = [sub.text for sub in subs if isinstance(sub, TextSubstitution)]
     if len(texts) == len(subs):
@@ -60,7 +59,6 @@ def described(parts: Any) -> str:
 
 
 def headline(entity: Any) -> str:
-    """What the entity is."""
     for kind, text in _HEADLINES:
         if isinstance(entity, kind):
             return str(text(entity))
@@ -81,7 +79,7 @@ def condition_text(condition: Any) -> str:
 
 
 def happening(event: Any) -> str:
-    """What an event says about the process or action that it is about."""
+    """`exits`, `starts` and so on, of the process or action that an event is about."""
     name = type(event).__name__
     if name == "StateTransition":
         return f"goes from {event.start_state} to {event.goal_state}"
@@ -89,7 +87,7 @@ def happening(event: Any) -> str:
 
 
 def handler_target(handler: Any) -> tuple[Any, str]:
-    """(the action that a handler watches or None, what it waits for)."""
+    """(action that a handler watches or None, what it waits for)."""
     target = vars(handler).get("_OnActionEventBase__action_matcher")
     event = vars(handler).get("_OnActionEventBase__target_event_cls")
     if event is None:
@@ -103,7 +101,7 @@ def handler_target(handler: Any) -> tuple[Any, str]:
 
 
 def handler_entities(handler: Any) -> list[Any]:
-    """What a handler is known to yield beforehand."""
+    """Entities of a handler that are known before it is called."""
     entities = list(handler.describe()[1])
     at_shutdown = vars(handler).get("_OnShutdown__on_shutdown")
     if isinstance(at_shutdown, (list, tuple)):

@@ -182,8 +182,11 @@ def test_a_folder_that_could_be_made_is_no_obstacle(tmp_path: Path):
     assert obstacle(tmp_path / "file" / "b") == f"{tmp_path / 'file'} is not a folder"
 
 
-def test_a_folder_that_we_may_not_write_in_is_an_obstacle(tmp_path: Path):
-    found = obstacle(tmp_path / "log", may_write=lambda path, mode: False)
+def test_a_folder_that_we_may_not_write_in_is_an_obstacle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    found = obstacle(tmp_path / "log")
     assert found == f"no permission to write to {tmp_path}"
 
 
