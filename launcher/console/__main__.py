@@ -26,7 +26,7 @@ def main(words: list[str]) -> int:
 
 
 async def _run(pid: int, feed: int, link: socket.socket) -> None:
-    from launcher.console.session import Session, in_thread
+    from launcher.console.session import ConsoleSession, in_thread
     from launcher.control.runs import wait_for_run
     from launcher.control.socket_directory import ControlError
 
@@ -34,7 +34,7 @@ async def _run(pid: int, feed: int, link: socket.socket) -> None:
         run = await in_thread(lambda: wait_for_run(pid, PATIENCE_S))
     except ControlError:
         return  # the launcher has ended; the terminal is unchanged
-    session = Session(run, feed, link, colour=not os.environ.get("NO_COLOR"))
+    session = ConsoleSession(run, feed, link, colour=not os.environ.get("NO_COLOR"))
     try:
         if not await session.run_until_end():
             session.report_death()

@@ -64,7 +64,7 @@ def _below_home(path: str) -> str:
     return f"~/{path.removeprefix(home)}" if path.startswith(home) else path
 
 
-class Session:
+class ConsoleSession:
     """The console of `run`; `feed_fd` is the output of the launcher, `link` the handover."""
 
     def __init__(self, run: Run, feed_fd: int, link: socket.socket, *, colour: bool) -> None:
