@@ -14,7 +14,7 @@ from launcher.control.runs import Run
 from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import VERBS, Call, find, parse
 from launcher.errors import LauncherError, UsageError
-from launcher.text import suggest
+from launcher.text import did_you_mean
 
 KEYS = (
     ("Tab", "complete a verb, a name, a pattern, a signal"),
@@ -32,13 +32,12 @@ def read_call(line: str) -> Call:
     try:
         name, *words = shlex.split(line)
     except ValueError as error:
-        hint = "quotes come in pairs, as in a shell; \\' is a quote that is meant"
+        hint = "quotes come in pairs, as in a shell; \\' is a literal quote"
         raise UsageError(f"the line is not finished: {error}", hint=hint) from None
     verb = find(name)
     if verb is None:
-        near = suggest(name, [verb.name for verb in VERBS])
-        hint = f"did you mean {near}?" if near else "`help` lists what there is"
-        raise UsageError(f"there is no verb '{name}'", hint=hint)
+        hint = did_you_mean(name, [verb.name for verb in VERBS]) or "`help` lists all verbs"
+        raise UsageError(f"unknown verb '{name}'", hint=hint)
     return parse(verb, words)
 
 

@@ -156,7 +156,7 @@ class ConsoleSession:
 
     def report_death(self) -> None:
         """Write as the last line that the launcher was killed."""
-        text = "the launcher was killed; everything that it had started is ended by its watchdog"
+        text = "the launcher was killed; its watchdog kills what it had started"
         self._terminal.write(f"[ERROR] [console]: {text}\r\n".encode())
         self._terminal.drain(DRAIN_S)
 

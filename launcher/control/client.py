@@ -139,7 +139,7 @@ class Connection:
         return b"\n" in self._buffer
 
     def send(self, verb: str, names: Sequence[str] = (), **options: Any) -> int:
-        """Send a request without waiting for its answer; returns its id."""
+        """Send a request and return its id; `read` or `next_item` get the answers."""
         request_id = next(self._ids)
         request = {
             "protocol": VERSION,
@@ -154,6 +154,10 @@ class Connection:
         except OSError as error:
             raise _lost(error) from None
         return request_id
+
+    def read(self, patience_s: float | None = None) -> dict[str, Any]:
+        """Next line of the run, for clients that send several requests at once."""
+        return self._answer(None if patience_s is None else time.monotonic() + patience_s)
 
     def wait_for_end(self, patience_s: float | None = None) -> bool:
         """Wait for the end of the run; False at the timeout."""

@@ -91,7 +91,7 @@ class SilentRun(Record):
         """The error for a request to this run."""
         is_suspended = self.state in _SUSPENDED
         hint = f"kill -CONT {self.pid}" if is_suspended else f"kill -9 {self.pid} ends it"
-        text = f"run {self.run_id} (pid {self.pid}) is there but {self.problem}"
+        text = f"run {self.run_id} (pid {self.pid}) {self.problem}"
         return SilentError(text, hint=hint)
 
 
@@ -146,7 +146,7 @@ def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = Fals
     runs = all_runs(say)
     if not runs:
         hint = "python -m launcher TARGET starts one (not with --no-control)"
-        raise ControlError("no run of yours is going on", hint=hint)
+        raise ControlError("no active run", hint=hint)
     found = _ours(runs, looks=looks) if which is None else _matching(runs, which)
     if len(found) == 1:
         (run,) = found
@@ -156,12 +156,12 @@ def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = Fals
     listed = "\n".join(f"  {_described(run)}" for run in (found or runs))
     if which is None and not found:
         here = socket_directory.preferred(os.environ, os.getuid())
-        text = f"no run of yours is going on in {here}"
-        raise ControlError(text, hint=f"elsewhere there are; pick one with --run ID:\n{listed}")
+        text = f"no active run in {here}"
+        raise ControlError(text, hint=f"choose a run elsewhere with --run ID:\n{listed}")
     if not found:
-        raise ControlError(f"there is no run '{which}'", hint=f"these are going on:\n{listed}")
-    what = "several runs are going on" if which is None else f"'{which}' may be several runs"
-    raise ControlError(what, hint=f"pick one with --run ID:\n{listed}")
+        raise ControlError(f"unknown run '{which}'", hint=f"active runs:\n{listed}")
+    what = "several runs are active" if which is None else f"'{which}' matches several runs"
+    raise ControlError(what, hint=f"choose one with --run ID:\n{listed}")
 
 
 def _ours(runs: Sequence[AnyRun], *, looks: bool) -> list[AnyRun]:
@@ -205,5 +205,5 @@ def wait_for_run(pid: int, timeout_s: float) -> Run:
                 with contextlib.suppress(NoRunError), Connection(path) as connection:
                     return Run.of(connection.hello, path)
         if time.monotonic() >= deadline:
-            raise ControlError(f"process {pid} has opened no run within {timeout_s:g} s")
+            raise ControlError(f"process {pid} opened no control socket within {timeout_s:g} s")
         time.sleep(LOOK_S)

@@ -46,8 +46,8 @@ def _full_name(namespace: str, node: str) -> str:
     return node if node.startswith("/") else f"{namespace.rstrip('/')}/{node}"
 
 
-def resolve(words: Iterable[str], everybody: Sequence[ProcessNames]) -> list[int]:
-    """Indices in `everybody` that the words select, in order and without repetition.
+def resolve(words: Iterable[str], processes: Sequence[ProcessNames]) -> list[int]:
+    """Indices in `processes` that the words select, in order and without repetition.
 
     A word is the name of a process, its label, its node with or without namespace, a glob pattern
     of any of these (`robot_*`), or a namespace, which selects all below it. Raises BadCallError
@@ -55,27 +55,27 @@ def resolve(words: Iterable[str], everybody: Sequence[ProcessNames]) -> list[int
     """
     found: dict[int, None] = {}
     for word in words:
-        found.update(dict.fromkeys(_select(word, everybody)))
+        found.update(dict.fromkeys(_select(word, processes)))
     return sorted(found)
 
 
-def _select(word: str, everybody: Sequence[ProcessNames]) -> list[int]:
-    exact = [i for i, one in enumerate(everybody) if one.name == word]
+def _select(word: str, processes: Sequence[ProcessNames]) -> list[int]:
+    exact = [i for i, one in enumerate(processes) if one.name == word]
     if exact:
         return exact
-    found = [i for i, one in enumerate(everybody) if word in one.all]
+    found = [i for i, one in enumerate(processes) if word in one.all]
     if not found and any(character in word for character in _PATTERN):
-        found = [i for i, one in enumerate(everybody) if any(fnmatchcase(n, word) for n in one.all)]
-        return found or _unknown(word, everybody)
+        found = [i for i, one in enumerate(processes) if any(fnmatchcase(n, word) for n in one.all)]
+        return found or _unknown(word, processes)
     if len(found) > 1:
         raise BadCallError(
             "ambiguous-name",
-            f"'{word}' may be {_listed([everybody[i].name for i in found], 'or')}",
-            f"say which, or '{word}*' for all of them",
+            f"'{word}' is ambiguous: {_listed([processes[i].name for i in found], 'or')}",
+            f"choose one, or '{word}*' for all of them",
         )
     if not found and word.startswith("/"):
-        found = [i for i, one in enumerate(everybody) if _is_below(word, one)]
-    return found or _unknown(word, everybody)
+        found = [i for i, one in enumerate(processes) if _is_below(word, one)]
+    return found or _unknown(word, processes)
 
 
 def _is_below(group: str, one: ProcessNames) -> bool:
@@ -85,15 +85,15 @@ def _is_below(group: str, one: ProcessNames) -> bool:
     return (one.namespace.rstrip("/") + "/").startswith(root)
 
 
-def _unknown(word: str, everybody: Sequence[ProcessNames]) -> list[int]:
-    spellings = {spelling: one.name for one in everybody for spelling in one.all}
-    near = suggest(word, spellings)
-    meant = "" if near is None else f"did you mean {spellings[near]}? "
-    beginning = [one for one in everybody if one.name.startswith(word)]
-    if word and len(beginning) > 1:
-        meant = f"did you mean '{word}*'? "
-    there = _listed([one.name for one in everybody], "and") or "no processes yet"
-    raise BadCallError("unknown-name", f"there is no process '{word}'", f"{meant}there are {there}")
+def _unknown(word: str, processes: Sequence[ProcessNames]) -> list[int]:
+    spellings = {spelling: one.name for one in processes for spelling in one.all}
+    similar = suggest(word, spellings)
+    if word and sum(one.name.startswith(word) for one in processes) > 1:
+        hint = f"did you mean '{word}*'? "
+    else:
+        hint = "" if similar is None else f"did you mean '{spellings[similar]}'? "
+    there = _listed([one.name for one in processes], "and") or "no processes yet"
+    raise BadCallError("unknown-name", f"unknown process '{word}'", f"{hint}there are {there}")
 
 
 def _listed(names: Sequence[str], word: str) -> str:

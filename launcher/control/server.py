@@ -68,9 +68,9 @@ class Server:
             path = self._place()
             new = listening(path)
         except ControlError as error:
-            self._warn_removed(f"and cannot be made again: {error.message}")
+            self._warn_removed(f"and cannot be created again: {error.message}")
             return
-        self._warn_removed("and is made again")
+        self._warn_removed("and is created again")
         self._reactor.remove(self._socket.fileno())
         self._socket.close()
         self._socket, self.path = new, path
@@ -80,7 +80,7 @@ class Server:
     def _warn_removed(self, what: str) -> None:
         if not self._has_been_removed:
             self._has_been_removed = True
-            self._warn(f"{self.path}, by which this run is steered, was removed {what}")
+            self._warn(f"the control socket {self.path} was removed {what}")
 
     def _accept(self) -> None:
         try:
@@ -102,8 +102,8 @@ class Server:
         pid, uid = credentials(connection)
         peer = Peer(self._reactor, connection, serve=self._serve, on_close=self._gone)
         if uid not in (self._owner, 0):
-            self._warn(f"refused to be steered by user {uid} (pid {pid})")
-            peer.refuse(BadCallError("refused", "this run belongs to somebody else"))
+            self._warn(f"refused a connection of user {uid} (pid {pid})")
+            peer.refuse(BadCallError("refused", "this run belongs to another user"))
             return
         self._peers.append(peer)
         if len(self._peers) > MOST_PEERS:
@@ -120,7 +120,7 @@ class Server:
         if not self._has_warned:
             self._has_warned = True
             reason = os.strerror(error.errno or errno.EMFILE)
-            self._warn(f"a client has to wait: {reason}")
+            self._warn(f"cannot accept clients: {reason}")
         self._reactor.remove(self._socket.fileno())
         self._rest = self._reactor.call_later(REST_S, self._resume)
 

@@ -315,5 +315,5 @@ def open_control(desk: Desk, identity: Identity) -> Server | None:
             warn=warn,
         )
     except ControlError as error:
-        warn(f"this run cannot be steered from elsewhere: {error.message}")
+        warn(f"cannot open the control socket: {error.message}")
         return None

@@ -53,9 +53,9 @@ def problem_of(path: Path, uid: int) -> str | None:
     if not stat.S_ISDIR(found.st_mode):
         return f"{path} is not a folder"
     if found.st_uid != uid:
-        return f"{path} belongs to somebody else"
+        return f"{path} belongs to another user"
     if stat.S_IMODE(found.st_mode) & 0o077:
-        return f"{path} is open to others; chmod 700 mends it"
+        return f"{path} is accessible to other users; fix: chmod 700"
     return None
 
 

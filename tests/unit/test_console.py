@@ -175,7 +175,7 @@ def test_a_line_is_read_as_by_a_shell():
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("kil robot_1", "there is no verb 'kil'"),
+        ("kil robot_1", "unknown verb 'kil'"),
         ("kill 'robot_1", "the line is not finished: No closing quotation"),
         ("kill", "kill needs the name of a process"),
     ],
@@ -188,10 +188,10 @@ def test_a_mistake_is_told(line: str, message: str):
 @pytest.mark.parametrize(
     ("line", "hint"),
     [
-        ("bogus", "`help` lists what there is"),
-        ("hepl", "did you mean help?"),
-        ("sp", "did you mean ps?"),
-        ("retsart robot_1", "did you mean restart?"),
+        ("bogus", "`help` lists all verbs"),
+        ("hepl", "did you mean 'help'?"),
+        ("sp", "did you mean 'ps'?"),
+        ("retsart robot_1", "did you mean 'restart'?"),
     ],
 )
 def test_only_what_is_near_is_suggested(line: str, hint: str):

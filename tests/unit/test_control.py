@@ -87,7 +87,7 @@ def test_a_name_that_looks_like_a_pattern_is_first_a_name():
 def test_a_near_miss_is_offered_by_the_name_of_the_process():
     with pytest.raises(BadCallError) as error:
         resolve(["robot_9"], FLEET)
-    assert "did you mean robot_" in error.value.hint
+    assert "did you mean 'robot_" in error.value.hint
     assert (
         "there are dispatcher-1, robot_1-2, robot_2-3, fleetwide-4, sh-5 and driver-6"
         in error.value.hint
@@ -234,7 +234,7 @@ def test_the_folder_of_the_session_comes_first_and_a_foreign_one_is_passed_over(
 def test_a_folder_of_somebody_else_is_not_trusted(tmp_path: Path):
     tmp_path.chmod(0o700)
     assert socket_directory.problem_of(tmp_path, os.getuid()) is None
-    assert "belongs to somebody else" in str(socket_directory.problem_of(tmp_path, os.getuid() + 1))
+    assert "belongs to another user" in str(socket_directory.problem_of(tmp_path, os.getuid() + 1))
 
 
 def test_all_reasons_for_having_no_socket_are_told():
