@@ -36,7 +36,6 @@ class ExitCode(enum.IntEnum):
 
     @property
     def meaning(self) -> str:
-        """One sentence for the table."""
         return _MEANINGS[self]
 
 
@@ -52,7 +51,6 @@ _MEANINGS = {
 
 
 def exit_code_table() -> list[str]:
-    """The table for `--help`, a line per code."""
     return ["exit codes:", *(f"  {code.value:<8} {code.meaning}" for code in ExitCode)]
 
 
@@ -104,7 +102,6 @@ class SeveralErrors(LauncherError):
         self.exit_code = first.exit_code
 
     def render(self) -> str:
-        """All of them, one after the other."""
         return "\n".join(error.render() for error in self.errors)
 
 

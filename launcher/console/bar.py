@@ -56,7 +56,6 @@ def width(line: Line) -> int:
 
 
 def fitted(line: Line, columns: int) -> Line:
-    """The line, cut to so many columns."""
     if width(line) <= columns:
         return line
     room = max(0, columns - len(CUT))

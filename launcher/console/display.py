@@ -80,7 +80,6 @@ class Display:
             self.show(drop_controls(text.rstrip("\n")).encode(errors="replace") + b"\n")
 
     def echo(self, line: str) -> None:
-        """Show a line that was entered."""
         self.say(self._ours(SIGN) + line)
 
     def answer(self, text: str) -> None:

@@ -259,28 +259,18 @@ def search_keys(buffer: Buffer) -> KeyBindings:
             buffer.history_forward(ALL)
         start_search(direction=SearchDirection.BACKWARD)
 
+    def accept(event: KeyPressEvent) -> None:
+        accept_search()
+        is_home = event.key_sequence[0].key in (Keys.Home, Keys.ControlA)
+        buffer.cursor_position = 0 if is_home else len(buffer.text)
+
     @keys.add("enter", filter=is_searching)
     def _(event: KeyPressEvent) -> None:
         is_found = _is_found(buffer, get_app().current_buffer.text)
-        accept_search()
-        buffer.cursor_position = len(buffer.text)
+        accept(event)
         if is_found:
             buffer.validate_and_handle()
 
-    @keys.add("escape", filter=is_searching, eager=True)
-    @keys.add("left", filter=is_searching)
-    @keys.add("right", filter=is_searching)
-    @keys.add("end", filter=is_searching)
-    @keys.add("c-e", filter=is_searching)
-    @keys.add("tab", filter=is_searching)
-    def _(event: KeyPressEvent) -> None:
-        accept_search()
-        buffer.cursor_position = len(buffer.text)
-
-    @keys.add("home", filter=is_searching)
-    @keys.add("c-a", filter=is_searching)
-    def _(event: KeyPressEvent) -> None:
-        accept_search()
-        buffer.cursor_position = 0
-
+    for key in ("escape", "left", "right", "end", "c-e", "tab", "home", "c-a"):
+        keys.add(key, filter=is_searching, eager=key == "escape")(accept)
     return keys

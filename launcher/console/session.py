@@ -10,6 +10,7 @@ import socket
 import threading
 from collections import deque
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from concurrent.futures import Future
 from typing import Any, TypeVar
 
 from prompt_toolkit.application.run_in_terminal import in_terminal
@@ -38,25 +39,17 @@ NOT_STOPPED_S = 0.5  # without SIGCONT, after which we have not been stopped at 
 
 async def in_thread(work: Callable[[], T]) -> T:
     """Run blocking `work` in a daemon thread: unlike an executor's, it cannot delay the exit."""
-    loop = asyncio.get_running_loop()
-    done: asyncio.Future[T] = loop.create_future()
-
-    def deliver(put: Callable[[Any], None], value: object) -> None:
-        if not done.done():
-            put(value)
+    done: Future[T] = Future()
+    done.set_running_or_notify_cancel()  # so that nothing can cancel it
 
     def run() -> None:
         try:
-            result = work()
+            done.set_result(work())
         except BaseException as error:
-            outcome: tuple[Any, object] = (done.set_exception, error)
-        else:
-            outcome = (done.set_result, result)
-        with contextlib.suppress(RuntimeError):  # the loop is closed
-            loop.call_soon_threadsafe(deliver, *outcome)
+            done.set_exception(error)
 
     threading.Thread(target=run, daemon=True).start()
-    return await done
+    return await asyncio.wrap_future(done)
 
 
 def _below_home(path: str) -> str:
@@ -161,7 +154,6 @@ class ConsoleSession:
         self._terminal.drain(DRAIN_S)
 
     def restore(self) -> None:
-        """Restore the settings of the terminal."""
         self._terminal.restore()
 
     def _failed(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -200,13 +192,11 @@ class ConsoleSession:
             self._application.invalidate()
 
     def above(self) -> str:
-        """A live table, or an unfinished line of output."""
         if self._watch is not None and (table := self._watch.text()):
             return table
         return self._display.partial.decode(errors="replace")
 
     def status(self, columns: int, *, few: bool) -> Sequence[Line]:
-        """Processes, and the log folder; while a stream is shown, a hint about keys."""
         if self._watch is not None and self.is_watching():
             second = fitted([("class:bar.waiting", self._watch.hint)], columns)
         else:
@@ -217,7 +207,6 @@ class ConsoleSession:
     # ---- input
 
     def entered(self, line: str) -> None:
-        """Queue a line."""
         if line.strip():
             self._lines.append(line)
         if self._lines and not self._is_answering:
@@ -251,7 +240,6 @@ class ConsoleSession:
         self._display.answer(problem(error, self._columns(), colour=self._display.colour))
 
     def _columns(self) -> int:
-        """Width of answers."""
         return max(1, self._terminal.size().columns - len(GUTTER))
 
     async def _ask(self, call: Call) -> None:
@@ -271,12 +259,10 @@ class ConsoleSession:
             self._application.invalidate()
 
     def any_key(self, key: str) -> None:
-        """Pass the key to the stream that is shown."""
         if self._watch is not None:
             self._watch.press(key)
 
     def is_watching(self) -> bool:
-        """Whether a stream is shown that no key has ended."""
         return self._watch is not None and not self._watch.is_closed
 
     def signalled(self, signum: int) -> None:
@@ -293,7 +279,6 @@ class ConsoleSession:
             os.kill(self._run.pid, signum)
 
     def left(self) -> None:
-        """Ctrl-D stops the run."""
         verb = find("quit")
         assert verb is not None
         self._display.echo("quit")
@@ -302,7 +287,6 @@ class ConsoleSession:
     # ---- suspend and resume
 
     def suspended(self) -> None:
-        """Ctrl-Z suspends the whole job, with the terminal restored."""
         self._do(self._suspend())
 
     async def _suspend(self) -> None:

@@ -64,7 +64,6 @@ class Exchange:
         self.on_end: Callable[[], None] = lambda: None
 
     def reply(self, result: Mapping[str, Any], text: Sequence[str] = ()) -> None:
-        """Send the last answer."""
         self._last(protocol.reply(self.id, result, text))
 
     def reply_raw(self, name: str, values: Sequence[str]) -> None:
@@ -78,15 +77,12 @@ class Exchange:
             self.end()
 
     def fail(self, problem: BadCallError) -> None:
-        """Send an error as the last answer."""
-        if self.is_open:
-            self._peer.write(protocol.failure(self.id, problem))
-            self.end()
+        self._last(protocol.failure(self.id, problem))
 
     def item(self, value: Mapping[str, Any]) -> None:
         """Send an item of a stream; it is dropped and counted if the client does not read."""
         if self._has_room():
-            self._peer.write(protocol.item(self.id, value))
+            self._peer.write(protocol.raw_item(self.id, protocol.to_json(value)))
 
     def item_raw(self, text: str) -> None:
         """The same for an item that is JSON already."""
@@ -105,8 +101,8 @@ class Exchange:
     def say_dropped(self) -> None:
         """Report how many items were dropped."""
         if self.dropped:
-            count, self.dropped = self.dropped, 0
-            self._peer.write(protocol.item(self.id, {"dropped": count}))
+            self._peer.write(protocol.raw_item(self.id, f'{{"dropped":{self.dropped}}}'))
+            self.dropped = 0
 
     def end(self) -> None:
         if self.is_open:
@@ -219,7 +215,6 @@ class Peer:
         self._serve(request, exchange)
 
     def refuse(self, problem: BadCallError) -> None:
-        """Send an error and close."""
         self.write(protocol.failure(None, problem))
         self.end()
 

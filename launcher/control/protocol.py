@@ -78,17 +78,16 @@ def _no_constant(name: str) -> None:
 
 
 def encode(document: Mapping[str, Any]) -> bytes:
-    return json.dumps(document, separators=(",", ":"), default=str).encode() + b"\n"
+    return to_json(document).encode() + b"\n"
+
+
+def to_json(document: Mapping[str, Any]) -> str:
+    return json.dumps(document, separators=(",", ":"), default=str)
 
 
 def reply(request_id: Any, result: Mapping[str, Any], text: Sequence[str]) -> bytes:
     """The last answer to a request that succeeded."""
     return encode({"id": request_id, "ok": True, "result": result, "text": list(text)})
-
-
-def item(request_id: Any, value: Mapping[str, Any]) -> bytes:
-    """An item of a stream."""
-    return encode({"id": request_id, "item": value})
 
 
 def raw_item(request_id: Any, text: str) -> bytes:

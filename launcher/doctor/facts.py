@@ -42,8 +42,6 @@ class Unreachable(Record):
 
 
 class Space(Record):
-    """Space in a file system."""
-
     total_bytes: int
     free_bytes: int
 
