@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
-from launcher.doctor.facts import Facts, Finding, Level
+from launcher.doctor.facts import Facts, Finding, Leftover, Level, Unreachable
 from launcher.text import count
 
 MB = 1024**2
@@ -178,10 +178,9 @@ def unreachable_nodes(facts: Facts) -> Verdict:
     """Running nodes whose shared memory was removed: new nodes discover them, but get no data."""
     if not facts.unreachable:
         return _ok("no running node has lost its files in /dev/shm")
-    listed = ", ".join(f"{process.command} [{process.pid}]" for process in facts.unreachable)
     return _problem(
-        f"their files in /dev/shm were removed while they run: {listed}. New nodes discover "
-        "them, but receive nothing from them",
+        f"their files in /dev/shm were removed while they run: {_listed(facts.unreachable)}. "
+        "New nodes discover them, but receive nothing from them",
         "restart them; never remove files from /dev/shm by hand",
     )
 
@@ -191,12 +190,15 @@ def leftover_processes(facts: Facts) -> Verdict:
     if not facts.leftovers:
         return _ok("no process has outlived its launcher")
     runs = {leftover.run_id for leftover in facts.leftovers}
-    listed = ", ".join(f"{leftover.command} [{leftover.pid}]" for leftover in facts.leftovers)
     return _problem(
-        f"left over from {count(len(runs), 'dead run')}: {listed}",
+        f"left over from {count(len(runs), 'dead run')}: {_listed(facts.leftovers)}",
         f"{FIX} stops them: SIGINT, then SIGTERM, then SIGKILL",
         is_fixable=True,
     )
+
+
+def _listed(processes: Iterable[Leftover | Unreachable]) -> str:
+    return ", ".join(f"{process.command} [{process.pid}]" for process in processes)
 
 
 def _numbers(version: str) -> tuple[int, ...]:

@@ -35,6 +35,10 @@ _HAPPENINGS = {
     "ExecutionComplete": "is complete",
     "StateTransition": "changes its state",
 }
+_WAITS = {
+    "OnShutdown": "on shutdown",
+    "OnStateTransition": "when a lifecycle node changes its state",
+}
 
 
 def place(origin: Any) -> str:
@@ -111,11 +115,7 @@ def handler_entities(handler: Any) -> list[Any]:
 
 def _waits_for(handler: Any) -> str:
     name = type(handler).__name__
-    if name == "OnShutdown":
-        return "on shutdown"
-    if name == "OnStateTransition":
-        return "when a lifecycle node changes its state"
-    return f"event handler {name}"
+    return _WAITS.get(name, f"event handler {name}")
 
 
 def _function_name(action: OpaqueFunction) -> str:

@@ -85,7 +85,7 @@ class _Painter:
         for root in self._plan.visits[1:]:
             self._find_place(root)
         children = [branch for root in self._plan.visits[:1] for branch in self._of_root(root)]
-        children += [self._event(root, [visit]) for root, visit in self._loose]
+        children += [self._event(root, visit) for root, visit in self._loose]
         children += [_load_branch(load, stamp) for load, stamp in self._loads]
         children += _transitions(self._plan)
         return Branch(short_path(self._plan.path), style="scope", children=children)
@@ -159,15 +159,15 @@ class _Painter:
             if isinstance(visit.entity, TimerAction):
                 branches += self._branches(later)
             else:
-                branches.append(self._event(root, [later], short=True))
+                branches.append(self._event(root, later, short=True))
         return branches
 
-    def _event(self, root: Visit, visits: list[Visit], *, short: bool = False) -> Branch:
-        children = [branch for visit in visits for branch in self._branches(visit)]
+    def _event(self, root: Visit, visit: Visit, *, short: bool = False) -> Branch:
         action = getattr(root.event, "action", None)
         who = "it" if short else self._name(action)
         head = f"when {who} {happening(root.event)}" if action is not None else "later"
-        return Branch(head, style="event", aside=_moment(root.stamp.time_s), children=children)
+        aside = _moment(root.stamp.time_s)
+        return Branch(head, style="event", aside=aside, children=self._branches(visit))
 
     def _handler(self, visit: Visit) -> Branch:
         handler = visit.entity.event_handler
@@ -177,7 +177,7 @@ class _Painter:
         children: list[Branch] = []
         for root, later in followed:
             if target is None and getattr(root.event, "action", None) is not None:
-                children.append(self._event(root, [later]))
+                children.append(self._event(root, later))
             else:
                 children += self._branches(later)
         if not followed:
