@@ -17,11 +17,11 @@ from launcher.errors import LauncherError, UsageError
 from launcher.text import did_you_mean
 
 KEYS = (
-    ("Tab", "complete a verb, a name, a pattern, a signal"),
-    ("Up, Ctrl-R", "lines that were typed before; search in them"),
-    ("Ctrl-C", "stop everything; again: do not wait. In top and logs -f: end that"),
+    ("Tab", "complete verbs, names, patterns, options and signals"),
+    ("Up, Ctrl-R", "previous lines; search in them"),
+    ("Ctrl-C", "stop everything; again: without waiting. In top and logs -f: end these"),
     ("Ctrl-D", "the same as quit"),
-    ("Ctrl-Z", "suspend; fg goes on"),
+    ("Ctrl-Z", "suspend; fg resumes"),
 )
 AS_IT_IS = ("logs", "plan")  # not wrapped: people copy lines of logs; a plan has colours
 NOTHING = "(nothing)"

@@ -20,6 +20,7 @@ from launcher.control.client import (
 from launcher.control.socket_directory import ControlError
 from launcher.engine.sweep import RUN_ID_VARIABLE
 from launcher.model.record import Record
+from launcher.text import count
 
 LOOK_S = 0.02
 SUSPENDED_PATIENCE_S = 0.2  # for the first line of a suspended launcher
@@ -145,7 +146,7 @@ def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = Fals
     """
     runs = all_runs(say)
     if not runs:
-        hint = "python -m launcher TARGET starts one (not with --no-control)"
+        hint = "python -m launcher TARGET starts a run (without --no-control)"
         raise ControlError("no active run", hint=hint)
     found = _ours(runs, looks=looks) if which is None else _matching(runs, which)
     if len(found) == 1:
@@ -155,8 +156,7 @@ def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = Fals
         return run
     listed = "\n".join(f"  {_described(run)}" for run in (found or runs))
     if which is None and not found:
-        here = socket_directory.preferred(os.environ, os.getuid())
-        text = f"no active run in {here}"
+        text = f"no active run in {socket_directory.preferred(os.environ, os.getuid())}"
         raise ControlError(text, hint=f"choose a run elsewhere with --run ID:\n{listed}")
     if not found:
         raise ControlError(f"unknown run '{which}'", hint=f"active runs:\n{listed}")
@@ -191,7 +191,7 @@ def _described(run: AnyRun) -> str:
         return f"{run.run_id}  {run.problem}"
     since = time.strftime("%H:%M:%S", time.localtime(run.started))
     words = " ".join([run.short_target, *run.arguments])
-    return f"{run.run_id}  {words}  (since {since}, {len(run.processes)} processes)"
+    return f"{run.run_id}  {words}  (since {since}, {count(len(run.processes), 'process')})"
 
 
 def wait_for_run(pid: int, timeout_s: float) -> Run:
