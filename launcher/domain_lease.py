@@ -1,4 +1,4 @@
-"""A lease on a ROS domain: an id that nothing else on this machine uses now."""
+"""Leases of ROS domain ids that nothing else on this machine uses."""
 
 from __future__ import annotations
 
@@ -7,27 +7,25 @@ import errno
 import random
 import socket
 from collections.abc import Iterator
-from pathlib import Path
 
+from launcher import proc
 from launcher.errors import LauncherError
 
-# Above 101 the UDP ports of DDS run into the range that the kernel gives to other programs;
-# the small ids are the ones that people type.
+# Above 101 the UDP ports are in the ephemeral range of Linux; small ids are what people type.
 _DOMAIN_IDS = range(20, 102)
 _FIRST_PORT, _PORTS_PER_DOMAIN = 7400, 250
-_UDP_TABLES = ("/proc/net/udp", "/proc/net/udp6")
 
 
 class NoFreeDomainError(LauncherError):
-    """Every domain id in the range is leased or in use."""
+    """All domain ids are leased or in use."""
 
 
 @contextlib.contextmanager
 def leased_domain() -> Iterator[int]:
-    """Hold a free domain id; the lease goes with the process, however that ends.
+    """Hold a free domain id; the lease ends with the process at the latest.
 
-    A domain without a lease whose UDP ports somebody has open is left to them. The children that
-    run in the domain have ended before the lease does. Raises NoFreeDomainError.
+    Domains with open UDP ports are not free, even without a lease. Children that use the domain
+    must end before the lease. Raises NoFreeDomainError.
     """
     busy = busy_domains()
     for domain_id in random.sample(_DOMAIN_IDS, k=len(_DOMAIN_IDS)):
@@ -42,10 +40,9 @@ def leased_domain() -> Iterator[int]:
 
 
 def _take(lease: socket.socket, domain_id: int) -> bool:
-    """Bind the name that stands for the domain; False if another process has it.
+    """Bind the abstract socket name of the domain; False if another process has it.
 
-    An abstract name belongs to the network namespace, as the ports of the domain do: all users
-    are in it, whatever their TMPDIR, and it needs no file.
+    Like the ports of the domain, it belongs to the network namespace and not to a user.
     """
     try:
         lease.bind(f"\0ros-domain-lease-{domain_id}")
@@ -57,16 +54,6 @@ def _take(lease: socket.socket, domain_id: int) -> bool:
 
 
 def busy_domains() -> set[int]:
-    """Domains of which a UDP port is open, whoever opened it."""
-    # Twice: the kernel may skip a line while other sockets are closed.
-    ports = (port for table in 2 * _UDP_TABLES for port in _open_ports(table))
+    """Domains with an open UDP port."""
+    ports = {port for port, _ in proc.udp_sockets()}
     return {(port - _FIRST_PORT) // _PORTS_PER_DOMAIN for port in ports if port >= _FIRST_PORT}
-
-
-def _open_ports(table: str) -> Iterator[int]:
-    try:
-        lines = Path(table).read_text(encoding="ascii").splitlines()[1:]
-    except OSError:
-        return
-    for line in lines:
-        yield int(line.split()[1].rpartition(":")[2], 16)

@@ -1,15 +1,13 @@
-"""The errors that a person can do something about.
+"""Errors for users, and exit codes.
 
-The tree::
-
-    LauncherError            what, where, what to do; exit code 1
-    +-- SeveralErrors        independent ones, told at once; exit code of the first
-    +-- UsageError           the command line is wrong; exit code 2
-    +-- LaunchFileError      the launch file (or what it refers to) is wrong; exit code 2
+    LauncherError            exit code 1
+    +-- SeveralErrors        independent errors; exit code of the first
+    +-- UsageError           exit code 2
+    +-- LaunchFileError      exit code 2
         +-- PackageNotFoundError
         +-- ExecutableNotFoundError
 
-They are raised anywhere and shown in exactly one place, `launcher.cli.main`.
+`launcher.cli.main` prints them.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ nearest, printable = suggest, escape
 
 
 class ExitCode(enum.IntEnum):
-    """Every exit code of `python -m launcher`; the README and `--help` print this table."""
+    """Exit codes of `python -m launcher`, with their meaning for `--help`."""
 
     OK = 0
     PROCESS_FAILED = 1
@@ -36,7 +34,6 @@ class ExitCode(enum.IntEnum):
 
     @property
     def meaning(self) -> str:
-        """One sentence for the table."""
         return _MEANINGS[self]
 
 
@@ -52,15 +49,14 @@ _MEANINGS = {
 
 
 def exit_code_table() -> list[str]:
-    """The table for `--help`, a line per code."""
     return ["exit codes:", *(f"  {code.value:<8} {code.meaning}" for code in ExitCode)]
 
 
 class LauncherError(Exception):
-    """A failure with its place and its repair.
+    """An error with a place and a hint.
 
-    `message` is one sentence; `hint` says what to do next; `where` names the place as
-    `file:line` where there is one; `source_line` and `column` (from 1) let the reader see it.
+    `message` is one sentence; `hint` says what to do; `where` is `file:line`; `source_line` and
+    `column` (from 1) are printed below them.
     """
 
     exit_code: ExitCode = ExitCode.PROCESS_FAILED
@@ -82,7 +78,7 @@ class LauncherError(Exception):
         self.column = column
 
     def render(self) -> str:
-        """The error as it is printed, without colour, over one to four lines."""
+        """The error as it is printed, without colour, in one to four lines."""
         head = f"{self.where}: {self.message}" if self.where else self.message
         lines = [f"error: {head}"]
         if self.source_line is not None:
@@ -95,7 +91,7 @@ class LauncherError(Exception):
 
 
 class SeveralErrors(LauncherError):
-    """Independent mistakes, so that a person can repair them all before trying again."""
+    """Independent errors, which are shown together."""
 
     def __init__(self, errors: Sequence[LauncherError]) -> None:
         first = errors[0]
@@ -104,25 +100,24 @@ class SeveralErrors(LauncherError):
         self.exit_code = first.exit_code
 
     def render(self) -> str:
-        """All of them, one after the other."""
         return "\n".join(error.render() for error in self.errors)
 
 
 class UsageError(LauncherError):
-    """The words on the command line are wrong."""
+    """The command line is wrong."""
 
     exit_code = ExitCode.USAGE
 
 
 class LaunchFileError(LauncherError):
-    """The launch file, or something that it refers to, is wrong."""
+    """The launch file, or what it refers to, is wrong."""
 
     exit_code = ExitCode.USAGE
 
 
 class PackageNotFoundError(LaunchFileError):
-    """No prefix and no installed distribution has this package."""
+    """No prefix and no installed distribution has the package."""
 
 
 class ExecutableNotFoundError(LaunchFileError):
-    """The package exists and has no such executable."""
+    """The package has no such executable."""

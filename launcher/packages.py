@@ -1,9 +1,8 @@
-"""Packages: where a ROS package lives, and which program one of its executables is.
+"""Finds ROS packages, and the programs behind their executables.
 
-Looked for in this order: the prefixes of `AMENT_PREFIX_PATH`, the workspaces of
-`COLCON_PREFIX_PATH`, the prefix of the running Python (where the ROS wheels are), installed
-Python distributions (their console scripts are the executables), and the source tree that the
-working directory is in.
+The search order is: prefixes of `AMENT_PREFIX_PATH`, workspaces of `COLCON_PREFIX_PATH`, the prefix
+of the running Python (with the ROS wheels), installed Python distributions (whose console scripts
+are executables), and the source tree that contains the working directory.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,10 +23,10 @@ _MARKERS = "share/ament_index/resource_index/packages"
 
 
 def ament_environment(env: Mapping[str, str]) -> dict[str, str]:
-    """What has to be set so that the wheels' packages are found; add it to `env`.
+    """Variables to add to `env` so that the packages of the wheels are found.
 
     The wheels install an ament index below `sys.prefix` and set no `AMENT_PREFIX_PATH`
-    (CONFORMANCE 4.23). Whoever has set one means that one: launch files look into it.
+    (CONFORMANCE 4.23). One that is set is not changed, since launch files read it.
     """
     if _split(env.get("AMENT_PREFIX_PATH")) or not os.path.isdir(f"{sys.prefix}/{_MARKERS}"):
         return {}
@@ -34,7 +34,7 @@ def ament_environment(env: Mapping[str, str]) -> dict[str, str]:
 
 
 def search_prefixes(env: Mapping[str, str]) -> list[Path]:
-    """Every prefix that may hold an ament index, first match wins."""
+    """Prefixes that may have an ament index, in the order of the search."""
     candidates = [Path(p) for p in _split(env.get("AMENT_PREFIX_PATH"))]
     for workspace in _split(env.get("COLCON_PREFIX_PATH")):
         candidates += [Path(workspace), *_isolated_prefixes(Path(workspace))]
@@ -53,7 +53,7 @@ def package_prefix(name: str, env: Mapping[str, str]) -> Path:
 
 
 def share_directory(name: str, env: Mapping[str, str]) -> Path:
-    """The package's share folder; for a package that runs from its sources, their top folder.
+    """The share folder of the package; the top folder of its sources if it is not installed.
 
     Raises PackageNotFoundError.
     """
@@ -71,7 +71,7 @@ def share_directory(name: str, env: Mapping[str, str]) -> Path:
 def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Path:
     """The program `executable` of `package`.
 
-    Raises PackageNotFoundError, or ExecutableNotFoundError that names the nearest one there is.
+    Raises PackageNotFoundError or ExecutableNotFoundError.
     """
     libexec = package_prefix(package, env) / "lib" / package
     program = libexec / executable
@@ -80,14 +80,11 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
     scripts = dict(_console_scripts(package))
     if executable in scripts:
         return scripts[executable]
-    import difflib
-
     names = [*_programs(libexec), *scripts]
-    near = difflib.get_close_matches(executable, names, n=1)
     listed = ", ".join(sorted(names)) or "none"
     raise ExecutableNotFoundError(
         f"executable '{executable}' not found on the libexec directory '{libexec}'",
-        hint=f"did you mean '{near[0]}'?" if near else f"executables of {package}: {listed}",
+        hint=did_you_mean(executable, names) or f"executables of {package}: {listed}",
     )
 
 
@@ -102,7 +99,7 @@ def _split(value: str | None) -> list[str]:
 
 
 def _isolated_prefixes(workspace: Path) -> Iterator[Path]:
-    """The packages of a colcon workspace that was built with its default isolated layout."""
+    """Prefixes in a colcon workspace with isolated layout, which is the default."""
     try:
         entries = sorted(workspace.iterdir())
     except OSError:
@@ -120,19 +117,18 @@ def _programs(libexec: Path) -> list[str]:
 
 
 def _distributions(name: str) -> list[Distribution]:
-    """Every installed distribution of this name.
+    """Installed distributions of this name.
 
-    More than one: a source tree in the working directory has an egg-info that knows no files,
-    beside what is really installed from it.
+    There may be two: an egg-info without files in the source tree, and what is installed from it.
     """
-    # importlib.metadata costs some 20 ms to import: only packages outside the index pay it.
+    # Takes 20 ms to import, and is needed only for packages outside of the index.
     from importlib import metadata
 
     return list(metadata.distributions(name=name))
 
 
 def _console_scripts(package: str) -> Iterator[tuple[str, Path]]:
-    """(name, path) of the console scripts that distributions of this name installed."""
+    """(name, path) of the console scripts of distributions with this name."""
     for distribution in _distributions(package):
         names = {e.name for e in distribution.entry_points if e.group == "console_scripts"}
         for file in distribution.files or ():
@@ -142,7 +138,7 @@ def _console_scripts(package: str) -> Iterator[tuple[str, Path]]:
 
 
 def _source_tree(name: str) -> Path | None:
-    """The folder above (or at) the working directory or this file whose package.xml says `name`."""
+    """The working directory, a folder above it, or ours, if its package.xml has this name."""
     tag = f"<name>{name}</name>"
     here = Path(__file__).resolve().parent
     for folder in (Path.cwd(), *Path.cwd().parents, here.parent):
@@ -153,15 +149,10 @@ def _source_tree(name: str) -> Path | None:
 
 
 def _package_not_found(name: str, env: Mapping[str, str]) -> PackageNotFoundError:
-    import difflib
-
     prefixes = search_prefixes(env)
-    known: set[str] = set()
-    for prefix in prefixes:
-        known.update(p.name for p in (prefix / _MARKERS).glob("*"))
-    near = difflib.get_close_matches(name, sorted(known), n=1)
+    known = {path.name for prefix in prefixes for path in (prefix / _MARKERS).glob("*")}
     searched = ", ".join(map(str, prefixes))
     return PackageNotFoundError(
         f"package '{name}' not found",
-        hint=f"did you mean '{near[0]}'?" if near else f"searched: {searched}",
+        hint=did_you_mean(name, known) or f"searched: {searched}",
     )

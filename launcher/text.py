@@ -14,7 +14,7 @@ _CUTOFF, _CUTOFF_SHORT, _SHORT = 0.6, 0.7, 6
 
 def suggest(word: str, known: Iterable[str]) -> str | None:
     """The most similar known word; None if none is similar."""
-    import difflib  # takes 5 ms; only mistakes need it
+    import difflib  # only mistakes need it
 
     words = list(known)
     cutoff = _CUTOFF_SHORT if len(word) < _SHORT else _CUTOFF

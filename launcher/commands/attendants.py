@@ -8,9 +8,8 @@ from collections.abc import Mapping
 
 from launcher import __version__
 from launcher.commands.words import Request
-from launcher.control.opening import open_control
 from launcher.control.server import Server
-from launcher.control.service import Identity
+from launcher.control.service import Identity, open_control
 from launcher.engine.reactor import Reactor
 from launcher.engine.screen import Screen
 from launcher.engine.supervisor import Supervisor

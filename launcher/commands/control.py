@@ -12,7 +12,7 @@ from typing import Any
 
 from launcher.control import verbs
 from launcher.control.client import Connection
-from launcher.control.lines import event_line, log_line
+from launcher.control.format import event_line, log_line
 from launcher.control.runs import AnyRun, SilentRun, all_runs, find_run
 from launcher.control.verbs import Call, Verb
 from launcher.errors import ExitCode, UsageError
@@ -216,7 +216,7 @@ def _ps(connection: Connection, call: Call, settings: Settings) -> int:
     if settings.as_json:
         _print_json(result)
     else:
-        from launcher.console.process_table import process_table
+        from launcher.console.tables import process_table
 
         _print_table(process_table(result["processes"], _width()))
     return ExitCode.OK
@@ -238,7 +238,7 @@ def _top(connection: Connection, call: Call, settings: Settings) -> int:
         for result in connection.follow("top", call.names, **call.options):
             _print_json(result)
     elif sys.stdout.isatty() and os.environ.get("TERM") != "dumb":
-        from launcher.console.live_top import LiveTop
+        from launcher.console.top import LiveTop
         from launcher.engine.screen import wants_colour
 
         LiveTop(connection, call, colour=wants_colour(1, os.environ)).run()
@@ -251,7 +251,7 @@ def _top(connection: Connection, call: Call, settings: Settings) -> int:
 
 
 def _print_in_order(found: Sequence[Mapping[str, Any]]) -> None:
-    from launcher.console.process_table import process_table
+    from launcher.console.tables import process_table
     from launcher.console.top import Top
 
     _print_table(process_table(Top().sorted(found), _width()))

@@ -27,7 +27,7 @@ from launcher.planner import (
     with_temporary_files,
 )
 from launcher.render.plan_json import document
-from launcher.render.run_tree import run_tree
+from launcher.render.plan_tree import run_tree
 from launcher.render.tree import draw
 
 if TYPE_CHECKING:

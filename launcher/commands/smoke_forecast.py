@@ -15,7 +15,7 @@ from launcher.commands import plan as planning
 from launcher.commands import words as command_line
 from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
 from launcher.commands.patience import Patience
-from launcher.control.names import Named
+from launcher.control.selection import ProcessNames
 from launcher.errors import ExitCode, LauncherError
 from launcher.interpreter.trace import Visit
 from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
@@ -45,7 +45,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def _document(plan: Plan) -> dict[str, Any]:
-    named = [Named.of(process.spec) for process in plan.processes]
+    named = [ProcessNames.of(process.spec) for process in plan.processes]
     return {
         "is_certain": is_certain(plan),
         "processes": [

@@ -1,4 +1,7 @@
-"""`python -m launcher.console PID FEED LINK`: started by the supervisor, never by a person."""
+"""`python -m launcher.console PID FEED LINK`, which the supervisor starts.
+
+FEED and LINK are file descriptors: of the launcher's output, and of a socket for the handover.
+"""
 
 from __future__ import annotations
 
@@ -8,34 +11,33 @@ import signal
 import socket
 import sys
 
-# All of these are for the launcher, whose end is ours, too: we show how it stops. SIGTTOU would
-# stop us for putting the terminal into order after the launcher was killed.
-NOT_OURS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTTOU)
+# The launcher handles these, and its end is ours: we show how it stops. SIGTTOU would stop us when
+# we restore the terminal of a launcher that was killed.
+IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTTOU)
 PATIENCE_S = 10.0
 
 
 def main(words: list[str]) -> int:
-    """Talk to the run of the launcher PID; FEED brings its output, LINK its greetings."""
-    for signum in NOT_OURS:
+    for signum in IGNORED:
         signal.signal(signum, signal.SIG_IGN)
     pid, feed, link = map(int, words)
     asyncio.run(_run(pid, feed, socket.socket(fileno=link)))
-    return 1  # it leaves by itself when all went well
+    return 1  # `_run` exits by itself, unless the launcher has ended before
 
 
 async def _run(pid: int, feed: int, link: socket.socket) -> None:
-    from launcher.console.session import Session, in_thread
-    from launcher.control.folder import ControlError
+    from launcher.console.session import ConsoleSession, in_thread
     from launcher.control.runs import wait_for_run
+    from launcher.control.socket_directory import ControlError
 
     try:
         run = await in_thread(lambda: wait_for_run(pid, PATIENCE_S))
     except ControlError:
-        return  # the launcher has ended, and the terminal is as it was
-    session = Session(run, feed, link, colour=not os.environ.get("NO_COLOR"))
+        return  # the launcher has ended; the terminal is unchanged
+    session = ConsoleSession(run, feed, link, colour=not os.environ.get("NO_COLOR"))
     try:
         if not await session.run_until_end():
-            session.tell_of_death()
+            session.report_death()
     finally:
         session.restore()
     os._exit(0)  # the interpreter's own end takes longer, and the launcher waits for ours

@@ -1,4 +1,4 @@
-"""Bar: how the processes are, in one line, or in as much of it as the terminal is wide."""
+"""The status bar: states of all processes in one line, in the longest form that fits."""
 
 from __future__ import annotations
 
@@ -8,17 +8,15 @@ from typing import Any
 
 from prompt_toolkit.utils import get_cwidth
 
-from launcher.console.cutting import middle_cut
-from launcher.console.figures import cpu, memory
-from launcher.console.trouble import is_in_trouble
+from launcher.console.format import cpu, is_in_trouble, memory, middle_cut
 
 Fragment = tuple[str, str]
 Line = list[Fragment]
 
 SEPARATOR = ("class:bar.quiet", " | ")
 CUT = "..."
-LONG_NAME, SHORT_NAME = 20, 12  # columns that a name is cut to before it gives way to a count
-LEAST_FOLDER = 10  # of its characters; with less of it, nobody finds it
+LONG_NAME, SHORT_NAME = 20, 12  # columns of names, before counts replace them
+LEAST_FOLDER = 10  # characters; what is shorter is not shown
 _STYLES = {
     "RUNNING": "class:bar.running",
     "STARTING": "class:bar.waiting",
@@ -29,13 +27,13 @@ _STYLES = {
 
 
 def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
-    """The fullest form that fits: with figures, names alone, names cut short, counts."""
+    """Names with CPU and memory, names alone, short names, or counts: the first that fits."""
     if not processes:
         return [("class:bar.quiet", "no processes")]
     names = short_names(processes)
-    lines = [_joined([_full(p, names[p["name"]]) for p in processes])]
+    lines = [_joined([_cell(p, names[p["name"]], _figures(p)) for p in processes])]
     lines += [
-        _joined([_short(p, middle_cut(names[p["name"]], most)) for p in processes])
+        _joined([_cell(p, middle_cut(names[p["name"]], most)) for p in processes])
         for most in (columns, LONG_NAME, SHORT_NAME)
     ]
     for line in [*lines, *_counted(processes, names)]:
@@ -45,7 +43,7 @@ def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
 
 
 def short_names(processes: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """Name -> its label where that is unique, else the name itself."""
+    """Name -> label if that is unique, else name."""
     labels = Counter(p.get("label") or p["name"] for p in processes)
     return {
         p["name"]: p["label"] if p.get("label") and labels[p["label"]] == 1 else p["name"]
@@ -54,12 +52,10 @@ def short_names(processes: Sequence[Mapping[str, Any]]) -> dict[str, str]:
 
 
 def width(line: Line) -> int:
-    """Columns that it takes."""
     return sum(get_cwidth(text) for _, text in line)
 
 
 def fitted(line: Line, columns: int) -> Line:
-    """The line, cut with a mark where it is too long."""
     if width(line) <= columns:
         return line
     room = max(0, columns - len(CUT))
@@ -75,7 +71,7 @@ def fitted(line: Line, columns: int) -> Line:
 
 
 def folder_line(folder: str, columns: int) -> Line:
-    """What a newcomer may type, and the folder of the run, of which the end tells most."""
+    """A hint for newcomers and the log folder, whose end says most."""
     hint = "help | Ctrl-C stops the run"
     text = f"{hint} | {folder}"
     while get_cwidth(text) > columns and len(folder) > LEAST_FOLDER:
@@ -110,31 +106,23 @@ def _marks(process: Mapping[str, Any]) -> list[str]:
     return marks
 
 
-def _full(process: Mapping[str, Any], name: str) -> Line:
-    figures = []
-    if process.get("cpu_percent") is not None:
-        figures.append(cpu(process["cpu_percent"]))
-    if process.get("memory_bytes") is not None:
-        figures.append(memory(process["memory_bytes"]))
-    return _cell(process, name, [*_marks(process), *figures])
+def _cell(process: Mapping[str, Any], name: str, figures: Sequence[str] = ()) -> Line:
+    words = "".join(f" {word}" for word in [*_marks(process), *figures])
+    return [(_style(process), name), ("class:bar", words)]
 
 
-def _short(process: Mapping[str, Any], name: str) -> Line:
-    return _cell(process, name, _marks(process))
-
-
-def _cell(process: Mapping[str, Any], name: str, words: Sequence[str]) -> Line:
-    rest = "".join(f" {word}" for word in words)
-    return [(_style(process), name), ("class:bar", rest)]
+def _figures(process: Mapping[str, Any]) -> list[str]:
+    figures = ((cpu, process.get("cpu_percent")), (memory, process.get("memory_bytes")))
+    return [form(value) for form, value in figures if value is not None]
 
 
 def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -> Iterator[Line]:
-    """Counts, with as many of those in trouble as there is room for, the fullest first."""
+    """Counts, with names of processes in trouble: the longest form first."""
     states = Counter(p["state"] for p in processes)
     counts = ", ".join(f"{count} {state.lower()}" for state, count in states.most_common())
     first: Line = [("class:bar", counts)]
     troubled = [p for p in processes if is_in_trouble(p)]
-    cells = [_short(p, names[p["name"]]) for p in troubled]
+    cells = [_cell(p, names[p["name"]]) for p in troubled]
     used_cpu = sum(p.get("cpu_percent") or 0 for p in processes)
     used_memory = sum(p.get("memory_bytes") or 0 for p in processes)
     yield _joined([first, *cells, [("class:bar", f"{cpu(used_cpu)} {memory(used_memory)}")]])

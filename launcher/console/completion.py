@@ -1,4 +1,4 @@
-"""Completion: what may stand at the cursor: verbs, names and globs, options, signals, levels."""
+"""Completion of verbs, names and patterns of processes, options, signals and levels."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
+from launcher.console.bar import short_names
 from launcher.control.verbs import VERBS, Verb, find
 
 LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")
@@ -22,7 +23,7 @@ Processes = Callable[[], Sequence[Mapping[str, Any]]]
 
 
 class WordCompleter(Completer):
-    """Completes the word at the cursor; `processes()` is what `ps` said last."""
+    """Completes the word at the cursor; `processes()` returns rows of `ps`."""
 
     def __init__(self, processes: Processes) -> None:
         self._processes = processes
@@ -30,14 +31,12 @@ class WordCompleter(Completer):
     def get_completions(
         self, document: Document, complete_event: CompleteEvent
     ) -> Iterable[Completion]:
-        """All that fit, in the order of the table or of the alphabet."""
         *before, word = re.split(r"\s+", document.text_before_cursor.lstrip())
         if _GLOB.search(word) and before:
             yield from self._expanded(word)
             return
         for candidate, meta in self._candidates(before, word):
             if candidate.startswith(word) and candidate not in before[1:]:
-                # What follows a word is another one.
                 yield Completion(candidate + " ", -len(word), display=candidate, display_meta=meta)
 
     def _candidates(self, before: Sequence[str], word: str) -> Iterable[tuple[str, str]]:
@@ -78,16 +77,15 @@ def _label(process: Mapping[str, Any]) -> str:
 
 
 def names_of(processes: Sequence[Mapping[str, Any]]) -> set[str]:
-    """All words that mean one process: labels, full names where labels do not tell, node names."""
-    labels = Counter(_label(p) for p in processes)
-    words = {_label(p) if labels[_label(p)] == 1 else p["name"] for p in processes}
+    """Words that select one process: labels if they are unique, else names; nodes."""
+    words = set(short_names(processes).values())
     for process in processes:
         words.update(process.get("node_names") or ())
     return words
 
 
 def globs_of(processes: Sequence[Mapping[str, Any]]) -> set[str]:
-    """`robot_*` where there are robot_1 and robot_2, and namespaces with something below."""
+    """Words that select several: `robot_*` for robot_1 and robot_2, and namespaces."""
     stems = Counter(
         _NUMBER_AT_END.sub("", label)
         for label in {_label(p) for p in processes}

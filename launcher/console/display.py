@@ -1,14 +1,13 @@
-"""Display: lines that scroll, and below them the footer with the prompt.
+"""Output above the footer.
 
-prompt_toolkit draws the footer where the cursor is and changes it by differences. Lines go above
-it by erasing it, writing them, and drawing it anew, all in one write, so that nothing is ever
-mixed. The footer drawn anew is kept as bytes until it changes: a flood of lines costs no layout.
+prompt_toolkit draws the footer where the cursor is and updates it by differences. Lines get above
+it by erasing it, writing them and drawing it again, all in one write. The bytes of the footer are
+kept until it changes, so that a flood of lines costs no layout.
 """
 
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Callable
 
 from prompt_toolkit.application import Application
@@ -17,34 +16,31 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.output.vt100 import Vt100_Output
 
 from launcher.console.terminal import Terminal
+from launcher.text import drop_controls
 
-# Answers hold what processes wrote (`logs`), and a person may paste anything.
-_STEERING = re.compile("\x1b(?!\\[[0-9;:]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f]")
+LITTLE_HEIGHT = 8  # rows; below it the status bar has one line instead of two
 
-LITTLE_HEIGHT = 8  # rows; below it there is one line of status instead of two
-
-# What tells the console's own lines from those of processes, in the prompt's colour.
+# Marks of the console's own lines, in the colour of the prompt.
 SIGN, GUTTER = "> ", "| "
 _OURS, _PLAIN = "\x1b[1;36m", "\x1b[0m"
 
 
 class FooterOutput(Vt100_Output):
-    """What prompt_toolkit draws on; each drawing goes to `sink` as one string."""
+    """Output of prompt_toolkit; each drawing is passed to `sink` as one string."""
 
     def __init__(
         self, sink: Callable[[str], None], size: Callable[[], Size], *, colour: bool
     ) -> None:
         depth = None if colour else ColorDepth.DEPTH_1_BIT
-        # No questions about the cursor: the answer would come in between what a person types.
+        # No cursor position requests: the answers would mix with what is typed.
         super().__init__(io.StringIO(), size, default_color_depth=depth, enable_cpr=False)
         self._sink = sink
 
     def fileno(self) -> int:
-        """The terminal's, which prompt_toolkit asks for when it is to be suspended."""
+        """prompt_toolkit needs it to suspend."""
         return 1
 
     def flush(self) -> None:
-        """Hand over what was drawn."""
         if self._buffer:
             drawn = "".join(self._buffer)
             self._buffer = []
@@ -52,7 +48,7 @@ class FooterOutput(Vt100_Output):
 
 
 class Display:
-    """Shows lines above the footer that `application` draws; set it before the first line."""
+    """Shows lines above the footer; `application`, which draws it, must be set first."""
 
     application: Application[None]
 
@@ -66,7 +62,7 @@ class Display:
         self._caught: list[str] | None = None
 
     def show(self, lines: bytes, partial: bytes | None = None) -> None:
-        """Write whole lines above the footer; `partial` is the new unfinished line above it."""
+        """Write whole lines; `partial` becomes the unfinished line above the footer."""
         if partial is not None and partial != self.partial:
             self.partial = partial
             self.footer_changed()
@@ -79,16 +75,15 @@ class Display:
             self._terminal.write(lines)
 
     def say(self, text: str) -> None:
-        """The same for a text, with or without a newline at its end; of control only colour."""
+        """Show a text, which may hold output of processes or a pasted line."""
         if text:
-            self.show(_STEERING.sub("", text.rstrip("\n")).encode(errors="replace") + b"\n")
+            self.show(drop_controls(text.rstrip("\n")).encode(errors="replace") + b"\n")
 
     def echo(self, line: str) -> None:
-        """A line that a person entered."""
         self.say(self._ours(SIGN) + line)
 
     def answer(self, text: str) -> None:
-        """What a verb said, each line behind a mark, so that no process seems to have said it."""
+        """Show an answer; a mark before each line tells it from output of processes."""
         gutter = self._ours(GUTTER)
         self.say("\n".join(gutter + line for line in text.rstrip("\n").split("\n")))
 
@@ -96,7 +91,7 @@ class Display:
         return f"{_OURS}{mark}{_PLAIN}" if self.colour else mark
 
     def footer_changed(self) -> None:
-        """What was kept of the footer is not what it would look like now."""
+        """Draw the footer again with the next lines."""
         self._footer = None
 
     def _drawn(self, text: str) -> None:

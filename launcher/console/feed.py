@@ -1,4 +1,4 @@
-"""Feed: reads what the launcher shows, and hands it on in whole lines."""
+"""Reads the output of the launcher from a pipe and splits it into whole lines."""
 
 from __future__ import annotations
 
@@ -6,26 +6,21 @@ import asyncio
 import os
 from collections.abc import Callable
 
-# In one go: as much as the terminal takes in about a tenth of a second. What a key does is shown
-# behind it.
+# Read at once: what the terminal takes in about 0.1 s, since echoes of keys come after it.
 LEAST_BYTES, FIRST_BYTES, MOST_BYTES = 8 * 1024, 64 * 1024, 512 * 1024
 SLOW_S = 0.1
-# Below the lines of each block the footer is drawn again: 60 times a second are enough, and a
-# writer in a hurry (whose blocks are large) does not wait for it.
+# The footer is drawn again after each block: at most 60 times a second, unless blocks are large.
 FRAME_S = 1 / 60
 HURRY_BYTES = 16 * 1024
 
-# A block may end anywhere: what has no end yet is shown only if nothing follows.
+# A block may end anywhere: an unfinished line is shown only if nothing follows for so long.
 PARTIAL_S = 0.05
 
-OVERWRITE = b"\r\x1b[K"  # a progress bar starts its line again
+OVERWRITE = b"\r\x1b[K"  # of progress bars, which rewrite their line
 
 
 class Feed:
-    """`show(lines, partial)` gets the whole lines of a block, or the line that has no end yet.
-
-    `on_end()` is called when the launcher has closed its end and all is shown.
-    """
+    """Calls `show(lines, partial)` with whole lines and the unfinished one, `on_end()` at EOF."""
 
     def __init__(
         self,
@@ -43,13 +38,13 @@ class Feed:
         self._slow = False
         self._slow_since_s = 0.0
         self._most_bytes = FIRST_BYTES
-        self._resting = False
+        self._pausing = False
         self._ended = False
         os.set_blocking(fd, False)
         self._listen()
 
     def hold_back(self, slow: bool) -> None:
-        """Stop reading while the terminal cannot follow: the pipe fills, the launcher waits."""
+        """Do not read while the terminal is slow, so that the launcher waits for the pipe."""
         self._slow = slow
         if slow:
             self._slow_since_s = self._loop.time()
@@ -58,12 +53,12 @@ class Feed:
         self._listen()
 
     def catch_up(self) -> None:
-        """Show what is there now, without the rest between two drawings."""
+        """Show what is in the pipe now, without waiting for the next frame."""
         if not self._slow and not self._ended:
             self._readable()
 
     def finish(self) -> None:
-        """Nobody writes any more, although the end is still open: take what is there and end."""
+        """Show what is in the pipe and end; the launcher is dead, but the pipe may be open."""
         while not self._ended:
             block, self._ended = self._read()
             self._ended = self._ended or not block
@@ -72,7 +67,7 @@ class Feed:
         self._on_end()
 
     def _listen(self) -> None:
-        if self._slow or self._resting or self._ended:
+        if self._slow or self._pausing or self._ended:
             self._loop.remove_reader(self._fd)
         else:
             self._loop.add_reader(self._fd, self._readable)
@@ -87,16 +82,16 @@ class Feed:
             self._listen()
             self._on_end()
         elif len(block) < HURRY_BYTES:
-            self._resting = True
+            self._pausing = True
             self._listen()
-            self._loop.call_later(FRAME_S, self._rested)
+            self._loop.call_later(FRAME_S, self._resume)
 
-    def _rested(self) -> None:
-        self._resting = False
+    def _resume(self) -> None:
+        self._pausing = False
         self._listen()
 
     def _read(self) -> tuple[bytes, bool]:
-        """(what is there, whether that was the last of it)."""
+        """(contents of the pipe, whether it has ended)."""
         parts: list[bytes] = []
         size = 0
         while size < self._most_bytes:
@@ -119,7 +114,7 @@ class Feed:
         if self._partial != self._shown_partial:
             self._shown_partial = b""
         if lines:
-            self._show(lines, self._shown_partial)  # a line that waits stays below the others
+            self._show(lines, self._shown_partial)
         if self._partial and not self._shown_partial:
             self._waiting = self._loop.call_later(PARTIAL_S, self._show_partial)
 
@@ -129,7 +124,7 @@ class Feed:
 
 
 def split(data: bytes) -> tuple[bytes, bytes]:
-    """(whole lines, the beginning of the next), each without what was written over."""
+    """(whole lines, unfinished line), without the parts that were overwritten."""
     head, newline, partial = data.rpartition(b"\n")
     lines = head + newline
     if OVERWRITE in lines:

@@ -1,4 +1,4 @@
-"""History: the lines that were typed, in the user's state folder, or in memory alone."""
+"""History of entered lines: a file in the user's state folder, or memory."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def history_path(env: Mapping[str, str]) -> Path:
 
 
 def open_history(path: Path) -> History:
-    """The history in this file; one that is forgotten in the end where it cannot be written."""
+    """The history in this file, shortened if need be; in memory if it cannot be written."""
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600), "r+") as file:
@@ -34,7 +34,7 @@ def open_history(path: Path) -> History:
 
 
 class _LinesInFile(History):
-    """One line each; several consoles append to the same file."""
+    """One entry per line; several consoles append to the same file."""
 
     def __init__(self, path: Path, lines: list[str]) -> None:
         super().__init__()
@@ -42,10 +42,10 @@ class _LinesInFile(History):
         self._lines = lines
 
     def load_history_strings(self) -> Iterable[str]:
-        """What was there, the newest first."""
+        """Newest first."""
         return reversed(self._lines)
 
     def store_string(self, string: str) -> None:
-        """Append it; a disk that has become full takes it from us alone."""
+        """Append a line; a full disk is ignored."""
         with contextlib.suppress(OSError), self._path.open("a", encoding="utf-8") as file:
             file.write(string + "\n")

@@ -1,31 +1,38 @@
-"""Prompt: the footer that prompt_toolkit edits: a line, its candidates, the bar below."""
+"""The footer of the console: prompt, search, completions and status bar, by prompt_toolkit."""
 
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from prompt_toolkit.application import Application
+from prompt_toolkit.application import Application, get_app
 from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import Completer
-from prompt_toolkit.filters import Condition, has_completions
+from prompt_toolkit.filters import Condition, has_completions, is_searching
 from prompt_toolkit.formatted_text import ANSI, AnyFormattedText, StyleAndTextTuples
 from prompt_toolkit.history import History
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent, merge_key_bindings
+from prompt_toolkit.input.posix_utils import PosixStdinReader
+from prompt_toolkit.input.vt100 import Vt100Input
+from prompt_toolkit.key_binding import KeyBindings, KeyPress, KeyPressEvent, merge_key_bindings
 from prompt_toolkit.keys import Keys
 from prompt_toolkit.layout import ConditionalContainer, HSplit, Layout, Window
 from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
 from prompt_toolkit.layout.processors import BeforeInput
+from prompt_toolkit.search import SearchDirection, SearchState, accept_search, start_search
 from prompt_toolkit.styles import Style
 from prompt_toolkit.utils import get_cwidth
+from prompt_toolkit.widgets import SearchToolbar
 
 from launcher.console.bar import Line
 from launcher.console.display import LITTLE_HEIGHT, SIGN, FooterOutput
-from launcher.console.keyboard import Keyboard
-from launcher.console.searching import search_keys, search_row
 
 MOST_CANDIDATE_ROWS = 4
+FOUND, NOT_FOUND = "search: ", "no line has: "
+ALL = 1_000_000  # more than the history has lines
+# NUL would set a mark, and all keys after it would edit the region.
+_IGNORED = (Keys.ControlAt,)
 
 COLOURS = Style.from_dict(
     {
@@ -41,14 +48,26 @@ COLOURS = Style.from_dict(
 PLAIN = Style.from_dict({"prompt": "bold", "bar.trouble": "bold", "chosen": "reverse"})
 
 
-class Person(Protocol):
-    """What happens when a person presses a key."""
+class Host(Protocol):
+    """What the application shows around the prompt, and what keys do."""
+
+    def above(self) -> str:
+        """Lines above the prompt, with SGR sequences; may be empty."""
+
+    def status(self, columns: int, *, few: bool) -> Sequence[Line]:
+        """Lines of the status bar; one of them where there are `few` rows."""
+
+    def is_watching(self) -> bool:
+        """Whether the next key goes to `any_key`."""
+
+    def any_key(self, key: str) -> None:
+        """A key while a stream is shown, by its name."""
 
     def entered(self, line: str) -> None:
         """Enter."""
 
     def signalled(self, signum: int) -> None:
-        """Ctrl-C or Ctrl-\\, which the terminal would have made this signal of."""
+        """Ctrl-C or Ctrl-\\, as the signal that the terminal would have sent."""
 
     def left(self) -> None:
         """Ctrl-D on an empty line."""
@@ -56,42 +75,25 @@ class Person(Protocol):
     def suspended(self) -> None:
         """Ctrl-Z."""
 
-    def any_key(self, key: str) -> None:
-        """Any key while something is watched, by its name."""
-
-    def is_watching(self) -> bool:
-        """Whether the next key ends it."""
-
-
-class Footer(Protocol):
-    """What is shown around the prompt; asked for with each drawing."""
-
-    def above(self) -> str:
-        """Lines with SGR, or nothing."""
-
-    def status(self, columns: int, *, few: bool) -> Sequence[Line]:
-        """The lines of the bar; one if there is room for `few`."""
-
 
 def make_application(
-    person: Person,
-    footer: Footer,
+    host: Host,
     *,
     output: FooterOutput,
     completer: Completer,
     history: History,
     colour: bool,
 ) -> Application[None]:
-    """The application; it runs until `exit`, and erases itself then."""
+    """An application that erases itself when it exits."""
 
     def accept(buffer: Buffer) -> bool:
-        person.entered(buffer.text)
+        host.entered(buffer.text)
         return False  # the line is empty again
 
     buffer = Buffer(completer=completer, history=history, multiline=False, accept_handler=accept)
     return Application(
-        layout=Layout(_rows(buffer, footer, output)),
-        key_bindings=merge_key_bindings([_keys(person, buffer), search_keys(buffer)]),
+        layout=Layout(_rows(buffer, host, output)),
+        key_bindings=merge_key_bindings([_keys(host, buffer), search_keys(buffer)]),
         style=COLOURS if colour else PLAIN,
         input=Keyboard(),
         output=output,
@@ -100,14 +102,14 @@ def make_application(
     )
 
 
-def _rows(buffer: Buffer, footer: Footer, output: FooterOutput) -> HSplit:
+def _rows(buffer: Buffer, host: Host, output: FooterOutput) -> HSplit:
     search = search_row(buffer)
     sign = BeforeInput(SIGN, style="class:prompt")
-    above = Condition(lambda: bool(footer.above()))
+    above = Condition(lambda: bool(host.above()))
     few = Condition(lambda: output.get_size().rows < LITTLE_HEIGHT)
 
     def status() -> StyleAndTextTuples:
-        lines = footer.status(output.get_size().columns, few=few())
+        lines = host.status(output.get_size().columns, few=few())
         pieces: StyleAndTextTuples = []
         for line in lines:
             pieces += [("", "\n"), *line] if pieces else line
@@ -115,7 +117,7 @@ def _rows(buffer: Buffer, footer: Footer, output: FooterOutput) -> HSplit:
 
     return HSplit(
         [
-            ConditionalContainer(_text(lambda: ANSI(footer.above())), above),
+            ConditionalContainer(_text(lambda: ANSI(host.above())), above),
             Window(
                 BufferControl(
                     buffer,
@@ -124,8 +126,8 @@ def _rows(buffer: Buffer, footer: Footer, output: FooterOutput) -> HSplit:
                     preview_search=True,
                 ),
                 height=1,
-                # From the beginning wherever it fits: by itself, a window that has scrolled (in
-                # a narrow terminal, for a long line) comes back no farther than to the cursor.
+                # By default a window that has scrolled, as in a narrow terminal, comes back no
+                # farther than to the cursor.
                 get_horizontal_scroll=lambda window: 0,
             ),
             search,
@@ -148,7 +150,7 @@ def _text(text: Callable[[], AnyFormattedText]) -> Window:
 
 
 def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
-    """The completions in columns, the chosen one marked and explained below."""
+    """Completions in columns; the chosen one is marked and explained below."""
     state = buffer.complete_state
     if state is None:
         return []
@@ -171,39 +173,43 @@ def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
     return pieces
 
 
-def _keys(person: Person, buffer: Buffer) -> KeyBindings:
+def _keys(host: Host, buffer: Buffer) -> KeyBindings:
     keys = KeyBindings()
-    watching = Condition(person.is_watching)
+
+    def insert(text: str) -> None:
+        buffer.insert_text("".join(filter(str.isprintable, text.replace("\t", " "))))
+
+    watching = Condition(host.is_watching)
 
     @keys.add("c-c", eager=True)
     def _(event: KeyPressEvent) -> None:
-        person.signalled(signal.SIGINT)
+        host.signalled(signal.SIGINT)
 
     @keys.add("c-\\", eager=True)
     def _(event: KeyPressEvent) -> None:
-        person.signalled(signal.SIGQUIT)
+        host.signalled(signal.SIGQUIT)
 
     @keys.add("c-z", eager=True)
     def _(event: KeyPressEvent) -> None:
-        person.suspended()
+        host.suspended()
 
     @keys.add(Keys.Any, filter=watching, eager=True)
     def _(event: KeyPressEvent) -> None:
         key = event.key_sequence[0].key
-        person.any_key(key.value if isinstance(key, Keys) else key)
+        host.any_key(key.value if isinstance(key, Keys) else key)
 
     @keys.add(Keys.BracketedPaste)
     def _(event: KeyPressEvent) -> None:
-        """Several lines are what they would be if they were typed: one verb each."""
+        """Each line is entered as if it were typed; the last one can be edited."""
         *whole, rest = event.data.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         for line in whole:
-            buffer.insert_text(_printable(line))
+            insert(line)
             buffer.validate_and_handle()
-        buffer.insert_text(_printable(rest))
+        insert(rest)
 
     @keys.add("c-d", filter=Condition(lambda: not buffer.text))
     def _(event: KeyPressEvent) -> None:
-        person.left()
+        host.left()
 
     @keys.add("c-l")
     def _(event: KeyPressEvent) -> None:
@@ -212,6 +218,59 @@ def _keys(person: Person, buffer: Buffer) -> KeyBindings:
     return keys
 
 
-def _printable(text: str) -> str:
-    """Without what would steer the terminal; a tab is a blank."""
-    return "".join(one for one in text.replace("\t", " ") if one.isprintable())
+class Keyboard(Vt100Input):
+    """The terminal on standard input; bytes that cannot be decoded become U+FFFD."""
+
+    def __init__(self) -> None:
+        super().__init__(sys.stdin)
+        self.stdin_reader = PosixStdinReader(
+            self.fileno(), errors="replace", encoding=sys.stdin.encoding
+        )
+
+    def read_keys(self) -> list[KeyPress]:
+        return [press for press in super().read_keys() if press.key not in _IGNORED]
+
+
+def search_row(buffer: Buffer) -> SearchToolbar:
+    """The row below the prompt for the text to search for."""
+    searched = Buffer()
+
+    def label() -> str:
+        return FOUND if _is_found(buffer, searched.text) else NOT_FOUND
+
+    return SearchToolbar(
+        searched, backward_search_prompt=label, forward_search_prompt=label, ignore_case=True
+    )
+
+
+def _is_found(buffer: Buffer, text: str) -> bool:
+    state = SearchState(text, direction=SearchDirection.BACKWARD, ignore_case=True)
+    return text.lower() in buffer.document_for_search(state).text.lower()
+
+
+def search_keys(buffer: Buffer) -> KeyBindings:
+    """Ctrl-R starts a search; Enter runs the line that was found, other keys edit it."""
+    keys = KeyBindings()
+
+    @keys.add("c-r", filter=~is_searching)
+    def _(event: KeyPressEvent) -> None:
+        """Search from the newest line, even if an older one was fetched and deleted."""
+        if not buffer.text:
+            buffer.history_forward(ALL)
+        start_search(direction=SearchDirection.BACKWARD)
+
+    def accept(event: KeyPressEvent) -> None:
+        accept_search()
+        is_home = event.key_sequence[0].key in (Keys.Home, Keys.ControlA)
+        buffer.cursor_position = 0 if is_home else len(buffer.text)
+
+    @keys.add("enter", filter=is_searching)
+    def _(event: KeyPressEvent) -> None:
+        is_found = _is_found(buffer, get_app().current_buffer.text)
+        accept(event)
+        if is_found:
+            buffer.validate_and_handle()
+
+    for key in ("escape", "left", "right", "end", "c-e", "tab", "home", "c-a"):
+        keys.add(key, filter=is_searching, eager=key == "escape")(accept)
+    return keys

@@ -1,4 +1,4 @@
-"""Session: one console, from its first look at the run to the run's end."""
+"""A console, from the handover of the terminal to the end of the run."""
 
 from __future__ import annotations
 
@@ -10,53 +10,46 @@ import socket
 import threading
 from collections import deque
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from concurrent.futures import Future
 from typing import Any, TypeVar
 
 from prompt_toolkit.application.run_in_terminal import in_terminal
 
-from launcher.console import talk
 from launcher.console.bar import Line, fitted, folder_line, status_line
 from launcher.console.completion import WordCompleter
 from launcher.console.display import GUTTER, Display
 from launcher.console.feed import Feed
 from launcher.console.history import history_path, open_history
 from launcher.console.prompt import make_application
+from launcher.console.requests import answer, follows, problem, read_call
 from launcher.console.terminal import Terminal
 from launcher.console.watch import Watch
-from launcher.control.folder import ControlError
 from launcher.control.runs import Run
+from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import Call, find, parse
 from launcher.errors import UsageError
 
 T = TypeVar("T")
-HOLD_S = 0.5  # how long a line waits for the answer to the one before
-LOOK_S = 1.0  # how often the bar is brought up to date
-LAST_WORDS_S = 2.0  # how long a slow terminal is waited for at the end
-FOREGROUND_LOOK_S = 0.2
-NOT_STOPPED_S = 0.5  # SIGCONT is there as soon as we are, if we were stopped at all
+HOLD_S = 0.5  # that a line waits for the answer to the one before
+POLL_S = 1.0  # between two updates of the status bar
+DRAIN_S = 2.0  # for a slow terminal at the end
+FOREGROUND_POLL_S = 0.2
+NOT_STOPPED_S = 0.5  # without SIGCONT, after which we have not been stopped at all
 
 
 async def in_thread(work: Callable[[], T]) -> T:
-    """Do blocking work beside the loop. Unlike an executor's, the thread holds up no end."""
-    loop = asyncio.get_running_loop()
-    done: asyncio.Future[T] = loop.create_future()
-
-    def deliver(put: Callable[[Any], None], value: object) -> None:
-        if not done.done():
-            put(value)
+    """Run blocking `work` in a daemon thread: unlike an executor's, it cannot delay the exit."""
+    done: Future[T] = Future()
+    done.set_running_or_notify_cancel()  # so that nothing can cancel it
 
     def run() -> None:
         try:
-            result = work()
+            done.set_result(work())
         except BaseException as error:
-            outcome: tuple[Any, object] = (done.set_exception, error)
-        else:
-            outcome = (done.set_result, result)
-        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody waits any more
-            loop.call_soon_threadsafe(deliver, *outcome)
+            done.set_exception(error)
 
     threading.Thread(target=run, daemon=True).start()
-    return await done
+    return await asyncio.wrap_future(done)
 
 
 def _below_home(path: str) -> str:
@@ -64,8 +57,8 @@ def _below_home(path: str) -> str:
     return f"~/{path.removeprefix(home)}" if path.startswith(home) else path
 
 
-class Session:
-    """The console of `run`. `run_until_end()` returns whether the launcher has said goodbye."""
+class ConsoleSession:
+    """The console of `run`; `feed_fd` is the output of the launcher, `link` the handover."""
 
     def __init__(self, run: Run, feed_fd: int, link: socket.socket, *, colour: bool) -> None:
         self._run = run
@@ -81,10 +74,9 @@ class Session:
         self._watch: Watch | None = None
         self._fault: BaseException | None = None
         self._has_goodbye = False
-        self._going_on: asyncio.Event | None = None
+        self._continue: asyncio.Event | None = None
         self._feed: Feed | None = None
         self._application = make_application(
-            self,
             self,
             output=self._display.output,
             completer=WordCompleter(lambda: self._processes),
@@ -93,12 +85,12 @@ class Session:
         )
         self._display.application = self._application
 
-    # ---- from the beginning to the end
+    # ---- start and end
 
     async def run_until_end(self) -> bool:
-        """Show and listen until the launcher has closed its end."""
-        await self._look_again()
-        if not await self._is_given_the_terminal():
+        """Run until the launcher closes its end; False if it did so without a goodbye."""
+        await self._refresh()
+        if not await self._take_terminal():
             return False
         self._loop.set_exception_handler(self._failed)
         self._loop.add_signal_handler(signal.SIGCONT, self._continued)
@@ -111,13 +103,13 @@ class Session:
                 )
         finally:
             self._display.has_footer = False
-            self._terminal.drain(LAST_WORDS_S)
+            self._terminal.drain(DRAIN_S)
         if self._fault is not None:
             raise self._fault
         return self._has_goodbye
 
-    async def _is_given_the_terminal(self) -> bool:
-        """Say that we are ready; from the answer on, the launcher writes only to us."""
+    async def _take_terminal(self) -> bool:
+        """Handshake; after it the launcher writes to the feed, not to the terminal."""
         self._link.setblocking(False)
         await self._loop.sock_sendall(self._link, b"R")
         if await self._loop.sock_recv(self._link, 1) != b"G":
@@ -129,10 +121,10 @@ class Session:
         self._terminal.write(b"\r")
         self._feed = Feed(self._loop, self._feed_fd, self._display.show, self._launcher_ended)
         self._terminal.on_slow = self._feed.hold_back
-        self._do(self._keep_looking())
+        self._do(self._poll_forever())
 
     def _hear(self) -> None:
-        """The launcher's goodbye, or its death, which its children may hide from the feed."""
+        """Read the goodbye, or EOF: children may keep the feed open when the launcher dies."""
         word = self._link.recv(1)
         self._has_goodbye = self._has_goodbye or word == b"B"
         if not word:
@@ -148,30 +140,29 @@ class Session:
         with contextlib.suppress(BlockingIOError, ConnectionError):
             self._has_goodbye = self._has_goodbye or b"B" in self._link.recv(1)
         if not self._has_goodbye and not self._terminal.is_ours():
-            # The shell has noticed sooner than we have: its prompt is where ours was, and its
-            # settings are in force. What prompt_toolkit puts back would not be theirs.
+            # The shell was faster: its prompt and settings are in place already, and those that
+            # prompt_toolkit would restore are older.
             self._terminal.write(b"\x1b[?25h\x1b[?7h\x1b[J\r\n")
-            self.tell_of_death()
+            self.report_death()
             os._exit(0)
         self._end()
 
-    def tell_of_death(self) -> None:
-        """The launcher is gone without a goodbye: say so, as the last line."""
-        text = "the launcher was killed; everything that it had started is ended by its watchdog"
+    def report_death(self) -> None:
+        """Write as the last line that the launcher was killed."""
+        text = "the launcher was killed; its watchdog kills what it had started"
         self._terminal.write(f"[ERROR] [console]: {text}\r\n".encode())
-        self._terminal.drain(LAST_WORDS_S)
+        self._terminal.drain(DRAIN_S)
 
     def restore(self) -> None:
-        """The settings of the terminal as they were."""
         self._terminal.restore()
 
     def _failed(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """An error of our own in a callback: end, and let the launcher take over."""
+        """End after an exception in a callback; the launcher writes to the terminal again."""
         self._fault = self._fault or context.get("exception") or RuntimeError(context["message"])
         self._end()
 
     def _do(self, work: Awaitable[None]) -> None:
-        """Do it beside everything else; what it raises is a fault of ours."""
+        """Start a task; an exception in it ends the console."""
         task = asyncio.ensure_future(work)
         self._tasks.add(task)
         task.add_done_callback(self._done)
@@ -189,37 +180,33 @@ class Session:
             found: Sequence[Mapping[str, Any]] = connection.ask("ps").result["processes"]
             return found
 
-    async def _keep_looking(self) -> None:
+    async def _poll_forever(self) -> None:
         while True:
-            await asyncio.sleep(LOOK_S)
-            await self._look_again()
+            await asyncio.sleep(POLL_S)
+            await self._refresh()
 
-    async def _look_again(self) -> None:
-        with contextlib.suppress(ControlError):  # it is busy, or ends, which the feed tells, too
+    async def _refresh(self) -> None:
+        with contextlib.suppress(ControlError):  # busy, or ending, which the feed shows, too
             self._processes = await in_thread(self._look)
         if self._display.has_footer:
             self._application.invalidate()
 
     def above(self) -> str:
-        """A live table, or the line of a process that has no end yet."""
         if self._watch is not None and (table := self._watch.text()):
             return table
         return self._display.partial.decode(errors="replace")
 
     def status(self, columns: int, *, few: bool) -> Sequence[Line]:
-        """Processes, and where the files of the run are; while one watches, what keys do."""
-        lines = [status_line(self._processes, columns), self._about_the_run(columns)]
+        if self._watch is not None and self.is_watching():
+            second = fitted([("class:bar.waiting", self._watch.hint)], columns)
+        else:
+            second = folder_line(_below_home(self._run.log_dir or "no log files"), columns)
+        lines = [status_line(self._processes, columns), second]
         return lines[-1:] if few and self._watch is not None else lines[: 1 if few else 2]
 
-    def _about_the_run(self, columns: int) -> Line:
-        if self._watch is not None and self.is_watching():
-            return fitted([("class:bar.waiting", self._watch.hint)], columns)
-        return folder_line(_below_home(self._run.log_dir or "no log files"), columns)
-
-    # ---- what a person does
+    # ---- input
 
     def entered(self, line: str) -> None:
-        """Do what the line says, after those that were entered before it."""
         if line.strip():
             self._lines.append(line)
         if self._lines and not self._is_answering:
@@ -227,7 +214,7 @@ class Session:
             self._do(self._answer_lines())
 
     async def _answer_lines(self) -> None:
-        """One after the other, each answer below its line; a stop that takes long holds up none."""
+        """One by one, each answer below its line; the next line waits at most HOLD_S."""
         try:
             while self._lines:
                 line = self._lines.popleft()
@@ -242,28 +229,26 @@ class Session:
 
     async def _answer(self, line: str) -> None:
         try:
-            call = talk.read_call(line)
-            await (self._follow(call) if talk.follows(call) else self._ask(call))
+            call = read_call(line)
+            await (self._follow(call) if follows(call) else self._ask(call))
         except UsageError as error:
-            self._tell_of(error)
-        except Exception as error:  # whatever became of one line, the console goes on
-            told = UsageError(f"'{line}' failed: {type(error).__name__}: {error}")
-            self._tell_of(told)
+            self._show_error(error)
+        except Exception as error:  # one bad line must not end the console
+            self._show_error(UsageError(f"'{line}' failed: {type(error).__name__}: {error}"))
 
-    def _tell_of(self, error: UsageError) -> None:
-        self._display.answer(talk.problem(error, self._columns(), colour=self._display.colour))
+    def _show_error(self, error: UsageError) -> None:
+        self._display.answer(problem(error, self._columns(), colour=self._display.colour))
 
     def _columns(self) -> int:
-        """What an answer has, beside its mark."""
         return max(1, self._terminal.size().columns - len(GUTTER))
 
     async def _ask(self, call: Call) -> None:
         columns, colour = self._columns(), self._display.colour
-        text = await in_thread(lambda: talk.answer(self._run, call, columns, colour=colour))
+        text = await in_thread(lambda: answer(self._run, call, columns, colour=colour))
         if self._feed is not None:
-            self._feed.catch_up()  # what the launcher had said before stands above
+            self._feed.catch_up()  # show first what the launcher wrote before the answer
         self._display.answer(text)
-        await self._look_again()
+        await self._refresh()
 
     async def _follow(self, call: Call) -> None:
         watch = self._watch = Watch(self._run, call, self._display, self._terminal.size)
@@ -274,19 +259,16 @@ class Session:
             self._application.invalidate()
 
     def any_key(self, key: str) -> None:
-        """Scroll or end what is being watched."""
         if self._watch is not None:
             self._watch.press(key)
 
     def is_watching(self) -> bool:
-        """Whether something is, and no key has ended it yet."""
         return self._watch is not None and not self._watch.is_closed
 
     def signalled(self, signum: int) -> None:
-        """Hand it on: the launcher knows what a second and a third one mean.
+        """Send the signal to the launcher, where a second and a third one mean more.
 
-        While something is watched, the first one ends that: who types it in `logs -f` has the
-        habit of other programs, and does not mean the robots.
+        Ctrl-C while a stream is shown ends only the stream, as in `tail -f`.
         """
         self._lines.clear()
         if signum == signal.SIGINT and self._watch is not None and self.is_watching():
@@ -297,45 +279,43 @@ class Session:
             os.kill(self._run.pid, signum)
 
     def left(self) -> None:
-        """Ctrl-D stops the run."""
         verb = find("quit")
         assert verb is not None
         self._display.echo("quit")
         self._do(self._ask(parse(verb, ())))
 
-    # ---- suspended and continued
+    # ---- suspend and resume
 
     def suspended(self) -> None:
-        """Stop everybody in our job, with the terminal as it was."""
         self._do(self._suspend())
 
     async def _suspend(self) -> None:
         async with in_terminal():
             self._display.has_footer = False
-            self._terminal.drain(LAST_WORDS_S)
-            self._going_on = asyncio.Event()
+            self._terminal.drain(DRAIN_S)
+            self._continue = asyncio.Event()
             os.kill(0, signal.SIGTSTP)
-            # Where it had no effect (nobody would continue us) there is nothing to wait for.
+            # Without effect in an orphaned process group, which nobody could resume.
             with contextlib.suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(self._going_on.wait(), NOT_STOPPED_S)
-            self._going_on = None
-            while not self._terminal.is_ours():  # `bg`: lines go on, the keyboard is the shell's
-                await asyncio.sleep(FOREGROUND_LOOK_S)
+                await asyncio.wait_for(self._continue.wait(), NOT_STOPPED_S)
+            self._continue = None
+            while not self._terminal.is_ours():  # `bg`: output goes on, the shell has the keyboard
+                await asyncio.sleep(FOREGROUND_POLL_S)
         self._display.has_footer = True
         self._application.invalidate()
 
     def _continued(self) -> None:
-        """If somebody else had stopped us: a shell has changed the terminal meanwhile."""
-        if self._going_on is not None:
-            self._going_on.set()
+        """After SIGCONT; if Ctrl-Z was not ours, a shell has changed the terminal meanwhile."""
+        if self._continue is not None:
+            self._continue.set()
         elif self._display.has_footer:
-            self._do(self._come_back())
+            self._do(self._resume())
 
-    async def _come_back(self) -> None:
+    async def _resume(self) -> None:
         self._display.has_footer = False
         with self._application.input.detach():
             while not self._terminal.is_ours():
-                await asyncio.sleep(FOREGROUND_LOOK_S)
+                await asyncio.sleep(FOREGROUND_POLL_S)
         self._terminal.set_raw()
         self._terminal.write(b"\r\x1b[J")
         self._application.renderer.reset()

@@ -1,22 +1,31 @@
-"""Tables: what verbs answer, laid out by rich for the width of the terminal (`process_table`)."""
+"""Tables for `ps`, `top`, `info` and `help`, as wide as the terminal."""
 
 from __future__ import annotations
 
 import io
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
+from rich.cells import cell_len
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from launcher.console.figures import cpu, duration, memory
-from launcher.console.process_table import shown, state
+from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
+from launcher.control.format import filters
+
+Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
+
+GAP = 2  # blanks between two columns
+LEAST_REST = 10  # of a last exit; shorter ones say nothing
+LEAST_NAME, LEAST_STATE, LEAST_SHOWN = 14, 8, 16
+NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, if not all columns fit
+_STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}
 
 
 def render(what: RenderableType, columns: int, *, colour: bool) -> str:
-    """The text, with colours or without, no line of it wider than the terminal."""
+    """As text, no line longer than `columns`."""
     file = io.StringIO()
     console = Console(
         file=file,
@@ -33,18 +42,16 @@ def render(what: RenderableType, columns: int, *, colour: bool) -> str:
     return "\n".join(line.rstrip() for line in file.getvalue().splitlines())
 
 
-def about(process: Mapping[str, Any]) -> Table:
-    """The answer to `info` for one process."""
-    table = Table.grid(padding=(0, 2, 0, 0))
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(overflow="fold")
+def about(process: Process) -> Table:
+    """`info` of one process."""
+    rows: list[tuple[str, RenderableType]] = []
     for name, value in _facts(process):
-        for index, line in enumerate(value if isinstance(value, list) else [value]):
-            table.add_row("" if index else name, line)
-    return table
+        lines = value if isinstance(value, list) else [value]
+        rows += [("" if index else name, line) for index, line in enumerate(lines)]
+    return pairs(rows)
 
 
-def _facts(one: Mapping[str, Any]) -> Iterable[tuple[str, RenderableType | list[str]]]:
+def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "name", Text(one["name"], "bold")
     yield "state", state(one)
     yield "pid", _text(one["pid"])
@@ -62,7 +69,7 @@ def _facts(one: Mapping[str, Any]) -> Iterable[tuple[str, RenderableType | list[
     yield "memory", f"{_text(one['memory_bytes'], memory)} (resident {resident})"
     yield "threads", _text(one["threads"])
     yield "open files", _text(one["fds"])
-    yield "shown", shown(one)
+    yield "shown", filters(one) or "all"
     yield "log", _text(one["log_file"])
     unset = [f"{name} is not set" for name in one["environment_unset"]]
     yield "environment", [f"{k}={v}" for k, v in one["environment_set"].items()] + unset or "-"
@@ -73,15 +80,126 @@ def _text(value: Any, form: Any = str) -> str:
 
 
 def several(parts: Sequence[RenderableType]) -> Group:
-    """One below the other, with an empty line between them."""
+    """The parts below each other, with an empty line between them."""
     return Group(*[piece for part in parts for piece in (part, "")][:-1])
 
 
-def pairs(rows: Iterable[tuple[str, str]]) -> Table:
-    """Two columns, as `help` has them."""
+def pairs(rows: Iterable[tuple[str, RenderableType]]) -> Table:
+    """Two columns; long texts in the second are folded."""
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
-    for left, right in rows:
-        table.add_row(left, right)
+    for row in rows:
+        table.add_row(*row)
     return table
+
+
+class Column(NamedTuple):
+    """A column; the lowest `dropped` goes first where there is no room, 0 never goes."""
+
+    title: str
+    cell: Callable[[Process], Text]
+    dropped: int = 0
+    is_left: bool = False
+
+
+def _figure(key: str, form: Callable[[Any], str] = str) -> Callable[[Process], Text]:
+    def cell(process: Process) -> Text:
+        value = process.get(key)
+        return Text("-" if value is None else form(value))
+
+    return cell
+
+
+def state(process: Process) -> Text:
+    """State of a process; with its last exit, unless it runs."""
+    if process.get("paused"):
+        return Text("paused", "yellow")
+    word = process["state"].lower()
+    last = process.get("last_exit")
+    text = f"{word}: {last['text']}" if process.get("pid") is None and last else word
+    return Text(text, _STATE_STYLES.get(word, "red" if is_in_trouble(process) else ""))
+
+
+COLUMNS = (
+    Column("name", lambda process: Text(process["name"]), is_left=True),
+    Column("state", state, is_left=True),
+    Column("pid", _figure("pid"), 2),
+    Column("restarts", lambda process: Text(str(process.get("restarts") or "-")), 5),
+    Column("up", _figure("uptime_s", duration), 3),
+    Column("cpu", _figure("cpu_percent", cpu), 7),
+    Column("memory", _figure("memory_bytes", memory), 6),
+    Column("threads", _figure("threads"), 1),
+    Column("shown", lambda process: Text(filters(process) or "all"), 4, is_left=True),
+)
+
+
+def process_table(found: Sequence[Process], columns: int, *, has_head: bool = True) -> Table:
+    """One row per process, at most so many columns wide."""
+    cells = {column: [column.cell(process) for process in found] for column in COLUMNS}
+    widths = _widths(cells, columns)
+    table = Table(
+        box=None, pad_edge=False, header_style="bold", padding=(0, GAP, 0, 0), show_header=has_head
+    )
+    for column, width in widths.items():
+        justify = "left" if column.is_left else "right"
+        title = column.title[:width]
+        table.add_column(title, no_wrap=True, justify=justify, width=width, overflow="crop")  # type: ignore[arg-type]
+    for place in range(len(found)):
+        table.add_row(*(_cut(column, cells[column][place], w) for column, w in widths.items()))
+    return table
+
+
+def _widths(cells: Mapping[Column, Sequence[Text]], columns: int) -> dict[Column, int]:
+    """Width of each column that fits, in order."""
+    widths = {
+        column: max([cell_len(column.title), *(cell.cell_len for cell in texts)])
+        for column, texts in cells.items()
+    }
+    wanted = dict(widths)
+    if _total(widths) > columns:
+        name, state, *_, shown = COLUMNS
+        for column, least, part in (
+            (name, LEAST_NAME, NAME_PART),
+            (state, LEAST_STATE, STATE_PART),
+            (shown, LEAST_SHOWN, SHOWN_PART),
+        ):
+            widths[column] = min(widths[column], max(least, int(columns * part)))
+    for column in sorted((c for c in COLUMNS if c.dropped), key=lambda c: c.dropped):
+        if _total(widths) > columns:
+            del widths[column]
+    return _adjusted(widths, wanted, columns)
+
+
+def _adjusted(
+    widths: dict[Column, int], wanted: Mapping[Column, int], columns: int
+) -> dict[Column, int]:
+    """Give the rest of the width to columns that were cut; take excess from the names."""
+    for column in widths:
+        room = columns - _total(widths)
+        widths[column] += min(max(0, room), wanted[column] - widths[column])
+    name, state = COLUMNS[:2]
+    excess = _total(widths) - columns
+    if excess > 0:
+        widths[name] = max(min(widths[name], LEAST_NAME // 2), widths[name] - excess)
+    if _total(widths) > columns:
+        del widths[state]
+        widths[name] = max(1, min(wanted[name], columns))
+    return widths
+
+
+def _total(widths: Mapping[Column, int]) -> int:
+    return sum(widths.values()) + GAP * (len(widths) - 1)
+
+
+def _cut(column: Column, cell: Text, width: int) -> Text:
+    """The cell in `width` columns: names are cut in the middle, states lose the last exit."""
+    if cell.cell_len <= width:
+        return cell
+    text = cell.plain
+    if column is COLUMNS[0]:
+        return Text(middle_cut(text, width), cell.style)
+    word, _, rest = text.partition(":")
+    if rest and cell_len(word) <= width < cell_len(word) + LEAST_REST:
+        return Text(word, cell.style)
+    return Text(end_cut(text, width), cell.style)

@@ -1,4 +1,4 @@
-"""Terminal: the one writer of the terminal, which never blocks and says when it cannot follow."""
+"""The only writer to the terminal; never blocks, and reports when the terminal is slow."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from typing import Any
 from prompt_toolkit.data_structures import Size
 from prompt_toolkit.input.vt100 import raw_mode
 
-WIDTH, HEIGHT = 80, 24  # where the terminal does not tell
+WIDTH, HEIGHT = 80, 24  # of a terminal of unknown size
 
 
 def _opened_again(fd: int) -> int:
-    """The same terminal without blocking: O_NONBLOCK on what we inherited would be everybody's."""
+    """A non-blocking descriptor of the same terminal; the inherited one is shared."""
     try:
         return os.open(
             f"/proc/self/fd/{fd}", os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
         )
-    except OSError:  # after `su` it belongs to somebody else
+    except OSError:  # after `su` it belongs to another user
         return fd
 
 
 class Terminal:
-    """Writes to the terminal on standard output; `attrs` is how it was when we came.
+    """Writes to standard output; `attrs` are the settings that `restore` brings back.
 
-    `on_slow(True)` is called when something waits to be written, `on_slow(False)` when it has
-    gone; `on_gone()` when the terminal is no more.
+    `on_slow(True)` is called when output is waiting, `on_slow(False)` when it is written, and
+    `on_gone()` when the terminal is closed.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -43,7 +43,6 @@ class Terminal:
         self.on_gone: Callable[[], None] = lambda: None
 
     def size(self) -> Size:
-        """Rows and columns as they are now."""
         try:
             columns, rows = os.get_terminal_size(self._fd)
         except OSError:
@@ -52,14 +51,14 @@ class Terminal:
 
     @staticmethod
     def is_ours() -> bool:
-        """Whether we are in the foreground, so that we may read and change settings."""
+        """Whether we are in the foreground, and may read and change settings."""
         try:
             return os.tcgetpgrp(0) == os.getpgrp()
         except OSError:
-            return True  # the launcher led the session and has died: nobody else has it
+            return True  # the launcher led the session and has died
 
     def write(self, data: bytes) -> None:
-        """Write this behind what waits."""
+        """Write `data` after what is waiting."""
         if self._waiting:
             self._waiting += data
             return
@@ -81,11 +80,11 @@ class Terminal:
         except BlockingIOError:
             return data
         except OSError:
-            self.on_gone()  # EIO: the window was closed
+            self.on_gone()  # EIO: closed
         return b""
 
     def drain(self, patience_s: float) -> None:
-        """Write what waits, giving a slow terminal so much time."""
+        """Write what is waiting; give up after `patience_s`."""
         deadline = time.monotonic() + patience_s
         poll = select.poll()
         poll.register(self._fd, select.POLLOUT)
@@ -94,12 +93,12 @@ class Terminal:
             self._flush()
 
     def restore(self) -> None:
-        """The settings as they were, if nobody else has the terminal by now."""
+        """Restore the settings, unless we are in the background."""
         if self.is_ours():
             self._set(self.attrs)
 
     def set_raw(self) -> None:
-        """Keys one by one, unseen and without signals, as prompt_toolkit has them."""
+        """Raw mode as in prompt_toolkit."""
         with raw_mode(0):
             raw = termios.tcgetattr(0)
         self._set(raw)

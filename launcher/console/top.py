@@ -1,23 +1,56 @@
-"""Top: a table of processes in an order that a person chooses, and the part of it that is seen."""
+"""`top`: a table of processes that can be sorted and scrolled, in the console or by itself."""
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+import select
+import signal
+import sys
+import termios
+import tty
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from typing import Any
 
-from launcher.console.cutting import end_cut
-from launcher.console.process_table import process_table
-from launcher.console.tables import render
-from launcher.console.trouble import is_in_trouble
+from launcher.console.format import end_cut, is_in_trouble
+from launcher.console.tables import process_table, render
+from launcher.control.client import Connection, NoRunError
+from launcher.control.verbs import Call
 
 Process = Mapping[str, Any]
 
-# Key -> the name of an order.
 ORDERS = {"c": "cpu", "m": "memory", "n": "name", "r": "restarts", "s": "state"}
 KEYS_HINT = f"arrows scroll | sort: {' '.join(ORDERS)}"
-HEAD_ROWS = 4  # with fewer, the head of the table gives way to a process
+HEAD_ROWS = 4  # with fewer rows, the table has no head
 _DIGITS = re.compile(r"(\d+)")
+
+HINT = f"{KEYS_HINT} | q ends"
+_ENDS = ("q", "Q", "\x1b", "\x04")
+_ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
+_NOTICED = (signal.SIGWINCH, signal.SIGTSTP, signal.SIGTERM, signal.SIGHUP)
+_DEADLY = (signal.SIGTERM, signal.SIGHUP)
+READ_BYTES = 1024
+
+# Here and not prompt_toolkit's parser, whose import takes longer than the first answer of a run.
+_SEQUENCE = re.compile(r"\x1b\[[0-9;]*[A-Za-z~]|\x1bO[A-Za-z]|.", re.DOTALL)
+_NAMES = {
+    "\x1b[A": "up",
+    "\x1bOA": "up",
+    "k": "up",
+    "\x1b[B": "down",
+    "\x1bOB": "down",
+    "j": "down",
+    "\x1b[5~": "pageup",
+    "\x1b[6~": "pagedown",
+    " ": "pagedown",
+    "\x1b[H": "home",
+    "\x1bOH": "home",
+    "\x1b[1~": "home",
+    "\x1b[F": "end",
+    "\x1bOF": "end",
+    "\x1b[4~": "end",
+}
 
 
 def _by_name(process: Process) -> tuple[Any, ...]:
@@ -36,7 +69,7 @@ _KEYS: dict[str, Callable[[Process], Any]] = {
 
 
 class Top:
-    """`press` takes a key, `lines` shows what there is now."""
+    """Order and scroll position of a table."""
 
     def __init__(self, order: str = "cpu") -> None:
         self.order = order
@@ -44,7 +77,7 @@ class Top:
         self._page = 1
 
     def press(self, key: str) -> bool:
-        """Scroll or sort; False if the key means nothing here."""
+        """Scroll or sort; False for any other key."""
         if key in ORDERS:
             self.order, self._first = ORDERS[key], 0
             return True
@@ -60,11 +93,10 @@ class Top:
         return key in steps
 
     def sorted(self, found: Sequence[Process]) -> list[Process]:
-        """In the order that was chosen; equal ones as they were started."""
         return sorted(found, key=_KEYS[self.order])
 
     def lines(self, found: Sequence[Process], columns: int, rows: int, *, colour: bool) -> str:
-        """So many rows at most: a head, processes, and what part of all of them that is."""
+        """The table in at most `rows` lines: a head, processes, and which of them are shown."""
         has_place = rows > 1
         has_head = rows >= HEAD_ROWS
         self._page = max(1, rows - has_place - has_head)
@@ -83,3 +115,133 @@ class Top:
         return f"{seen} of {count} by {self.order}: " + ", ".join(
             f"{number} more {where}" for number, where in more if number
         )
+
+
+def parse_keys(typed: str) -> list[str]:
+    """Names of the keys that were typed; keys without a name stand for themselves."""
+    return [_NAMES.get(one, one) for one in _SEQUENCE.findall(typed)]
+
+
+class AlternateScreen:
+    """The alternate screen of the terminal, with keys read one by one."""
+
+    def __init__(self) -> None:
+        self._settings: list[Any] | None = None
+
+    def enter(self) -> None:
+        """Ctrl-C and Ctrl-Z still send their signals."""
+        if os.isatty(0):
+            self._settings = termios.tcgetattr(0)
+            tty.setcbreak(0, termios.TCSANOW)
+        self.write(_ENTER)
+
+    def leave(self) -> None:
+        with suppress(OSError, termios.error):  # the window was closed
+            self.write(_LEAVE)
+            if self._settings is not None:
+                termios.tcsetattr(0, termios.TCSANOW, self._settings)
+
+    def draw(self, lines: Sequence[str]) -> None:
+        """Replace the contents in one write, which does not flicker."""
+        self.write("\x1b[H" + "\r\n".join(f"{line}\x1b[K" for line in lines) + "\x1b[J")
+
+    @staticmethod
+    def write(text: str) -> None:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+
+
+class LiveTop:
+    """`python -m launcher top` in a terminal, until `q` or the end of the run."""
+
+    def __init__(self, connection: Connection, call: Call, *, colour: bool) -> None:
+        self._connection = connection
+        self._call = call
+        self._colour = colour
+        self._top = Top()
+        self._stage = AlternateScreen()
+        self._found: Sequence[Mapping[str, Any]] | None = None
+
+    def run(self) -> None:
+        """Show it; the last table stays on the terminal. Ctrl-C raises KeyboardInterrupt."""
+        request_id = self._connection.send(
+            self._call.verb.name, self._call.names, **{"follow": True, **self._call.options}
+        )
+        with _signals() as signals:
+            self._stage.enter()
+            try:
+                self._loop(request_id, signals)
+            finally:
+                self._stage.leave()
+                with suppress(OSError):
+                    self._stage.write("".join(f"{line}\n" for line in self._lines(hint=False)))
+
+    def _loop(self, request_id: int, signals: int) -> None:
+        sources = [self._connection.fileno(), signals, *([0] if os.isatty(0) else [])]
+        while True:
+            ready, _, _ = select.select(sources, [], [], 0 if self._connection.has_line else None)
+            if signals in ready:
+                self._noticed(os.read(signals, READ_BYTES))
+            if 0 in ready and self._is_ended_by(_typed()):
+                return
+            if (sources[0] in ready or self._connection.has_line) and not self._heard(request_id):
+                return
+            self._stage.draw(self._lines(hint=True))
+
+    def _heard(self, request_id: int) -> bool:
+        """Read an item; False at the end of the run."""
+        try:
+            item = self._connection.next_item(request_id)
+        except NoRunError:
+            item = None
+        if item is not None:
+            self._found = item.get("processes", self._found)
+        return item is not None
+
+    def _is_ended_by(self, typed: bytes) -> bool:
+        """Handle the keys; True if one of them quits."""
+        for key in parse_keys(typed.decode(errors="replace")):
+            if not self._top.press(key) and key in _ENDS:
+                return True
+        return not typed  # the terminal was closed
+
+    def _noticed(self, signals: bytes) -> None:
+        for signum in signals:
+            if signum in _DEADLY:
+                raise SystemExit(128 + signum)
+            if signum == signal.SIGTSTP:
+                self._stage.leave()
+                os.kill(os.getpid(), signal.SIGSTOP)
+                self._stage.enter()
+
+    def _lines(self, *, hint: bool) -> list[str]:
+        if self._found is None:
+            return []
+        columns, rows = os.get_terminal_size(1)
+        columns, rows = columns or 80, rows or 24
+        hint = hint and rows > 2
+        text = self._top.lines(self._found, columns, rows - hint, colour=self._colour)
+        return [*text.split("\n"), *([end_cut(HINT, columns)] if hint else ())]
+
+
+def _typed() -> bytes:
+    try:
+        return os.read(0, READ_BYTES)
+    except OSError:
+        return b""  # the terminal was closed
+
+
+@contextmanager
+def _signals() -> Iterator[int]:
+    """A descriptor from which the numbers of signals are read."""
+    reading, writing = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+    before = {signum: signal.signal(signum, lambda *_: None) for signum in _NOTICED}
+    old = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    try:
+        yield reading
+    finally:
+        signal.set_wakeup_fd(old)
+        for signum, handler in before.items():
+            signal.signal(signum, handler)
+        os.close(reading)
+        os.close(writing)

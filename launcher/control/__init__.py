@@ -1,1 +1,1 @@
-"""Control: a running run's socket, and what can be said over it (docs/control.md)."""
+"""The control socket of a run: server, protocol and client (docs/control.md)."""

@@ -1,7 +1,8 @@
-"""Connection: a client's end of a run's socket. Plain blocking sockets with time-outs."""
+"""The client's end of the control socket, with blocking calls and timeouts."""
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import os
@@ -11,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.control.folder import ControlError
 from launcher.control.protocol import VERSION
+from launcher.control.socket_directory import ControlError
 from launcher.model.record import Record
 
 HELLO_PATIENCE_S = 5.0
@@ -20,14 +21,14 @@ READ_BYTES = 64 * 1024
 
 
 class Reply(Record):
-    """The last answer to a request; `text` is for people, `result` for programs."""
+    """The final answer to a request: `text` for people, `result` for programs."""
 
     result: dict[str, Any]
     text: tuple[str, ...]
 
 
 class RefusedError(ControlError):
-    """The run said no; `code` is the protocol's, `message` and `hint` are for people."""
+    """The run refused the request; `code` is one of the protocol's."""
 
     def __init__(self, code: str, message: str, hint: str | None) -> None:
         super().__init__(message, hint=hint)
@@ -35,17 +36,17 @@ class RefusedError(ControlError):
 
 
 class NoRunError(ControlError):
-    """Nobody listens there (any more)."""
+    """Nothing listens at that socket, or the run has ended."""
 
 
 class SilentError(ControlError):
-    """It does not answer in time."""
+    """The run did not answer in time."""
 
 
 class Connection:
-    """Ask one thing after the other, or follow one stream. Close it, or use `with`.
+    """A connection to the run that listens at `path`: one request at a time, or one stream.
 
-    `hello` is the run's first line. Raises ControlError.
+    `hello` is the first line that the run sends. Close it, or use `with`. Raises ControlError.
     """
 
     def __init__(self, path: Path | str, *, patience_s: float = HELLO_PATIENCE_S) -> None:
@@ -54,24 +55,25 @@ class Connection:
         self._ids = itertools.count(1)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
-            self._socket.settimeout(patience_s)
-            self._socket.connect(os.fsencode(self.path))
-            first = self._read_object(time.monotonic() + patience_s)
-        except (FileNotFoundError, ConnectionRefusedError):
-            self.close()
-            raise NoRunError(f"{self.path}: no run listens there") from None
-        except OSError as error:
-            self.close()
-            if isinstance(error, TimeoutError):
-                raise SilentError(f"{self.path}: the run does not answer") from None
-            raise ControlError(f"{self.path}: {error.strerror or error}") from None
+            self.hello = self._connect(patience_s)
         except ControlError:
             self.close()
             raise
-        if "run" not in first:
-            self.close()
-            raise _refusal(first)
-        self.hello: dict[str, Any] = first
+
+    def _connect(self, patience_s: float) -> dict[str, Any]:
+        try:
+            self._socket.settimeout(patience_s)
+            self._socket.connect(os.fsencode(self.path))
+            hello = self._read_object(time.monotonic() + patience_s)
+        except (FileNotFoundError, ConnectionRefusedError):
+            raise NoRunError(f"{self.path}: no run listens there") from None
+        except TimeoutError:
+            raise SilentError(f"{self.path}: the run does not answer") from None
+        except OSError as error:
+            raise ControlError(f"{self.path}: {error.strerror or error}") from None
+        if "run" not in hello:
+            raise _refusal(hello)
+        return hello
 
     def __enter__(self) -> Connection:
         return self
@@ -80,14 +82,16 @@ class Connection:
         self.close()
 
     def fileno(self) -> int:
-        """For `select` and the like; what has been read already does not show there."""
+        """For `select`; see `has_line` for what is buffered."""
         return self._socket.fileno()
 
     def close(self) -> None:
-        """Close it; more than once does no harm."""
         self._socket.close()
 
-    # ---- asking
+    def shutdown(self) -> None:
+        """Wake up a thread that waits for an answer: it gets NoRunError."""
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
 
     def ask(
         self,
@@ -97,28 +101,28 @@ class Connection:
         patience_s: float | None = None,
         **options: Any,
     ) -> Reply:
-        """The answer, which comes when it has happened; `patience_s` None waits for it.
+        """Send a request and wait until it is carried out, at most `patience_s`.
 
-        Raises RefusedError, and ControlError if the run ends or does not answer in time.
+        Raises RefusedError; NoRunError if the run ends, SilentError at the timeout.
         """
         request_id = self.send(verb, names, **options)
         deadline = None if patience_s is None else time.monotonic() + patience_s
         while True:
             answer = self._answer(deadline)
             if answer.get("id") != request_id or "item" in answer:
-                continue  # left over from a stream
+                continue  # of an earlier stream
             return _reply(answer)
 
     def follow(
         self, verb: str, names: Sequence[str] = (), **options: Any
     ) -> Iterator[dict[str, Any]]:
-        """The items of a stream, until the run ends."""
+        """Items of a stream, until the run ends."""
         request_id = self.send(verb, names, **{"follow": True, **options})
         while (item := self.next_item(request_id)) is not None:
             yield item
 
     def next_item(self, request_id: int) -> dict[str, Any] | None:
-        """The next item of the stream that `send` has asked for; None at its end."""
+        """Next item of the stream that `send` has requested; None at its end."""
         while True:
             answer = self._answer(None)
             if answer.get("id") != request_id:
@@ -131,11 +135,11 @@ class Connection:
 
     @property
     def has_line(self) -> bool:
-        """Whether a line has been read already that nobody has asked for: `select` misses it."""
+        """Whether a line is buffered, which `select` cannot know."""
         return b"\n" in self._buffer
 
     def send(self, verb: str, names: Sequence[str] = (), **options: Any) -> int:
-        """Send a request without waiting; its id. `read` brings the answers."""
+        """Send a request and return its id; `read` or `next_item` get the answers."""
         request_id = next(self._ids)
         request = {
             "protocol": VERSION,
@@ -152,11 +156,11 @@ class Connection:
         return request_id
 
     def read(self, patience_s: float | None = None) -> dict[str, Any]:
-        """The next line of the run as it is, for those who follow several things at once."""
+        """Next line of the run, for clients that send several requests at once."""
         return self._answer(None if patience_s is None else time.monotonic() + patience_s)
 
     def wait_for_end(self, patience_s: float | None = None) -> bool:
-        """Wait until the run has ended; whether it has."""
+        """Wait for the end of the run; False at the timeout."""
         deadline = None if patience_s is None else time.monotonic() + patience_s
         while True:
             try:
@@ -216,8 +220,3 @@ def _lost(error: OSError) -> ControlError:
     if isinstance(error, (BrokenPipeError, ConnectionResetError)):
         return NoRunError("the run has ended")
     return ControlError(f"the connection to the run is lost: {error.strerror or error}")
-
-
-def connect(path: Path | str, *, patience_s: float = HELLO_PATIENCE_S) -> Connection:
-    """A connection to the run that listens at `path`; ControlError."""
-    return Connection(path, patience_s=patience_s)

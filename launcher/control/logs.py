@@ -1,4 +1,4 @@
-"""Logs: the last lines of processes, and those that come, for whoever follows them."""
+"""The last lines of processes, and new ones for those who follow."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ ANSWER_BYTES = 1024 * 1024  # of lines in one answer, so that making it keeps no
 
 
 class Follower(Record):
-    """Who follows, and whom: process ids, or None for everybody and the launcher itself."""
+    """A client that follows; `chosen` are process ids, None stands for all and the launcher."""
 
     exchange: Exchange
     chosen: frozenset[int] | None
 
 
 class Logs:
-    """Reads the rings. It listens to them only while somebody follows."""
+    """Reads the ring buffers of processes; taps them only while a client follows."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -34,7 +34,7 @@ class Logs:
         desk.on_process = lambda process: self._listen()
 
     def last(self, processes: Sequence[Process] | None, most: int) -> list[Item]:
-        """The last lines, in order of time; None stands for everybody and the launcher itself."""
+        """The last lines in order of time; None stands for all processes and the launcher."""
         found: list[tuple[str | None, Block]] = []
         if processes is None:
             processes = self._desk.processes
@@ -52,7 +52,7 @@ class Logs:
         return items[:most][::-1]
 
     def follow(self, processes: Sequence[Process] | None, exchange: Exchange) -> None:
-        """Hand on what comes until the exchange ends."""
+        """Send new lines until the exchange ends."""
         chosen = None if processes is None else frozenset(p.process_id for p in processes)
         follower = Follower(exchange=exchange, chosen=chosen)
         self._followers.append(follower)
@@ -65,7 +65,7 @@ class Logs:
         self._listen()
 
     def _listen(self) -> None:
-        """Tap the rings of those who are followed, and no others."""
+        """Tap the rings that are followed, and no others."""
         everybody = [one for one in self._followers if one.chosen is None]
         _tap(self._desk.chronicle.ring, None, everybody, self._tell)
         for process in self._desk.processes:

@@ -1,4 +1,4 @@
-"""Peer: one client of a run, and what is still owed to it."""
+"""One client of a run: its requests, its queue, and answers that it has not read yet."""
 
 from __future__ import annotations
 
@@ -11,21 +11,52 @@ from typing import Any
 
 from launcher.control import protocol
 from launcher.control.protocol import REQUEST_LIMIT, Request, RequestError
-from launcher.control.turns import Turns
 from launcher.control.verbs import BadCallError
 from launcher.engine.reactor import Reactor
 
-OUTPUT_LIMIT = 256 * 1024  # bytes that wait for a client; above it, lines of a stream are dropped
-MOST_OPEN = 64  # requests of one client that are not answered yet
-HALF_CLOSED_LOOK_S = 1.0  # nobody tells us when a client that has said its last word goes away
+OUTPUT_LIMIT = 256 * 1024  # unread bytes above which items of a stream are dropped
+MOST_OPEN = 64  # unanswered requests of one client
+HALF_CLOSED_CHECK_S = 1.0  # epoll does not report when a client closes the other half, too
+TOO_LONG = BadCallError("bad-request", f"a request is at most {REQUEST_LIMIT} bytes long")
+
+
+class ProcessQueue:
+    """Orders the requests of one connection for the same process; bounded by MOST_OPEN."""
+
+    def __init__(self, reactor: Reactor) -> None:
+        self._reactor = reactor
+        self._busy: dict[str, int] = {}
+        self._waiting: dict[str, deque[Callable[[], None]]] = {}
+
+    def take(self, process: str, do: Callable[[], None], *, helps: bool) -> None:
+        """Call `do` now, or after the requests before it; `helps` passes the one under way."""
+        if process in self._busy and (process in self._waiting or not helps):
+            self._waiting.setdefault(process, deque()).append(do)
+            return
+        self._busy[process] = self._busy.get(process, 0) + 1
+        do()
+
+    def over(self, process: str) -> None:
+        """End a request, so that the next one may begin."""
+        self._busy[process] -= 1
+        if self._busy[process]:
+            return
+        del self._busy[process]
+        waiting = self._waiting.get(process)
+        if waiting is None:
+            return
+        self._busy[process] = 1
+        self._reactor.call_later(0, waiting.popleft())
+        if not waiting:
+            del self._waiting[process]
 
 
 class Exchange:
-    """One request and its answers. `on_end` is called once, when no more are wanted."""
+    """A request and its answers; `on_end` is called once, when no more are wanted."""
 
     def __init__(self, peer: Peer, request_id: Any) -> None:
         self._peer = peer
-        self.turns = peer.turns
+        self.queue = peer.queue
         self.id = request_id
         self.is_open = True
         self.is_stream = False
@@ -33,11 +64,10 @@ class Exchange:
         self.on_end: Callable[[], None] = lambda: None
 
     def reply(self, result: Mapping[str, Any], text: Sequence[str] = ()) -> None:
-        """The last answer: it was done."""
         self._last(protocol.reply(self.id, result, text))
 
     def reply_raw(self, name: str, values: Sequence[str]) -> None:
-        """The last answer: a list of values that are JSON already."""
+        """Send a list of values that are JSON already as the last answer."""
         self._last(protocol.raw_reply(self.id, name, values))
 
     def _last(self, data: bytes) -> None:
@@ -47,18 +77,15 @@ class Exchange:
             self.end()
 
     def fail(self, problem: BadCallError) -> None:
-        """The last answer: it was not done."""
-        if self.is_open:
-            self._peer.write(protocol.failure(self.id, problem))
-            self.end()
+        self._last(protocol.failure(self.id, problem))
 
     def item(self, value: Mapping[str, Any]) -> None:
-        """One of a stream; dropped and counted if the client does not read."""
+        """Send an item of a stream; it is dropped and counted if the client does not read."""
         if self._has_room():
-            self._peer.write(protocol.item(self.id, value))
+            self._peer.write(protocol.raw_item(self.id, protocol.to_json(value)))
 
     def item_raw(self, text: str) -> None:
-        """The same, of what is JSON already."""
+        """The same for an item that is JSON already."""
         if self._has_room():
             self._peer.write(protocol.raw_item(self.id, text))
 
@@ -72,13 +99,12 @@ class Exchange:
         return True
 
     def say_dropped(self) -> None:
-        """Tell how many items found no room."""
+        """Report how many items were dropped."""
         if self.dropped:
-            count, self.dropped = self.dropped, 0
-            self._peer.write(protocol.item(self.id, {"dropped": count}))
+            self._peer.write(protocol.raw_item(self.id, f'{{"dropped":{self.dropped}}}'))
+            self.dropped = 0
 
     def end(self) -> None:
-        """Nothing more is said."""
         if self.is_open:
             self.is_open = False
             self._peer.forget(self)
@@ -86,10 +112,10 @@ class Exchange:
 
 
 class Peer:
-    """A connection. `serve(request, exchange)` answers; `on_close(peer)` is called at its end.
+    """A connection; `serve(request, exchange)` handles requests, `on_close(peer)` its end.
 
-    It is served one request per pass of the loop, read only as long as it reads itself, and what
-    waits for it is bounded: whatever it does, it harms nobody else.
+    No client can harm others: it is served one request per pass of the loop, is read only while
+    it reads itself, and its unread answers are bounded.
     """
 
     def __init__(
@@ -100,7 +126,7 @@ class Peer:
         serve: Callable[[Request, Exchange], None],
         on_close: Callable[[Peer], None],
     ) -> None:
-        self.turns = Turns(reactor)
+        self.queue = ProcessQueue(reactor)
         self._reactor = reactor
         self._connection = connection
         self._fd = connection.fileno()
@@ -120,15 +146,14 @@ class Peer:
 
     @property
     def is_full(self) -> bool:
-        """Whether more waits for it than it should."""
         return self._output_bytes > OUTPUT_LIMIT
 
-    # ---- what it says
+    # ---- input
 
     def _listen(self) -> None:
-        """Read, unless it does not read itself, has more to be served, or has said all."""
+        """Read, unless answers are unread, requests are waiting, or the input has ended."""
         if self._is_closed:
-            return  # its descriptor may be somebody else's by now
+            return  # the descriptor may have been given out again
         wanted = not (self._output or self._is_scheduled or self._has_said_all or self._is_ending)
         if wanted and not self._is_reading:
             self._reactor.add_reader(self._fd, self._read)
@@ -151,26 +176,24 @@ class Peer:
         self._schedule()
 
     def _schedule(self) -> None:
-        """Serve the next request in the next pass, when others have had their turn."""
+        """Serve the next request in the next pass of the loop, after other clients."""
         if b"\n" in self._input:
             if not self._is_scheduled:
                 self._is_scheduled = True
                 self._reactor.call_later(0, self._serve_next)
         elif len(self._input) >= REQUEST_LIMIT:
-            self._refuse(f"a request is at most {REQUEST_LIMIT} bytes long")
+            self.refuse(TOO_LONG)
         self._listen()
 
     def _serve_next(self) -> None:
         self._is_scheduled = False
-        if self._is_closed or self._is_ending:
-            return
-        if self._output:
-            return  # goes on when that has been read
+        if self._is_closed or self._is_ending or self._output:
+            return  # unread answers: `_writable` goes on
         line, newline, rest = self._input.partition(b"\n")
         if newline:
             self._input = rest
             if len(line) >= REQUEST_LIMIT:
-                self._refuse(f"a request is at most {REQUEST_LIMIT} bytes long")
+                self.refuse(TOO_LONG)
                 return
             if line.strip():
                 self._answer(line)
@@ -191,12 +214,7 @@ class Peer:
         self._open.append(exchange)
         self._serve(request, exchange)
 
-    def _refuse(self, message: str) -> None:
-        self.write(protocol.failure(None, BadCallError("bad-request", message)))
-        self.end()
-
     def refuse(self, problem: BadCallError) -> None:
-        """Say why not, and close."""
         self.write(protocol.failure(None, problem))
         self.end()
 
@@ -204,10 +222,10 @@ class Peer:
         self._has_said_all = True
         self._input = b""
         self._listen()
-        self._look_whether_it_is_there()
+        self._check_half_closed()
 
-    def _look_whether_it_is_there(self) -> None:
-        """A client that has closed only its own side may still wait for answers."""
+    def _check_half_closed(self) -> None:
+        """A client that has closed only its own half may still wait for answers."""
         if self._is_closed:
             return
         poll = select.poll()
@@ -215,12 +233,12 @@ class Peer:
         if poll.poll(0) or not (self._open or self._output):
             self.close()
         else:
-            self._reactor.call_later(HALF_CLOSED_LOOK_S, self._look_whether_it_is_there)
+            self._reactor.call_later(HALF_CLOSED_CHECK_S, self._check_half_closed)
 
-    # ---- what it is told
+    # ---- output
 
     def write(self, data: bytes) -> None:
-        """Say this, now or when it reads."""
+        """Send this, now or when the client reads."""
         if self._is_closed:
             return
         was_waiting = bool(self._output)
@@ -250,7 +268,7 @@ class Peer:
             except BlockingIOError:
                 return
             except OSError:
-                self.close()  # it has gone
+                self.close()
                 return
             self._output_bytes -= sent
             if sent < len(self._output[0]):
@@ -259,7 +277,6 @@ class Peer:
             self._output.popleft()
 
     def forget(self, exchange: Exchange) -> None:
-        """An exchange is over."""
         if exchange in self._open:
             self._open.remove(exchange)
         if self._has_said_all:
@@ -268,7 +285,7 @@ class Peer:
     # ---- the end
 
     def end(self) -> None:
-        """Close it when everything has been said."""
+        """Close when everything has been sent."""
         self._is_ending = True
         self._listen()
         self._end_if_done()
@@ -279,7 +296,7 @@ class Peer:
             self.close()
 
     def conclude(self, problem: BadCallError, patience_s: float) -> None:
-        """The run ends: answer what is open, give it a moment to read, and close."""
+        """End the run: answer open requests, wait for the client to read, and close."""
         for exchange in list(self._open):
             if exchange.is_stream:
                 exchange.reply({"ended": True})
@@ -292,7 +309,6 @@ class Peer:
         self.close()
 
     def close(self) -> None:
-        """Close it now; more than once does no harm."""
         if self._is_closed:
             return
         self._is_closed = True

@@ -1,4 +1,4 @@
-"""Protocol: JSON objects, one a line; what is said in which words (docs/control.md)."""
+"""The control protocol: one JSON object per line (docs/control.md)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ REQUEST_LIMIT = 64 * 1024  # bytes of a request with its newline
 
 
 class Request(Record):
-    """What a client asks; `id` comes back with every answer to it."""
+    """A request; `id` is repeated in every answer to it."""
 
     id: Any
     verb: str
@@ -23,7 +23,7 @@ class Request(Record):
 
 
 class RequestError(Exception):
-    """A line that is no request; `id` is the one that it has, if it got that far."""
+    """A line that is not a request; `id` is the one it gave, if it could be read."""
 
     def __init__(self, cause: BadCallError, request_id: Any = None) -> None:
         super().__init__(cause.message)
@@ -32,7 +32,7 @@ class RequestError(Exception):
 
 
 def parse_request(line: bytes) -> Request:
-    """The request on a line; RequestError."""
+    """Raises RequestError."""
     try:
         document = json.loads(line.decode(), parse_constant=_no_constant)
     except (ValueError, RecursionError):
@@ -74,37 +74,35 @@ def _no_constant(name: str) -> None:
     raise ValueError(f"{name} is not JSON")
 
 
-# ---- what the server says
+# ---- answers
 
 
 def encode(document: Mapping[str, Any]) -> bytes:
-    """One line."""
-    return json.dumps(document, separators=(",", ":"), default=str).encode() + b"\n"
+    return to_json(document).encode() + b"\n"
+
+
+def to_json(document: Mapping[str, Any]) -> str:
+    return json.dumps(document, separators=(",", ":"), default=str)
 
 
 def reply(request_id: Any, result: Mapping[str, Any], text: Sequence[str]) -> bytes:
-    """It was done, or here it is."""
+    """The last answer to a request that succeeded."""
     return encode({"id": request_id, "ok": True, "result": result, "text": list(text)})
 
 
-def item(request_id: Any, value: Mapping[str, Any]) -> bytes:
-    """One of a stream."""
-    return encode({"id": request_id, "item": value})
-
-
 def raw_item(request_id: Any, text: str) -> bytes:
-    """One of a stream that is JSON already."""
+    """An item of a stream that is JSON already."""
     return f'{{"id":{json.dumps(request_id)},"item":{text}}}\n'.encode()
 
 
 def raw_reply(request_id: Any, name: str, values: Sequence[str]) -> bytes:
-    """A list of values that are JSON already; they are also the text."""
+    """Values that are JSON already, as the result and as the text."""
     listed, text = ",".join(values), json.dumps(list(values))
     result = f'{{"{name}":[{listed}]}}'
     return f'{{"id":{json.dumps(request_id)},"ok":true,"result":{result},"text":{text}}}\n'.encode()
 
 
 def failure(request_id: Any, problem: BadCallError) -> bytes:
-    """It was not done."""
+    """The last answer to a request that failed."""
     error = {"code": problem.code, "message": problem.message, "hint": problem.hint}
     return encode({"id": request_id, "ok": False, "error": error})

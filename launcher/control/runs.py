@@ -1,4 +1,4 @@
-"""Runs: those of ours that are going on, and which one a person means."""
+"""Running launches of this user: list them, find one by id, pid or target."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.control import folder
+from launcher import proc
+from launcher.control import socket_directory
 from launcher.control.client import (
     HELLO_PATIENCE_S,
     Connection,
     NoRunError,
     SilentError,
-    connect,
 )
-from launcher.control.folder import ControlError
+from launcher.control.socket_directory import ControlError
 from launcher.engine.sweep import RUN_ID_VARIABLE
 from launcher.model.record import Record
+from launcher.text import count
 
 LOOK_S = 0.02
-HALTED_PATIENCE_S = 0.2  # for the first word of a launcher that stands still
-_HALTED = ("T", "t")
-_ENDED = ("", "Z", "X")
+SUSPENDED_PATIENCE_S = 0.2  # for the first line of a suspended launcher
+_SUSPENDED = ("T", "t")
 LAUNCH_SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 Say = Callable[[str], None]
 
 
 class Run(Record):
-    """A run that answers: what it says of itself, and where its socket is."""
+    """A run that answers, as its first line describes it; `path` is its socket."""
 
     run_id: str
     pid: int
@@ -40,13 +40,10 @@ class Run(Record):
     log_dir: str | None
     domain_id: int | None
     processes: tuple[str, ...]
-    launcher: str
-    protocol: int
     path: Path
 
     @classmethod
     def of(cls, hello: dict[str, Any], path: Path) -> Run:
-        """The run behind a connection."""
         run = hello["run"]
         return cls(
             run_id=run["id"],
@@ -57,8 +54,6 @@ class Run(Record):
             log_dir=run["log_dir"],
             domain_id=run["domain_id"],
             processes=tuple(run["processes"]),
-            launcher=hello["launcher"],
-            protocol=hello["protocol"],
             path=path,
         )
 
@@ -71,12 +66,12 @@ class Run(Record):
         return name
 
     def connect(self) -> Connection:
-        """Talk to it; ControlError."""
-        return connect(self.path)
+        """Raises ControlError."""
+        return Connection(self.path)
 
 
 class SilentRun(Record):
-    """A run that is there but does not answer; `state` is that of its launcher in /proc."""
+    """A run that does not answer; `state` is that of its launcher in /proc."""
 
     run_id: str
     pid: int
@@ -85,20 +80,19 @@ class SilentRun(Record):
 
     @classmethod
     def at(cls, path: Path) -> SilentRun:
-        """The run that should listen at this socket."""
         pid = pid_of(path)
-        return cls(path.stem, pid, _state(pid), path)
+        return cls(path.stem, pid, proc.state(pid), path)
 
     @property
     def problem(self) -> str:
-        """Why it does not answer, as far as that can be seen."""
-        why = f" (it is stopped: state {self.state})" if self.state in _HALTED else ""
+        why = f" (it is stopped: state {self.state})" if self.state in _SUSPENDED else ""
         return f"does not answer{why}"
 
     def error(self) -> SilentError:
-        """What to tell somebody who means this one."""
-        hint = f"kill -CONT {self.pid}" if self.state in _HALTED else f"kill -9 {self.pid} ends it"
-        text = f"run {self.run_id} (pid {self.pid}) is there but {self.problem}"
+        """The error for a request to this run."""
+        is_suspended = self.state in _SUSPENDED
+        hint = f"kill -CONT {self.pid}" if is_suspended else f"kill -9 {self.pid} ends it"
+        text = f"run {self.run_id} (pid {self.pid}) {self.problem}"
         return SilentError(text, hint=hint)
 
 
@@ -108,45 +102,25 @@ def pid_of(path: Path) -> int:
     return int(pid) if pid.isdecimal() else 0
 
 
-def _state(pid: int) -> str:
-    """`S`, `T` and so on; empty if it is gone."""
-    try:
-        text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return ""
-    return text[text.rindex(")") + 2 :][:1]
-
-
 AnyRun = Run | SilentRun
 
 
 def _silent(text: str) -> None:
-    """Nobody wants to hear it."""
-
-
-def live_runs(say: Say = _silent) -> list[Run]:
-    """Those that answer, the oldest first; `say` is told of the others, as by `all_runs`."""
-    runs = []
-    for run in all_runs(say):
-        if isinstance(run, Run):
-            runs.append(run)
-        else:
-            say(f"run {run.run_id} (pid {run.pid}) {run.problem}")
-    return runs
+    """No-op."""
 
 
 def all_runs(say: Say = _silent) -> list[AnyRun]:
-    """Those that are going on, the oldest first.
+    """All runs, the oldest first; `say` gets notes for people.
 
-    The sockets of launchers that were killed are removed, and `say` is told so.
+    Removes the sockets of launchers that were killed.
     """
     runs: list[AnyRun] = []
     removed: list[str] = []
-    for path in folder.sockets(os.environ, os.getuid()):
+    for path in socket_directory.sockets(os.environ, os.getuid()):
         try:
-            is_halted = _state(pid_of(path)) in _HALTED
-            patience_s = HALTED_PATIENCE_S if is_halted else HELLO_PATIENCE_S
-            with connect(path, patience_s=patience_s) as connection:
+            is_suspended = proc.is_suspended(pid_of(path))
+            patience_s = SUSPENDED_PATIENCE_S if is_suspended else HELLO_PATIENCE_S
+            with Connection(path, patience_s=patience_s) as connection:
                 runs.append(Run.of(connection.hello, path))
         except NoRunError:
             with contextlib.suppress(FileNotFoundError):
@@ -164,16 +138,16 @@ def all_runs(say: Say = _silent) -> list[AnyRun]:
 
 
 def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = False) -> Run:
-    """The run that is meant: by its id, its pid or its target, of each the beginning is enough.
+    """The run with this id, pid or target, of which the beginning is enough.
 
-    None stands for the only one, or the one that we are a part of; one in another folder than
-    ours counts as that only for who `looks` and changes nothing. ControlError in words where
-    there is none, are several, or it does not answer.
+    None stands for the run that this process belongs to, else for the only one in the socket
+    directory of this shell, or, if the caller only `looks`, in any of them. Raises ControlError
+    if there is none, if there are several, or if it does not answer.
     """
     runs = all_runs(say)
     if not runs:
-        hint = "python -m launcher TARGET starts one (not with --no-control)"
-        raise ControlError("no run of yours is going on", hint=hint)
+        hint = "python -m launcher TARGET starts a run (without --no-control)"
+        raise ControlError("no active run", hint=hint)
     found = _ours(runs, looks=looks) if which is None else _matching(runs, which)
     if len(found) == 1:
         (run,) = found
@@ -182,21 +156,20 @@ def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = Fals
         return run
     listed = "\n".join(f"  {_described(run)}" for run in (found or runs))
     if which is None and not found:
-        here = folder.preferred(os.environ, os.getuid())
-        text = f"no run of yours is going on in {here}"
-        raise ControlError(text, hint=f"elsewhere there are; pick one with --run ID:\n{listed}")
+        text = f"no active run in {socket_directory.preferred(os.environ, os.getuid())}"
+        raise ControlError(text, hint=f"choose a run elsewhere with --run ID:\n{listed}")
     if not found:
-        raise ControlError(f"there is no run '{which}'", hint=f"these are going on:\n{listed}")
-    what = "several runs are going on" if which is None else f"'{which}' may be several runs"
-    raise ControlError(what, hint=f"pick one with --run ID:\n{listed}")
+        raise ControlError(f"unknown run '{which}'", hint=f"active runs:\n{listed}")
+    what = "several runs are active" if which is None else f"'{which}' matches several runs"
+    raise ControlError(what, hint=f"choose one with --run ID:\n{listed}")
 
 
 def _ours(runs: Sequence[AnyRun], *, looks: bool) -> list[AnyRun]:
-    """The one that we were started by, if it is among them; else those of our folder."""
+    """The run that this process belongs to, else those in our socket directory."""
     ours = [run for run in runs if run.run_id == os.environ.get(RUN_ID_VARIABLE)]
     if ours:
         return ours
-    here = folder.preferred(os.environ, os.getuid())
+    here = socket_directory.preferred(os.environ, os.getuid())
     near = [run for run in runs if run.path.parent == here]
     return near or (list(runs) if looks else [])
 
@@ -218,22 +191,19 @@ def _described(run: AnyRun) -> str:
         return f"{run.run_id}  {run.problem}"
     since = time.strftime("%H:%M:%S", time.localtime(run.started))
     words = " ".join([run.short_target, *run.arguments])
-    return f"{run.run_id}  {words}  (since {since}, {len(run.processes)} processes)"
+    return f"{run.run_id}  {words}  (since {since}, {count(len(run.processes), 'process')})"
 
 
 def wait_for_run(pid: int, timeout_s: float) -> Run:
-    """The run whose launcher is the process `pid`, as soon as it listens.
-
-    ControlError if that process has ended, or does not listen within `timeout_s`.
-    """
+    """Wait until the launcher `pid` listens; ControlError if it ends, or at the timeout."""
     deadline = time.monotonic() + timeout_s
     while True:
-        if _state(pid) in _ENDED:
+        if not proc.is_alive(pid):
             raise ControlError(f"process {pid} has ended")
-        for path in folder.sockets(os.environ, os.getuid()):
+        for path in socket_directory.sockets(os.environ, os.getuid()):
             if path.stem.startswith(f"{pid}-"):
-                with contextlib.suppress(NoRunError), connect(path) as connection:
+                with contextlib.suppress(NoRunError), Connection(path) as connection:
                     return Run.of(connection.hello, path)
         if time.monotonic() >= deadline:
-            raise ControlError(f"process {pid} has opened no run within {timeout_s:g} s")
+            raise ControlError(f"process {pid} opened no control socket within {timeout_s:g} s")
         time.sleep(LOOK_S)

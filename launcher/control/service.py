@@ -8,11 +8,13 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from launcher.control import facts, verbs
+from launcher.control import format, socket_directory, status, verbs
 from launcher.control.logs import Logs
-from launcher.control.names import Named, resolve
 from launcher.control.peer import Exchange
 from launcher.control.protocol import VERSION, Request
+from launcher.control.selection import ProcessNames, resolve
+from launcher.control.server import Server
+from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.desk import Desk
 from launcher.engine.machine import ProcessState
@@ -94,17 +96,17 @@ class Service:
         everybody = self._desk.processes
         if not call.names:
             return everybody
-        places = resolve(call.names, [Named.of(process.spec) for process in everybody])
+        places = resolve(call.names, [ProcessNames.of(process.spec) for process in everybody])
         return [everybody[place] for place in places]
 
     # ---- looking
 
     def _rows(self, call: Call) -> dict[str, Any]:
-        return {"processes": [facts.row(self._desk, p) for p in self._chosen(call)]}
+        return {"processes": [status.row(self._desk, p) for p in self._chosen(call)]}
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
         result = self._rows(call)
-        exchange.reply(result, facts.table(result["processes"]))
+        exchange.reply(result, format.table(result["processes"]))
 
     def _do_top(self, call: Call, exchange: Exchange) -> None:
         if not call.options.get("follow"):
@@ -123,8 +125,8 @@ class Service:
 
     def _do_info(self, call: Call, exchange: Exchange) -> None:
         base = self._identity.environment
-        found = [facts.info(self._desk, process, base) for process in self._chosen(call)]
-        text = [line for one in found for line in facts.info_lines(one)]
+        found = [status.info(self._desk, process, base) for process in self._chosen(call)]
+        text = [line for one in found for line in format.info_lines(one)]
         exchange.reply({"processes": found}, text)
 
     def _do_plan(self, call: Call, exchange: Exchange) -> None:
@@ -184,14 +186,14 @@ class Service:
             outcomes[outcome.process] = outcome
             if len(outcomes) == len(chosen):
                 _answer(exchange, [outcomes[process.name] for process in chosen])
-            exchange.turns.over(outcome.process)
+            exchange.queue.over(outcome.process)
 
         def begin(process: Process) -> None:
             self._safely(call.verb.name, exchange, lambda: do(process, done))
 
         for process in chosen:
             helps = is_signal and process.machine.state is ProcessState.STOPPING
-            exchange.turns.take(process.name, functools.partial(begin, process), helps=helps)
+            exchange.queue.take(process.name, functools.partial(begin, process), helps=helps)
 
     def _do_stop(self, call: Call, exchange: Exchange) -> None:
         self._each(call, exchange, self._desk.operator.stop)
@@ -295,3 +297,23 @@ def _domain_id(environment: Mapping[str, str]) -> int | None:
     """The ROS domain of the run; None if it is no number."""
     text = environment.get("ROS_DOMAIN_ID") or "0"
     return int(text) if text.isdecimal() and len(text) < 10 else None
+
+
+def open_control(desk: Desk, identity: Identity) -> Server | None:
+    """Start the control server of a run; warns and returns None if there is no place for it."""
+
+    def warn(text: str) -> None:
+        desk.chronicle.say("WARNING", "launch", text)
+
+    service = Service(desk, identity)
+    try:
+        return Server(
+            desk.reactor,
+            lambda: socket_directory.prepare(identity.run_id, os.environ, os.getuid()),
+            hello=service.hello,
+            serve=service.serve,
+            warn=warn,
+        )
+    except ControlError as error:
+        warn(f"cannot open the control socket: {error.message}")
+        return None

@@ -1,4 +1,4 @@
-"""The doctor: what on this machine makes ROS runs fail, and what to do about it.
+"""`doctor`: finds what makes ROS runs fail on this machine.
 
-`collect` looks (the only place that does), `checks` judge what was seen, `repairs` mend.
+`collect` gathers facts (the only I/O), `checks` judge them, `repairs` fix what can be fixed.
 """

@@ -1,4 +1,4 @@
-"""Collector: looks at the machine for the doctor. It changes nothing."""
+"""Collects the facts about this machine; changes nothing."""
 
 from __future__ import annotations
 
@@ -8,26 +8,28 @@ import re
 import resource
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
 import launcher
+from launcher import proc
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable
 from launcher.engine import shared_memory
-from launcher.engine.run_id import PROC, abandoned_runs
+from launcher.engine.run_id import abandoned_runs
 from launcher.engine.runfolder import log_root
+from launcher.text import escape
 
-DISTRIBUTION = "group_gp1"  # the one that installs the launcher
+DISTRIBUTION = "group_gp1"  # which contains the launcher
 MARKERS = Path("share/ament_index/resource_index/packages")
-# If another prefix has one of these, it is another ROS, and not a workspace on top of ours.
+# A prefix with one of these is another ROS, not a workspace on top of the wheels.
 CORE_PACKAGES = ("rcl", "rcl_interfaces", "rclpy", "rmw_implementation", "std_msgs")
 LOST_LOCK = re.compile(rf"{shared_memory.FOLDER}/fast(rtps|dds)_\w+_[es]l \(deleted\)")
 COMMAND_CHARACTERS = 60
 PROBE_TIMEOUT_S = 60.0
 
-# In a process of its own: rclpy brings threads and signal handlers, and may even crash. Asking
-# for the name of the middleware loads it.
+# In a process of its own: rclpy brings threads and signal handlers, and may crash. The name of the
+# middleware is requested because that loads it.
 PROBE = """
 import importlib, json, sys
 errors = {}
@@ -44,7 +46,7 @@ MODULES = ("rclpy", "std_msgs.msg", "psutil", "yaml", "rich")
 
 
 def collect(env: Mapping[str, str]) -> Facts:
-    """All facts, with `env` as the environment that a run would get; about a second."""
+    """Collect all facts, with `env` as the environment of a run; takes about a second."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     logs = log_root(env)
     return Facts(
@@ -68,36 +70,33 @@ def collect(env: Mapping[str, str]) -> Facts:
     )
 
 
-def leftovers(*, proc: Path = PROC) -> tuple[Leftover, ...]:
-    """The processes of dead runs."""
-    runs = abandoned_runs(proc=proc)
+def leftovers() -> tuple[Leftover, ...]:
+    """Processes of runs whose launcher is gone."""
+    runs = abandoned_runs()
     return tuple(
-        Leftover(run_id, pid, _command(pid, proc))
-        for run_id in sorted(runs)
-        for pid in runs[run_id]
+        Leftover(run_id, pid, _command(pid)) for run_id in sorted(runs) for pid in runs[run_id]
     )
 
 
-def unreachable(*, proc: Path = PROC) -> tuple[Unreachable, ...]:
-    """The processes, as far as we may look at them, that hold a lock file which is removed.
+def unreachable() -> tuple[Unreachable, ...]:
+    """Processes that hold a lock file of Fast DDS that was removed.
 
-    Fast DDS keeps the lock files of a participant's own segment and ports open as long as it
-    lives, and those of others only for a moment.
+    Fast DDS keeps the lock files of a participant's own segment and ports open as long as the
+    participant lives, and those of others only for a moment.
     """
-    pids = sorted(int(entry) for entry in os.listdir(proc) if entry.isdigit())
-    return tuple(Unreachable(pid, _command(pid, proc)) for pid in pids if _lost_lock(pid, proc))
+    return tuple(Unreachable(pid, _command(pid)) for pid in sorted(proc.pids()) if _lost_lock(pid))
 
 
-def _lost_lock(pid: int, proc: Path) -> bool:
-    folder = proc / str(pid) / "fd"
+def _lost_lock(pid: int) -> bool:
+    folder = f"{proc.ROOT}/{pid}/fd"
     try:
-        return any(LOST_LOCK.fullmatch(os.readlink(folder / fd)) for fd in os.listdir(folder))
+        return any(LOST_LOCK.fullmatch(os.readlink(f"{folder}/{fd}")) for fd in os.listdir(folder))
     except OSError:
-        return False  # it has just ended, or is somebody else's
+        return False  # it has just ended, or belongs to another user
 
 
 def space(folder: Path) -> Space | None:
-    """How large the file system of `folder` is; None without such a folder."""
+    """Space in the file system of `folder`; None if it does not exist."""
     try:
         status = os.statvfs(folder)
     except OSError:
@@ -108,7 +107,7 @@ def space(folder: Path) -> Space | None:
 
 
 def import_errors(env: Mapping[str, str]) -> dict[str, str]:
-    """Module -> first line of its error, for what an interpreter like ours cannot import."""
+    """Module -> first line of its import error."""
     try:
         probe = subprocess.run(
             [sys.executable, "-c", PROBE, *MODULES],
@@ -128,7 +127,7 @@ def import_errors(env: Mapping[str, str]) -> dict[str, str]:
 
 
 def prefixes(text: str, wheels_prefix: str) -> tuple[Prefix, ...]:
-    """The entries of AMENT_PREFIX_PATH; those behind the wheels' prefix hide nothing."""
+    """Entries of AMENT_PREFIX_PATH; only those before the wheels' prefix can hide packages."""
     ours = _packages(Path(wheels_prefix))
     found = []
     may_hide = True
@@ -140,22 +139,22 @@ def prefixes(text: str, wheels_prefix: str) -> tuple[Prefix, ...]:
 
 
 def installed_version() -> str | None:
-    """The version that pip or colcon installed; a source tree that lies around does not count."""
+    """The version installed by pip or colcon; an egg-info in a source tree does not count."""
     for distribution in metadata.distributions(name=DISTRIBUTION):
         if distribution.read_text("RECORD") is not None:
             return distribution.version
     return None
 
 
-def obstacle(folder: Path, *, may_write: Callable[[Path, int], bool] = os.access) -> str | None:
-    """Why nothing could be written in `folder`, which need not exist yet; None if it could."""
+def obstacle(folder: Path) -> str | None:
+    """Why `folder`, which need not exist, cannot be written to; None if it can."""
     existing = folder
     while not os.path.lexists(existing) and existing != existing.parent:
         existing = existing.parent
     if not existing.is_dir():
-        return f"{existing} is no folder"
-    if not may_write(existing, os.W_OK | os.X_OK):
-        return f"no right to write in {existing}"
+        return f"{existing} is not a folder"
+    if not os.access(existing, os.W_OK | os.X_OK):
+        return f"no permission to write to {existing}"
     return None
 
 
@@ -171,10 +170,6 @@ def _limit(value: int) -> int:
     return sys.maxsize if value == resource.RLIM_INFINITY else value
 
 
-def _command(pid: int, proc: Path) -> str:
-    try:
-        words = (proc / str(pid) / "cmdline").read_bytes().rstrip(b"\0").split(b"\0")
-    except OSError:
-        return "?"
-    text = " ".join(b" ".join(words).decode(errors="replace").split())
+def _command(pid: int) -> str:
+    text = escape(" ".join(" ".join(proc.command_line(pid)).split()), keep="") or "?"
     return text if len(text) <= COMMAND_CHARACTERS else f"{text[:COMMAND_CHARACTERS]}..."

@@ -1,4 +1,4 @@
-"""Facts: what the doctor saw, as plain values. What they mean is decided in `checks`."""
+"""Facts about this machine, and findings, as plain values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from launcher.model.record import Record
 
 
 class Level(enum.Enum):
-    """How bad a finding is; only a problem makes the doctor's exit code 1."""
+    """Severity of a finding; only a problem makes the exit code 1."""
 
     OK = "ok"
     NOTE = "note"
@@ -17,7 +17,7 @@ class Level(enum.Enum):
 
 
 class Finding(Record):
-    """What one check says: a noun, one sentence, and what to do where that is needed."""
+    """The result of a check; `advice` says what to do."""
 
     name: str
     level: Level
@@ -27,7 +27,7 @@ class Finding(Record):
 
 
 class Leftover(Record):
-    """A process that has outlived its launcher; `command` is its command line."""
+    """A process that has outlived its launcher."""
 
     run_id: str
     pid: int
@@ -35,21 +35,19 @@ class Leftover(Record):
 
 
 class Unreachable(Record):
-    """A process whose own files in /dev/shm somebody has removed while it lives."""
+    """A running process whose files in /dev/shm were removed."""
 
     pid: int
     command: str
 
 
 class Space(Record):
-    """How large a file system is."""
-
     total_bytes: int
     free_bytes: int
 
 
 class Prefix(Record):
-    """An entry of AMENT_PREFIX_PATH. `hides`: packages of the wheels that it has, too, first."""
+    """An entry of AMENT_PREFIX_PATH; `hides` are packages of the wheels that it shadows."""
 
     path: str
     exists: bool
@@ -57,7 +55,7 @@ class Prefix(Record):
 
 
 class Facts(Record):
-    """Everything that the checks want to know. None where there is no such thing."""
+    """Everything that the checks need; None for what does not exist."""
 
     stale: tuple[Stale, ...]
     leftovers: tuple[Leftover, ...]
@@ -69,10 +67,10 @@ class Facts(Record):
     is_bootstrapped: bool  # _ROS_WHEELS_BOOTSTRAP_COMPLETE is set
     library_path: tuple[str, ...]  # the entries of LD_LIBRARY_PATH
     version: str
-    folder: str  # where the launcher that runs comes from
+    folder: str  # of the launcher that runs
     installed_version: str | None
-    domain_id: str | None  # ROS_DOMAIN_ID as it is written
+    domain_id: str | None  # ROS_DOMAIN_ID
     log_folder: str
-    log_obstacle: str | None  # what keeps us from writing there
+    log_obstacle: str | None  # why it cannot be written to
     open_files: int  # the soft limit
     open_files_hard: int

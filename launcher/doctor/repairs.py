@@ -1,25 +1,26 @@
-"""Repairs: what `doctor --fix` does. Each says what it did, in sentences."""
+"""What `doctor --fix` does; each function returns sentences about what it did."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+from launcher.doctor.checks import MB
 from launcher.doctor.facts import Facts
 from launcher.engine import shared_memory
 from launcher.engine.reactor import Reactor
 from launcher.engine.remnants import Remnants, patience_for
-from launcher.engine.shared_memory import Stale
 
 
 def repair(facts: Facts) -> list[str]:
-    """Mend what can be mended: processes first, since they may leave shared memory."""
+    """Stop leftover processes first, since they may leave shared memory, and free that."""
     said = end_runs({leftover.run_id for leftover in facts.leftovers})
-    # Looked for anew: an ended process may have left something, or have freed it.
-    return said + free(shared_memory.stale())
+    # Listed again: the processes may have left more, or freed something.
+    freed_bytes = shared_memory.clean(shared_memory.stale())
+    return [*said, *([f"freed {freed_bytes / MB:.1f} MiB of shared memory"] if freed_bytes else [])]
 
 
 def end_runs(run_ids: Iterable[str]) -> list[str]:
-    """Stop everything that carries these run ids: SIGINT, SIGTERM, SIGKILL, with deadlines."""
+    """Stop all processes with these run ids: SIGINT, SIGTERM, SIGKILL, with deadlines."""
     said: list[str] = []
     for run_id in sorted(run_ids):
         with Reactor() as reactor:
@@ -34,9 +35,3 @@ def end_runs(run_ids: Iterable[str]) -> list[str]:
             ).check()
             reactor.run()
     return said
-
-
-def free(items: list[Stale]) -> list[str]:
-    """Free shared memory that nobody uses."""
-    freed_bytes = shared_memory.clean(items)
-    return [f"freed {freed_bytes / 1024**2:.1f} MiB of shared memory"] if freed_bytes else []

@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher.control.folder import ControlError
 from launcher.control.server import credentials, listening
+from launcher.control.socket_directory import ControlError
 
 PATIENCE_S = 1.0  # for a question that does not come
 _MOST_BYTES = 64 * 1024

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher.control import folder
+from launcher.control import socket_directory
 from launcher.graph.look import Look, from_document
 
 SUFFIX = ".graph"  # no `.sock`: it is not a run's
@@ -63,9 +63,9 @@ def look_of_a_run(domain_id: int) -> Look | None:
 
 
 def _sockets() -> Iterator[Path]:
-    for place in folder.candidates(os.environ, os.getuid()):
+    for place in socket_directory.candidates(os.environ, os.getuid()):
         with contextlib.suppress(OSError):
-            if folder.problem_of(place, os.getuid()) is None:
+            if socket_directory.problem_of(place, os.getuid()) is None:
                 yield from (path for path in place.iterdir() if path.suffix == SUFFIX)
 
 

@@ -23,8 +23,8 @@ from rclpy.duration import Duration
 from rclpy.executors import MultiThreadedExecutor
 from std_srvs.srv import Trigger
 
-from launcher.control.client import RefusedError, connect
-from launcher.control.folder import ControlError
+from launcher.control.client import Connection, RefusedError
+from launcher.control.socket_directory import ControlError
 from launcher.graph.answering import Answering
 from launcher.graph.ask import graph_socket, question
 from launcher.graph.domains import environment_domain
@@ -48,7 +48,7 @@ class Bridge:
     def __init__(self, observer: Observer, path: Path) -> None:
         self._observer = observer
         self._path = path
-        self._connection = connect(path)
+        self._connection = Connection(path)
         self._known: list[Status] = []
         self._services: dict[str, str] = {}
         self._participants: set[bytes] = set()
@@ -70,7 +70,7 @@ class Bridge:
     def follow_events(self, on_end: Callable[[], None]) -> None:
         """Publish at once what changes, until the run ends. Runs in a thread of its own."""
         try:
-            with connect(self._path) as connection:
+            with Connection(self._path) as connection:
                 for event in connection.follow("events", history=False):
                     if event.get("event") != "resources":
                         self._news.trigger()
@@ -94,7 +94,7 @@ class Bridge:
         """What comes late would be taken for the answer to the next question."""
         self._connection.close()
         try:
-            self._connection = connect(self._path, patience_s=PATIENCE_S)
+            self._connection = Connection(self._path, patience_s=PATIENCE_S)
         except ControlError as error:
             self._node.get_logger().warning(error.message, throttle_duration_sec=10.0)
 
@@ -136,7 +136,7 @@ class Bridge:
 
     def _asked(self, verb: str, process: str) -> tuple[bool, str]:
         try:
-            with connect(self._path) as connection:
+            with Connection(self._path) as connection:
                 return True, "\n".join(connection.ask(verb, [process]).text)
         except ControlError as error:
             hint = f" ({error.hint})" if isinstance(error, RefusedError) and error.hint else ""

@@ -1,1 +1,1 @@
-"""Renderings of plans."""
+"""Plans and arguments of launch files as text and JSON."""

@@ -1,4 +1,4 @@
-"""The arguments of a launch file, in the words of `ros2 launch --show-args`."""
+"""The arguments of a launch file, as `ros2 launch --show-args` prints them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ if TYPE_CHECKING:
 
 
 def describe_arguments(arguments: Sequence[DeclareLaunchArgument]) -> str:
-    """The list as ROS 2 prints it; a star marks arguments that a condition decides about."""
     blocks = ["Arguments (pass arguments as '<name>:=<value>'):"]
     blocks += [_describe(argument) for argument in arguments]
     if not arguments:

@@ -1,10 +1,11 @@
-"""Command lines that a person can copy and paste, and the parameter files that they name."""
+"""Command lines to paste into a shell, and the parameter files that they name."""
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
 import os
+import shlex
 import stat
 import tempfile
 from collections.abc import Mapping
@@ -12,22 +13,21 @@ from pathlib import Path
 from typing import Any
 
 from launcher.model.spec import ProcessSpec
-from launcher.render.shell_word import shell_word
 
 _PRIVATE = 0o700
+_NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\x1b": r"\e", "\\": r"\\", "'": r"\'"}
 
 
 def command_line(
     spec: ProcessSpec, environment: Mapping[str, str], files: Mapping[str, str]
 ) -> str:
-    """One line for a shell whose environment is `environment`.
+    """A line for a shell whose environment is `environment`.
 
-    `files` has, for parameter files that the launcher wrote for the plan, the path where they
-    can be found now.
+    `files` maps the parameter files in `spec` to where they can be found now.
     """
     words = [files.get(word, word) for word in spec.argv]
     if spec.shell:
-        # As `subprocess` does it: the words as one text, for a shell to take apart.
+        # As in `subprocess`: one string that the shell splits.
         words = ["sh", "-c", " ".join(words)]
     around = _environment_words(spec.env, environment)
     if spec.cwd is not None:
@@ -46,17 +46,16 @@ def _environment_words(env: Mapping[str, str], before: Mapping[str, str]) -> lis
 
 
 class ParameterFiles:
-    """Keeps the generated parameter files of a plan where a pasted command finds them.
+    """Writes the generated parameter files of a plan for commands that are pasted later.
 
-    A file is named after its content, so that planning again makes no new ones; the folder is
-    the user's own. Where it cannot be written, the path of a file is None.
+    The name of a file contains a hash of its content, so that the next plan uses it again.
     """
 
     def __init__(self) -> None:
         self._folder: Path | None = None
 
     def keep(self, label: str, content: Mapping[str, Any]) -> tuple[str | None, str]:
-        """(path, text) of a file with this content for the process with this label."""
+        """(path, text) of a file with this content; the path is None if it cannot be written."""
         import yaml
 
         text = yaml.safe_dump(_plain(content), default_flow_style=False, sort_keys=False)
@@ -72,7 +71,7 @@ class ParameterFiles:
             folder = Path(tempfile.gettempdir()) / f"launcher-plan-{os.getuid()}"
             with contextlib.suppress(FileExistsError):
                 folder.mkdir(_PRIVATE)
-            # Anybody may make a folder of this name before us: it counts only if it is ours.
+            # Somebody else may have created a folder of this name.
             found = folder.lstat()
             ours = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
             if not ours or stat.S_IMODE(found.st_mode) & 0o022:
@@ -91,3 +90,26 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
     return value
+
+
+def shell_word(word: str) -> str:
+    """The word in quotes if it needs them; in `$'...'` with escapes if it is not printable.
+
+    Surrogate escapes, which stand for bytes that are not UTF-8, become these bytes.
+    """
+    if word.isprintable():
+        return shlex.quote(word)
+    return "$'" + "".join(map(_escaped, word)) + "'"
+
+
+def _escaped(char: str) -> str:
+    if char in _NAMED:
+        return _NAMED[char]
+    if char.isprintable():
+        return char
+    # In octal: a shell reads at most three digits, whatever follows.
+    try:
+        data = char.encode(errors="surrogateescape")
+    except UnicodeEncodeError:
+        return char  # cannot be passed to any program
+    return "".join(f"\\{byte:03o}" for byte in data)

@@ -1,4 +1,4 @@
-"""Entities and conditions in a few words, for the tree of a plan."""
+"""Short texts about entities, conditions and events, for the tree of a plan."""
 
 from __future__ import annotations
 
@@ -23,9 +23,8 @@ from launcher.language.actions.timer import TimerAction
 from launcher.language.conditions import IfCondition, LaunchConfigurationEquals, UnlessCondition
 from launcher.language.conditions import LaunchConfigurationNotEquals as NotEquals
 from launcher.language.substitution import TextSubstitution, normalize_to_list_of_substitutions
-from launcher.render.shell_word import shell_word
+from launcher.render.command_line import shell_word
 
-# What the entity of an event did, by the event's class.
 _HAPPENINGS = {
     "ProcessExited": "exits",
     "ProcessStarted": "starts",
@@ -35,22 +34,26 @@ _HAPPENINGS = {
     "ExecutionComplete": "is complete",
     "StateTransition": "changes its state",
 }
+_WAITS = {
+    "OnShutdown": "on shutdown",
+    "OnStateTransition": "when a lifecycle node changes its state",
+}
 
 
 def place(origin: Any) -> str:
-    """`file:line`, the file relative to the working directory where it lies below that."""
+    """`file:line`, as `short_path`; empty without an origin."""
     return "" if origin is None else f"{short_path(origin.path)}:{origin.line}"
 
 
 def short_path(path: str) -> str:
-    """The path, relative to the working directory if it lies below that; quoted if it must be."""
+    """The path, relative if it is below the working directory; quoted if not printable."""
     here = os.getcwd() + os.sep
     short = path[len(here) :] if path.startswith(here) else path
     return short if short.isprintable() else shell_word(short)
 
 
 def described(parts: Any) -> str:
-    """Substitutions as people read them; plain texts without quotes."""
+    """Substitutions as text; plain texts without quotes."""
     subs = normalize_to_list_of_substitutions(parts)
     texts = [sub.text for sub in subs if isinstance(sub, TextSubstitution)]
     if len(texts) == len(subs):
@@ -59,7 +62,6 @@ def described(parts: Any) -> str:
 
 
 def headline(entity: Any) -> str:
-    """What the entity is."""
     for kind, text in _HEADLINES:
         if isinstance(entity, kind):
             return str(text(entity))
@@ -80,7 +82,7 @@ def condition_text(condition: Any) -> str:
 
 
 def happening(event: Any) -> str:
-    """What an event says about the process or action that it is about."""
+    """`exits`, `starts` and so on, of the process or action that an event is about."""
     name = type(event).__name__
     if name == "StateTransition":
         return f"goes from {event.start_state} to {event.goal_state}"
@@ -88,7 +90,7 @@ def happening(event: Any) -> str:
 
 
 def handler_target(handler: Any) -> tuple[Any, str]:
-    """(the action that a handler watches or None, what it waits for)."""
+    """(action that a handler watches or None, what it waits for)."""
     target = vars(handler).get("_OnActionEventBase__action_matcher")
     event = vars(handler).get("_OnActionEventBase__target_event_cls")
     if event is None:
@@ -102,7 +104,7 @@ def handler_target(handler: Any) -> tuple[Any, str]:
 
 
 def handler_entities(handler: Any) -> list[Any]:
-    """What a handler is known to yield beforehand."""
+    """Entities of a handler that are known before it is called."""
     entities = list(handler.describe()[1])
     at_shutdown = vars(handler).get("_OnShutdown__on_shutdown")
     if isinstance(at_shutdown, (list, tuple)):
@@ -112,11 +114,7 @@ def handler_entities(handler: Any) -> list[Any]:
 
 def _waits_for(handler: Any) -> str:
     name = type(handler).__name__
-    if name == "OnShutdown":
-        return "on shutdown"
-    if name == "OnStateTransition":
-        return "when a lifecycle node changes its state"
-    return f"event handler {name}"
+    return _WAITS.get(name, f"event handler {name}")
 
 
 def _function_name(action: OpaqueFunction) -> str:

@@ -1,4 +1,4 @@
-"""The plan as the canonical document that `plan --json` prints."""
+"""The plan as the document of `plan --json`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from launcher.language.substitution import TextSubstitution
 
 if TYPE_CHECKING:
     from launcher.language.actions.arguments import DeclareLaunchArgument
-    from launcher.model.events import LoadRequest, StateRequest
+    from launcher.model.events import LoadRequest
     from launcher.model.spec import ParameterSource
     from launcher.planner import Plan, PlanError, PlannedProcess, Stamp
 
@@ -17,7 +17,6 @@ GENERATED = "<generated>"
 
 
 def document(plan: Plan) -> dict[str, Any]:
-    """The plan as plain data for `json.dumps`."""
     result: dict[str, Any] = {
         "arguments": None
         if plan.arguments is None
@@ -25,7 +24,10 @@ def document(plan: Plan) -> dict[str, Any]:
         "declared": dict(plan.declared),
         "processes": [_process(process, plan.environment) for process in plan.processes],
         "loads": [{**_load(load), **_stamp(stamp)} for load, stamp in plan.loads],
-        "lifecycle": [{**_change(change), **_stamp(stamp)} for change, stamp in plan.lifecycle],
+        "lifecycle": [
+            {"node": change.node, "transition": change.transition, **_stamp(stamp)}
+            for change, stamp in plan.lifecycle
+        ],
         "logs": [{"message": text, **_stamp(stamp)} for text, stamp in plan.logs],
         "shutdowns": [{"reason": reason, **_stamp(stamp)} for reason, stamp in plan.shutdowns],
         "error": None if plan.error is None else _error(plan.error),
@@ -37,14 +39,13 @@ def document(plan: Plan) -> dict[str, Any]:
 
 def _argument(argument: DeclareLaunchArgument) -> dict[str, Any]:
     default = argument.default_value
-    texts = None
-    if default is not None and all(isinstance(sub, TextSubstitution) for sub in default):
-        texts = "".join(sub.text for sub in default if isinstance(sub, TextSubstitution))
+    parts = default or ()
+    texts = [part.text for part in parts if isinstance(part, TextSubstitution)]
     return {
         "name": argument.name,
         "description": argument.description,
         "has_default": default is not None,
-        "default": texts,
+        "default": None if default is None or len(texts) < len(parts) else "".join(texts),
         "choices": None if argument.choices is None else list(argument.choices),
     }
 
@@ -55,10 +56,10 @@ def _process(process: PlannedProcess, environment: Mapping[str, str]) -> dict[st
     sources = ros.parameters if ros else ()
     generated = {source.file for source in sources if source.generated is not None}
     return {
-        "package": ros.package if ros else None,
-        "executable": ros.executable if ros else None,
-        "node_name": ros.node_name if ros else None,
-        "namespace": ros.namespace if ros else None,
+        "package": ros and ros.package,
+        "executable": ros and ros.executable,
+        "node_name": ros and ros.node_name,
+        "namespace": ros and ros.namespace,
         "remappings": [list(rule) for rule in ros.remappings] if ros else [],
         "cmd": [GENERATED if word in generated else word for word in spec.argv],
         "parameters": [_parameter(source) for source in sources],
@@ -109,7 +110,6 @@ def _load(load: LoadRequest) -> dict[str, Any]:
 
 
 def _plain(value: object) -> object:
-    """The value as JSON has it."""
     if isinstance(value, bytes):
         return f"<bytes {value.hex()}>"
     if isinstance(value, (list, tuple)):
@@ -119,10 +119,6 @@ def _plain(value: object) -> object:
     if isinstance(value, (str, int, float, bool, type(None))):
         return value
     return str(value)
-
-
-def _change(change: StateRequest) -> dict[str, Any]:
-    return {"node": change.node, "transition": change.transition}
 
 
 def _stamp(stamp: Stamp) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The plan as a tree that a person can read."""
+"""Plans as trees for people: of a dry run, and of what a run has been asked for so far."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from launcher.interpreter.trace import Setting, Visit
     from launcher.planner import Plan, PlannedProcess
 
-# How a scope is made; the group says it already.
+
+# Not shown: the group that contains them is.
 _SCOPE_PARTS = (
     PopEnvironment,
     PopLaunchConfigurations,
@@ -46,15 +47,25 @@ _SCOPE_PARTS = (
     ResetEnvironment,
     ResetLaunchConfigurations,
 )
-
-
-_OUTER_DEPTH = 3  # a description with the command line's include with the file's description
-_MAX_DEPTH = 30  # of visits in each other; a launch file that includes itself goes deeper
+_OUTER_DEPTH = 3  # description, include of the command line, description of the file
+_MAX_DEPTH = 30  # of visits; a launch file that includes itself goes deeper
 
 
 def plan_tree(plan: Plan, files: ParameterFiles) -> Branch:
-    """The plan as branches; generated parameter files are kept in `files`."""
+    """The tree of a dry run; generated parameter files are written by `files`."""
     return _Painter(plan, files).paint()
+
+
+def run_tree(plan: Plan) -> Branch:
+    """The tree of a run, without groups: the visits of a run are not recorded."""
+    arguments = [
+        Branch(f"argument {name} = {value!r}", style="value")
+        for name, value in plan.declared.items()
+    ]
+    processes = [_run_process(plan, process) for process in plan.processes]
+    loads = [_load_branch(load, stamp) for load, stamp in plan.loads]
+    children = [*arguments, *processes, *loads, *_transitions(plan)]
+    return Branch(short_path(plan.path), style="scope", children=children)
 
 
 class _Painter:
@@ -63,24 +74,23 @@ class _Painter:
         self._files = files
         self._loads = list(plan.loads)
         self._visit_of: dict[int, Visit] = {}  # by id of the entity, the last one
-        self._owner: dict[int, Visit] = {}  # by id of an entity: what yields it later
+        self._owner: dict[int, Visit] = {}  # by id of an entity, what yields it later
         self._later: dict[int, list[tuple[Visit, Visit]]] = {}  # by id of that visit
-        self._loose: list[tuple[Visit, Visit]] = []  # (root, visit) that nobody owns
+        self._loose: list[tuple[Visit, Visit]] = []  # (root, visit) without an owner
 
     def paint(self) -> Branch:
-        """The whole tree."""
         for root in self._plan.visits:
             for visit in root.walk():
                 self._note_owner(visit)
         for root in self._plan.visits[1:]:
             self._find_place(root)
         children = [branch for root in self._plan.visits[:1] for branch in self._of_root(root)]
-        children += [self._event(root, [visit]) for root, visit in self._loose]
-        children += [load_branch(load, stamp) for load, stamp in self._loads]
-        children += transitions(self._plan)
+        children += [self._event(root, visit) for root, visit in self._loose]
+        children += [_load_branch(load, stamp) for load, stamp in self._loads]
+        children += _transitions(self._plan)
         return Branch(short_path(self._plan.path), style="scope", children=children)
 
-    # ---- who owns what happens later
+    # ---- owners of what happens later
 
     def _note_owner(self, visit: Visit) -> None:
         entity = visit.entity
@@ -107,13 +117,13 @@ class _Painter:
     # ---- branches
 
     def _of_root(self, root: Visit) -> list[Branch]:
-        """What the command line's include yields, without that include."""
+        """Branches of a root, without the include of the command line."""
         is_outer = root.depth <= _OUTER_DEPTH
         if is_outer and isinstance(root.entity, (IncludeLaunchDescription, LaunchDescription)):
             return [branch for child in root.children for branch in self._of_root(child)]
         names = {setting.name for setting in root.settings if setting.origin is None}
         if isinstance(root.entity, SetLaunchConfiguration) and names & self._plan.declared.keys():
-            return []  # told where it is declared
+            return []  # shown where it is declared
         return self._branches(root)
 
     def _branches(self, visit: Visit) -> list[Branch]:
@@ -122,7 +132,7 @@ class _Painter:
             return [Branch("... and so on", style="skipped")]
         if isinstance(entity, LaunchDescription):
             return [branch for child in visit.children for branch in self._branches(child)]
-        if isinstance(entity, _SCOPE_PARTS) and _is_in_group(visit):
+        if isinstance(entity, _SCOPE_PARTS) and _is_in(visit, GroupAction):
             return []
         if visit.skipped:
             return [Branch(f"skipped: {headline(entity)}", style="skipped", aside=_why(visit))]
@@ -136,13 +146,12 @@ class _Painter:
         children = [branch for child in visit.children for branch in self._branches(child)]
         children += self._what_follows(visit)
         head, aside = _head(visit)
-        asides = [text for text in (aside, _why(visit)) if text]
         style = "scope" if visit.children or children else "plain"
         if isinstance(visit.entity, TimerAction):
             style = "event"
         elif isinstance(visit.entity, (DeclareLaunchArgument, SetLaunchConfiguration)):
             style = "value"
-        return Branch(head, style=style, aside=", ".join(asides), children=children)
+        return Branch(head, style=style, aside=_joined(aside, _why(visit)), children=children)
 
     def _what_follows(self, visit: Visit) -> list[Branch]:
         branches: list[Branch] = []
@@ -150,15 +159,15 @@ class _Painter:
             if isinstance(visit.entity, TimerAction):
                 branches += self._branches(later)
             else:
-                branches.append(self._event(root, [later], short=True))
+                branches.append(self._event(root, later, short=True))
         return branches
 
-    def _event(self, root: Visit, visits: list[Visit], *, short: bool = False) -> Branch:
-        children = [branch for visit in visits for branch in self._branches(visit)]
+    def _event(self, root: Visit, visit: Visit, *, short: bool = False) -> Branch:
         action = getattr(root.event, "action", None)
         who = "it" if short else self._name(action)
         head = f"when {who} {happening(root.event)}" if action is not None else "later"
-        return Branch(head, style="event", aside=moment(root.stamp.time_s), children=children)
+        aside = _moment(root.stamp.time_s)
+        return Branch(head, style="event", aside=aside, children=self._branches(visit))
 
     def _handler(self, visit: Visit) -> Branch:
         handler = visit.entity.event_handler
@@ -168,7 +177,7 @@ class _Painter:
         children: list[Branch] = []
         for root, later in followed:
             if target is None and getattr(root.event, "action", None) is not None:
-                children.append(self._event(root, [later]))
+                children.append(self._event(root, later))
             else:
                 children += self._branches(later)
         if not followed:
@@ -181,17 +190,16 @@ class _Painter:
             return self._plan.processes[visit.processes[0]].spec.name
         return headline(action)
 
-    # ---- processes and what is in them
+    # ---- processes and components
 
     def _process(self, visit: Visit, number: int) -> Branch:
         process = self._plan.processes[number]
-        asides = [identity(process), moment(process.stamp.time_s), _why(visit)]
-        asides.append(place(visit.entity._origin))
-        children = [load_branch(load, stamp) for load, stamp in self._loads_of(process)]
+        asides = [_identity(process), _moment(process.stamp.time_s), _why(visit)]
+        children = [_load_branch(load, stamp) for load, stamp in self._loads_of(process)]
         return Branch(
             process.spec.name,
             style="process",
-            aside=", ".join(text for text in asides if text),
+            aside=_joined(*asides, place(visit.entity._origin)),
             lines=self._process_lines(process),
             children=children + self._what_follows(visit),
         )
@@ -208,41 +216,42 @@ class _Painter:
             lines += [("aside", f"{paths[source.file]}:")]
             lines += [("aside", f"  {line}") for line in text.splitlines()]
         command = command_line(spec, self._plan.environment, paths)
-        return [("command", f"$ {command}"), *restart_line(process), *lines]
+        return [("command", f"$ {command}"), *_restart_line(process), *lines]
 
     def _loads_of(self, process: PlannedProcess) -> list[Any]:
         ros = process.spec.ros
         if ros is None or ros.node_name is None:
             return []
-        name = f"{(ros.namespace or '').rstrip('/')}/{ros.node_name}"
+        name = _full_name(ros.namespace, ros.node_name)
         mine = [pair for pair in self._loads if f"/{pair[0].container.lstrip('/')}" == name]
         self._loads = [pair for pair in self._loads if pair not in mine]
         return mine
 
 
-def transitions(plan: Plan) -> list[Branch]:
-    """What lifecycle nodes are asked for."""
+def _transitions(plan: Plan) -> list[Branch]:
     return [
-        Branch(f"{change.node}: {change.transition}", style="event", aside=moment(stamp.time_s))
+        Branch(f"{change.node}: {change.transition}", style="event", aside=_moment(stamp.time_s))
         for change, stamp in plan.lifecycle
     ]
 
 
-def load_branch(load: Any, stamp: Any) -> Branch:
-    """A component that is loaded into a container."""
-    name = f"{(load.namespace or '').rstrip('/')}/{load.name or ''}"
+def _load_branch(load: Any, stamp: Any) -> Branch:
     lines = [("plain", f"{key}: {value}") for key, value in load.parameters]
     lines += [("plain", f"remap {old} to {new}") for old, new in load.remappings]
     lines += [("plain", f"extra argument {key}: {value}") for key, value in load.extra_arguments]
     aside = f"plugin {load.plugin} of {load.package}, into {load.container}"
-    when = moment(stamp.time_s)
-    aside += f", {when}" if when else ""
-    return Branch(f"component {name}", style="process", aside=aside, lines=lines)
+    return Branch(
+        f"component {_full_name(load.namespace, load.name)}",
+        style="process",
+        aside=_joined(aside, _moment(stamp.time_s)),
+        lines=lines,
+    )
 
 
 def _head(visit: Visit) -> tuple[str, str]:
-    """(text, remark) of an entity that is no process."""
+    """(text, remark) of an entity that is not a process."""
     entity = visit.entity
+    where = place(entity._origin)
     if isinstance(entity, (DeclareLaunchArgument, SetLaunchConfiguration)) and visit.settings:
         setting = visit.settings[-1]
         return f"{headline(entity)} = {setting.value!r}", _source(visit, setting)
@@ -250,31 +259,26 @@ def _head(visit: Visit) -> tuple[str, str]:
         return f"log: {visit.logs[-1]}", ""
     if visit.settings:
         setting = visit.settings[-1]
-        return f"{headline(entity)}: {setting.name} = {setting.value!r}", place(entity._origin)
-    if isinstance(entity, IncludeLaunchDescription):
-        return headline(entity), place(entity._origin)
+        return f"{headline(entity)}: {setting.name} = {setting.value!r}", where
     if isinstance(entity, GroupAction):
         scoped = any(isinstance(child.entity, PushLaunchConfigurations) for child in visit.children)
-        return "group" if scoped else "group without a scope", place(entity._origin)
-    return headline(entity), place(entity._origin)
+        return "group" if scoped else "group without a scope", where
+    return headline(entity), where
 
 
 def _source(visit: Visit, setting: Setting) -> str:
-    """Where a value comes from."""
     where = place(setting.origin)
     if setting.origin is None:
         return "command line"
     if isinstance(visit.entity, SetLaunchConfiguration):
-        including = visit.parent is not None and isinstance(
-            visit.parent.entity, IncludeLaunchDescription
-        )
-        return f"launch_arguments at {where}" if including else f"set at {where}"
-    own = visit.entity._origin
-    return f"default at {where}" if setting.origin == own else f"set before at {where}"
+        is_included = _is_in(visit, IncludeLaunchDescription)
+        return f"launch_arguments at {where}" if is_included else f"set at {where}"
+    is_own = setting.origin == visit.entity._origin
+    return f"default at {where}" if is_own else f"set before at {where}"
 
 
 def _why(visit: Visit) -> str:
-    """The condition with its value and what it was made of."""
+    """The condition with its value and the configurations that it has read."""
     condition = getattr(visit.entity, "condition", None)
     if condition is None or callable(condition):
         return ""
@@ -283,24 +287,31 @@ def _why(visit: Visit) -> str:
     return f"{condition_text(condition)}: {answer}{f' ({values})' if values else ''}"
 
 
-def moment(time_s: float) -> str:
-    """When it happens; nothing for the start."""
+def _moment(time_s: float) -> str:
+    """`at 5 s`; empty for the start."""
     return f"at {time_s:g} s" if time_s else ""
 
 
-def identity(process: PlannedProcess) -> str:
-    """Which program it is, and as which node."""
+def _identity(process: PlannedProcess) -> str:
+    """`package/executable as /node`; empty for other programs."""
     ros = process.spec.ros
     if ros is None:
         return ""
     program = f"{ros.package}/{ros.executable}" if ros.package else str(ros.executable)
     if ros.node_name is None:
         return program
-    return f"{program} as {(ros.namespace or '').rstrip('/')}/{ros.node_name}"
+    return f"{program} as {_full_name(ros.namespace, ros.node_name)}"
 
 
-def restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
-    """How it is started again, if it is."""
+def _full_name(namespace: str | None, name: str | None) -> str:
+    return f"{(namespace or '').rstrip('/')}/{name or ''}"
+
+
+def _joined(*texts: str) -> str:
+    return ", ".join(filter(None, texts))
+
+
+def _restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
     if not process.respawn:
         return []
     limit = process.respawn_max_retries
@@ -312,12 +323,26 @@ def _unvisited(entities: Iterable[Any]) -> list[Branch]:
     return [Branch(headline(entity), style="skipped") for entity in entities]
 
 
-def _is_in_group(visit: Visit) -> bool:
-    return visit.parent is not None and isinstance(visit.parent.entity, GroupAction)
+def _is_in(visit: Visit, kind: type) -> bool:
+    return visit.parent is not None and isinstance(visit.parent.entity, kind)
 
 
 def _is_plumbing(visit: Visit) -> bool:
-    """Whether the launcher itself made this entity, to react to an event."""
+    """Whether the launcher itself created this entity, to react to an event."""
     function = vars(visit.entity).get("_OpaqueFunction__function")
     own = getattr(function, "__module__", "") or ""
     return isinstance(visit.entity, OpaqueFunction) and own.startswith("launcher.")
+
+
+def _run_process(plan: Plan, process: PlannedProcess) -> Branch:
+    asides = [_identity(process), _moment(process.stamp.time_s)]
+    if process.stamp.cause is not None:
+        asides.append(f"after the end of {plan.processes[process.stamp.cause].spec.name}")
+    # With the parameter files of the run, which exist as long as it goes on.
+    command = command_line(process.spec, plan.environment, {})
+    return Branch(
+        process.spec.name,
+        style="process",
+        aside=_joined(*asides),
+        lines=[("command", f"$ {command}"), *_restart_line(process)],
+    )

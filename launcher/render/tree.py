@@ -1,10 +1,12 @@
-"""Branches: a tree of texts, drawn with lines, in colour where the reader has a terminal."""
+"""Trees of texts, drawn with lines."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-# What a text is, and how it looks on a terminal (SGR codes).
+from launcher.text import escape
+
+# Parameters of SGR sequences.
 STYLES = {
     "plain": "",
     "process": "1;36",
@@ -19,7 +21,7 @@ STYLES = {
 
 
 class Branch:
-    """One entry: a head in its style, a dim remark behind it, lines below it, further entries."""
+    """An entry: a styled head with a dim remark, lines as (style, text), and entries below."""
 
     __slots__ = ("aside", "children", "head", "lines", "style")
 
@@ -35,12 +37,11 @@ class Branch:
         self.head = head
         self.style = style
         self.aside = aside
-        self.lines = list(lines)  # (style, text)
+        self.lines = list(lines)
         self.children = list(children)
 
 
 def draw(root: Branch, *, colour: bool) -> str:
-    """The tree as text."""
     return "\n".join(_lines(root, "", "", colour=colour))
 
 
@@ -57,13 +58,6 @@ def _lines(branch: Branch, first: str, rest: str, *, colour: bool) -> Iterator[s
 
 
 def _paint(text: str, style: str, colour: bool) -> str:
-    text = visible(text)
+    text = escape(text, keep="")
     code = STYLES[style]
     return f"\x1b[{code}m{text}\x1b[0m" if colour and code else text
-
-
-def visible(text: str) -> str:
-    """The text on one line, with control characters as escapes."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from launcher.control.client import Connection
-from launcher.control.folder import ControlError
 from launcher.control.runs import Run, wait_for_run
+from launcher.control.socket_directory import ControlError
 from launcher.smoke import written
 from launcher.smoke.facts import LogLine, Sample
 from launcher.smoke.launched import Launched

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from launcher.control.names import Named, resolve
+from launcher.control.selection import ProcessNames, resolve
 from launcher.control.verbs import BadCallError
 from launcher.smoke.checks import Findings
 from launcher.smoke.facts import means
@@ -33,7 +33,7 @@ _OF_PROCESSES = ("process", "cpu", "memory", "no_errors", "no_tracebacks")
 class Forecast:
     """`is_certain`: what is started does not depend on what happens while the system runs."""
 
-    processes: tuple[Named, ...]
+    processes: tuple[ProcessNames, ...]
     is_certain: bool
 
     def knows(self, word: str) -> bool:
@@ -99,7 +99,7 @@ def ask(words: Sequence[str]) -> Forecast | None:
             return None
     return Forecast(
         processes=tuple(
-            Named(one["name"], one["label"], tuple(one["nodes"]), one["namespace"])
+            ProcessNames(one["name"], one["label"], tuple(one["nodes"]), one["namespace"])
             for one in told["processes"]
         ),
         is_certain=told["is_certain"],

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from launcher.control.folder import ControlError
+from launcher.control.socket_directory import ControlError
 from launcher.domain_lease import leased_domain
 from launcher.engine.run_id import run_id_of
 from launcher.smoke import guesses, written

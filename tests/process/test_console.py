@@ -94,9 +94,9 @@ def test_a_misspelt_verb_and_name_are_told_with_what_was_meant(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
     glass.enter("kil robot_2")
-    glass.wait_for("error: there is no verb 'kil'", "hint: did you mean kill?")
+    glass.wait_for("error: unknown verb 'kil'", "hint: did you mean 'kill'?")
     glass.enter("kill robo_2")
-    glass.wait_for("there is no process 'robo_2'")
+    glass.wait_for("unknown process 'robo_2'")
     glass.ctrl_c()
     assert glass.exit_code() == 0
 

@@ -117,7 +117,7 @@ def test_a_paste_of_300_lines_is_answered_line_by_line(bench: Bench):
     typist.start()
     glass.wait_until(lambda: "> mute robot_299" in glass.rows, "the last line", 120.0)
     typist.join()
-    answers = [f"| error: there is no process 'robot_{number}'" for number in range(300)]
+    answers = [f"| error: unknown process 'robot_{number}'" for number in range(300)]
     glass.wait_until(lambda: set(answers) <= set(glass.scrolled), "all answers")
     glass.wait_until(lambda: glass.rows[glass.prompt_row] == ">", "the prompt")
     rows = [row for row in glass.scrolled if row.startswith(("> mute", "| error"))]
@@ -141,7 +141,7 @@ def test_lines_typed_ahead_are_answered_in_their_order(bench: Bench):
         "> mute robot_1",
         "robot_1-1 is muted",
         "> bogus",
-        "there is no verb 'bogus'",
+        "unknown verb 'bogus'",
         "> unmute",
         "> grep tock robot_2",
         "robot_2-2 is shown with",

@@ -64,7 +64,7 @@ def test_what_did_not_work_is_1_and_what_makes_no_sense_is_2(steering: SteeringB
         unknown = run.shell("stop", "cta")
         assert unknown.returncode == 1
         assert unknown.stderr == (
-            "error: there is no process 'cta'\nhint: did you mean cat-1? there are cat-1\n"
+            "error: unknown process 'cta'\nhint: did you mean 'cat-1'? there are cat-1\n"
         )
         for words in (["stop"], ["kill", "cat", "-s", "NO"], ["ps", "-x"], ["ps", "--run"]):
             wrong = run.shell(*words)
@@ -80,7 +80,7 @@ def test_without_a_run_that_is_said(steering: SteeringBench):
         run.exit_code()
         done = run.shell("ps")
         assert done.returncode == 1
-        assert "no run of yours is going on" in done.stderr
+        assert "no active run" in done.stderr
         assert run.shell("runs").stdout == "no run of yours is going on\n"
         assert json.loads(run.shell("runs", "--json").stdout) == {"runs": []}
 

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from launcher.control.client import connect
+from launcher.control.client import Connection
 from launcher.control.protocol import REQUEST_LIMIT
 from tests.process.conftest import SteeringBench
 from tests.support.examples import examples
@@ -119,7 +119,7 @@ def test_a_hundred_clients_are_served_while_the_output_flows(steering: SteeringB
         answered = []
 
         def client(number: int) -> None:
-            with connect(path, patience_s=PATIENCE_S) as connection:
+            with Connection(path, patience_s=PATIENCE_S) as connection:
                 for verb in ("ps", "logs", "info", "events", "ps"):
                     names = ["writer"] if verb in ("logs", "info") else []
                     answer = connection.ask(verb, names, patience_s=60)
@@ -181,7 +181,7 @@ def test_clients_take_no_descriptors_that_processes_need(steering: SteeringBench
             client = socket.socket(socket.AF_UNIX)
             client.connect(os.fspath(path))
             clients.append(client)
-        run.wait_for("a client has to wait: Too many open files")
+        run.wait_for("cannot accept clients: Too many open files")
         first = clients[0].makefile("rwb")
         first.readline()
         first.write(b'{"verb": "restart", "names": ["cat"]}\n')

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.control.client import ControlError, RefusedError, connect
+from launcher.control.client import Connection, ControlError, RefusedError
 from launcher.control.server import Server
 from launcher.engine.reactor import Reactor
 from tests.process.conftest import SteeringBench
@@ -71,7 +71,7 @@ def check_that_nobody_is_refused(run: Steered) -> None:
     path.chmod(0o666)
     assert error_of(json.loads(ask_as_nobody(path).stdout)) == "refused"
     assert run.row("cat")["state"] == "RUNNING"
-    assert f"refused to be steered by user {NOBODY}" in run.screen
+    assert f"refused a connection of user {NOBODY}" in run.screen
 
 
 def check_that_we_are_refused_by_somebody_else(path: Path) -> None:
@@ -80,7 +80,7 @@ def check_that_we_are_refused_by_somebody_else(path: Path) -> None:
     with Reactor() as reactor:
         server = Server(
             reactor,
-            path,
+            lambda: path,
             hello=dict,
             serve=lambda request, exchange: exchange.reply({}),
             warn=said.append,
@@ -88,13 +88,13 @@ def check_that_we_are_refused_by_somebody_else(path: Path) -> None:
         )
         thread = threading.Thread(target=reactor.run)
         thread.start()
-        with pytest.raises(RefusedError, match="belongs to somebody else"):
-            connect(path)
+        with pytest.raises(RefusedError, match="belongs to another user"):
+            Connection(path)
         reactor.stop()
         connect_and_go(path)
         thread.join()
         server.close()
-    assert said[0].startswith(f"refused to be steered by user {os.getuid()} ")
+    assert said[0].startswith(f"refused a connection of user {os.getuid()} ")
 
 
 def connect_and_go(path: Path) -> None:
@@ -153,10 +153,10 @@ def test_a_run_without_a_place_for_its_socket_says_so_once_and_goes_on(
     steering.env["TMPDIR"] = str(root)
     steering.runtime = steering.runtime / "nowhere"
     with steering.steer(CAT) as run:
-        run.wait_for("this run cannot be steered from elsewhere")
+        run.wait_for("cannot open the control socket")
         run.process.send_signal(signal.SIGINT)
         assert run.exit_code() == 0
-        assert run.screen.count("cannot be steered") == 1
+        assert run.screen.count("cannot open the control socket") == 1
         assert "process has finished cleanly" in run.screen or "was stopped" in run.screen
     assert not list(root.rglob("*.sock"))
 
@@ -237,7 +237,7 @@ def test_the_socket_of_a_killed_launcher_is_removed_and_that_is_said(run: Steere
     done = run.shell("ps")
     assert done.returncode == 1
     assert f"removed the socket of a run that was killed: {path.stem}" in done.stderr
-    assert "no run of yours is going on" in done.stderr
+    assert "no active run" in done.stderr
     assert not path.exists()
 
 
@@ -267,11 +267,11 @@ def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
     run.process.send_signal(signal.SIGSTOP)
     wait_until(lambda: state_of(run.process.pid) == "T", "it stands still")
     with pytest.raises(ControlError, match="does not answer"):
-        connect(path, patience_s=0.2)
+        Connection(path, patience_s=0.2)
     for words in (("ps",), ("quit",), ("ps", "--run", str(run.process.pid))):
         done = run.shell(*words)
         assert done.returncode == 1
-        assert f"(pid {run.process.pid}) is there but does not answer (it is st" in done.stderr
+        assert f"(pid {run.process.pid}) does not answer (it is st" in done.stderr
         assert f"kill -CONT {run.process.pid}" in done.stderr
     assert "does not answer (it is stopped: state T)" in run.shell("runs").stdout
     (listed,) = json.loads(run.shell("runs", "--json").stdout)["runs"]
@@ -294,7 +294,7 @@ def test_what_changes_something_finds_no_run_in_another_folder_by_itself(run: St
         assert json.loads(looked.out)["processes"][0]["name"] == "cat-1"
         refused = launcher(run.env, "quit")
         assert refused.code == 1 and "--run" in refused.err
-        assert f"no run of yours is going on in {session}" in refused.err
+        assert f"no active run in {session}" in refused.err
         assert launcher(run.env, "quit", "--run", str(run.process.pid)).code == 0
         assert run.exit_code() == 0
 
@@ -307,7 +307,7 @@ def test_a_socket_that_was_removed_is_made_again_and_that_is_said_once(run: Stee
         shutil.rmtree(path.parent.rename(path.parent.with_name("gone")))
         wait_until(path.exists, "the socket made again")
         assert run.row("cat")["state"] == "RUNNING"
-    assert run.screen.count("was removed and is made again") == 1
+    assert run.screen.count("was removed and is created again") == 1
     run.tell("quit")
     assert run.exit_code() == 0
     assert not path.exists()

@@ -260,12 +260,14 @@ def test_several_at_once_are_answered_together_and_partly(steering: SteeringBenc
 def test_an_unknown_and_an_ambiguous_name_say_what_there_is(steering: SteeringBench):
     twins = 'sh("exec cat", name="twin"), sh("exec cat", name="twin")'
     with steering.steer(f"{SLEEPER}, {twins}") as run:
-        with pytest.raises(RefusedError, match="no process 'slepper'") as unknown:
+        with pytest.raises(RefusedError, match="unknown process 'slepper'") as unknown:
             run.tell("stop", "slepper")
         assert unknown.value.code == "unknown-name"
-        hint = "did you mean sleeper-1? there are sleeper-1, twin-2 and twin-3"
+        hint = "did you mean 'sleeper-1'? there are sleeper-1, twin-2 and twin-3"
         assert unknown.value.hint == hint
-        with pytest.raises(RefusedError, match="'twin' may be twin-2 or twin-3") as ambiguous:
+        with pytest.raises(
+            RefusedError, match="'twin' is ambiguous: twin-2 or twin-3"
+        ) as ambiguous:
             run.tell("stop", "twin")
         assert ambiguous.value.code == "ambiguous-name"
         assert run.row("twin-3")["state"] == "RUNNING"

@@ -50,8 +50,8 @@ def test_this_environment_is_found_to_be_in_order():
     ("name", "env", "text"),
     [
         ("AMENT_PREFIX_PATH", {"AMENT_PREFIX_PATH": "/gone/away"}, "/gone/away does not exist"),
-        ("ROS_DOMAIN_ID", {"ROS_DOMAIN_ID": "abc"}, "'abc' is no domain id"),
-        ("log folder", {"ROS_LOG_DIR": f"{__file__}/log"}, "test_doctor.py is no folder"),
+        ("ROS_DOMAIN_ID", {"ROS_DOMAIN_ID": "abc"}, "'abc' is not a domain id"),
+        ("log folder", {"ROS_LOG_DIR": f"{__file__}/log"}, "test_doctor.py is not a folder"),
     ],
 )
 def test_a_spoilt_environment_is_a_problem(name: str, env: dict[str, str], text: str):

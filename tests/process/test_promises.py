@@ -161,7 +161,7 @@ def test_one_that_forks_in_a_loop_does_not_survive_a_killed_launcher(bench: Benc
 
 ORPHAN = """
 import os, sys
-from launcher.control.folder import ControlError
+from launcher.control.socket_directory import ControlError
 from launcher.control.runs import wait_for_run
 parent = os.getpid()
 if os.fork():

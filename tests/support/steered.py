@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.control.client import Connection, connect
+from launcher.control.client import Connection
 from tests.support.waiting import wait_until
 
 PATIENCE_S = 60.0
@@ -66,7 +66,7 @@ class Steered:
         return list(self._runtime.rglob(f"{self.process.pid}-*.sock"))
 
     def connect(self) -> Connection:
-        return connect(self.socket, patience_s=PATIENCE_S)
+        return Connection(self.socket, patience_s=PATIENCE_S)
 
     def ask(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
         """The result of a verb, asked over a connection of its own."""

@@ -9,12 +9,12 @@ import pytest
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from launcher.console import figures
 from launcher.console.bar import folder_line, status_line, width
 from launcher.console.completion import WordCompleter
 from launcher.console.feed import split
+from launcher.console.format import duration, memory
 from launcher.console.history import MOST_LINES, history_path, open_history
-from launcher.console.talk import follows, read_call
+from launcher.console.requests import follows, read_call
 from launcher.errors import UsageError
 from tests.unit.console_rows import process
 
@@ -38,7 +38,7 @@ FLEET = [process("dispatcher-1"), process("robot_1-2"), process("robot_2-3")]
     ],
 )
 def test_memory_is_short(size: float, text: str):
-    assert figures.memory(size) == text
+    assert memory(size) == text
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_memory_is_short(size: float, text: str):
     [(59.9, "59 s"), (65, "1:05"), (3 * 3600 + 5, "3:00:05"), (90_000, "1 d 01:00")],
 )
 def test_durations_are_short(seconds: float, text: str):
-    assert figures.duration(seconds) == text
+    assert duration(seconds) == text
 
 
 def test_the_bar_has_figures_then_names_then_counts_as_it_gets_narrower():
@@ -175,7 +175,7 @@ def test_a_line_is_read_as_by_a_shell():
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("kil robot_1", "there is no verb 'kil'"),
+        ("kil robot_1", "unknown verb 'kil'"),
         ("kill 'robot_1", "the line is not finished: No closing quotation"),
         ("kill", "kill needs the name of a process"),
     ],
@@ -188,10 +188,10 @@ def test_a_mistake_is_told(line: str, message: str):
 @pytest.mark.parametrize(
     ("line", "hint"),
     [
-        ("bogus", "`help` lists what there is"),
-        ("hepl", "did you mean help?"),
-        ("sp", "did you mean ps?"),
-        ("retsart robot_1", "did you mean restart?"),
+        ("bogus", "`help` lists all verbs"),
+        ("hepl", "did you mean 'help'?"),
+        ("sp", "did you mean 'ps'?"),
+        ("retsart robot_1", "did you mean 'restart'?"),
     ],
 )
 def test_only_what_is_near_is_suggested(line: str, hint: str):

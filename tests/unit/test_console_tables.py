@@ -5,10 +5,8 @@ from __future__ import annotations
 import pytest
 from rich.cells import cell_len
 
-from launcher.console.keys import keys
-from launcher.console.process_table import process_table
-from launcher.console.tables import render
-from launcher.console.top import Top
+from launcher.console.tables import process_table, render
+from launcher.console.top import Top, parse_keys
 from launcher.console.watch import table_rows
 from tests.unit.console_rows import process
 
@@ -140,4 +138,4 @@ def test_a_table_leaves_room_for_the_prompt_and_the_bar(rows: int):
 
 
 def test_keys_are_known_by_what_a_terminal_sends():
-    assert keys("\x1b[A\x1bOBn\x1b[6~\x1bq") == ["up", "down", "n", "pagedown", "\x1b", "q"]
+    assert parse_keys("\x1b[A\x1bOBn\x1b[6~\x1bq") == ["up", "down", "n", "pagedown", "\x1b", "q"]

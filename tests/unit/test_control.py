@@ -12,20 +12,20 @@ from pathlib import Path
 
 import pytest
 
-from launcher.control import folder
-from launcher.control.folder import ControlError
-from launcher.control.names import Named, resolve
+from launcher.control import socket_directory
 from launcher.control.protocol import RequestError, parse_request, raw_item, raw_reply
+from launcher.control.selection import ProcessNames, resolve
+from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import VERBS, BadCallError, find, parse
 from launcher.errors import UsageError
 
 FLEET = (
-    Named("dispatcher-1", "dispatcher", ("/fleet/dispatcher",), "/fleet"),
-    Named("robot_1-2", "robot", ("/fleet/north/robot_1",), "/fleet/north"),
-    Named("robot_2-3", "robot", ("/fleet/south/robot_2",), "/fleet/south"),
-    Named("fleetwide-4", "fleetwide", ("/fleetwide",), "/"),
-    Named("sh-5", "sh"),
-    Named("driver-6", "driver", (), "/base"),
+    ProcessNames("dispatcher-1", "dispatcher", ("/fleet/dispatcher",), "/fleet"),
+    ProcessNames("robot_1-2", "robot", ("/fleet/north/robot_1",), "/fleet/north"),
+    ProcessNames("robot_2-3", "robot", ("/fleet/south/robot_2",), "/fleet/south"),
+    ProcessNames("fleetwide-4", "fleetwide", ("/fleetwide",), "/"),
+    ProcessNames("sh-5", "sh"),
+    ProcessNames("driver-6", "driver", (), "/base"),
 )
 
 
@@ -71,14 +71,14 @@ def test_a_name_that_does_not_say_whom_is_an_error(word: str, code: str, told: s
 
 
 def test_the_beginning_of_several_names_is_offered_as_a_pattern():
-    fleet = (Named("robot_1-1", "robot_1"), Named("robot_2-2", "robot_2"))
+    fleet = (ProcessNames("robot_1-1", "robot_1"), ProcessNames("robot_2-2", "robot_2"))
     with pytest.raises(BadCallError) as error:
         resolve(["robot"], fleet)
     assert error.value.hint.startswith("did you mean 'robot*'? there are ")
 
 
 def test_a_name_that_looks_like_a_pattern_is_first_a_name():
-    odd = (Named("a[b]-1", "a[b]"), Named("ab-2", "ab"))
+    odd = (ProcessNames("a[b]-1", "a[b]"), ProcessNames("ab-2", "ab"))
     assert resolve(["a[b]"], odd) == [0]
     assert resolve(["a[b]-1"], odd) == [0]
     assert resolve(["a[bc]"], odd) == [1]
@@ -87,7 +87,7 @@ def test_a_name_that_looks_like_a_pattern_is_first_a_name():
 def test_a_near_miss_is_offered_by_the_name_of_the_process():
     with pytest.raises(BadCallError) as error:
         resolve(["robot_9"], FLEET)
-    assert "did you mean robot_" in error.value.hint
+    assert "did you mean 'robot_" in error.value.hint
     assert (
         "there are dispatcher-1, robot_1-2, robot_2-3, fleetwide-4, sh-5 and driver-6"
         in error.value.hint
@@ -223,18 +223,18 @@ def test_the_folder_of_the_session_comes_first_and_a_foreign_one_is_passed_over(
     uid = os.getuid()
     session = {"XDG_RUNTIME_DIR": str(tmp_path), "TMPDIR": "/tmp/x"}
     temporary = Path(f"/tmp/x/ros-launcher-{uid}")
-    assert folder.candidates(session, uid) == [tmp_path / "ros-launcher", temporary]
+    assert socket_directory.candidates(session, uid) == [tmp_path / "ros-launcher", temporary]
     gone = {**session, "XDG_RUNTIME_DIR": "/nowhere"}
-    assert folder.candidates(gone, uid) == [temporary]
+    assert socket_directory.candidates(gone, uid) == [temporary]
     relative = {"XDG_RUNTIME_DIR": "here"}
-    assert folder.candidates(relative, uid) == [Path(f"/tmp/ros-launcher-{uid}")]
-    assert len(folder.candidates(session, uid + 1)) == 1  # it is not theirs
+    assert socket_directory.candidates(relative, uid) == [Path(f"/tmp/ros-launcher-{uid}")]
+    assert len(socket_directory.candidates(session, uid + 1)) == 1  # it is not theirs
 
 
 def test_a_folder_of_somebody_else_is_not_trusted(tmp_path: Path):
     tmp_path.chmod(0o700)
-    assert folder.problem_of(tmp_path, os.getuid()) is None
-    assert "belongs to somebody else" in str(folder.problem_of(tmp_path, os.getuid() + 1))
+    assert socket_directory.problem_of(tmp_path, os.getuid()) is None
+    assert "belongs to another user" in str(socket_directory.problem_of(tmp_path, os.getuid() + 1))
 
 
 def test_all_reasons_for_having_no_socket_are_told():
@@ -245,7 +245,7 @@ def test_all_reasons_for_having_no_socket_are_told():
         blocked.write_text("")
         env = {"XDG_RUNTIME_DIR": str(long), "TMPDIR": root}
         with pytest.raises(ControlError, match=r"too long.*; .*is not a folder"):
-            folder.prepare("1", env, os.getuid())
+            socket_directory.prepare("1", env, os.getuid())
 
 
 # ---- what is imported when
@@ -253,7 +253,7 @@ def test_all_reasons_for_having_no_socket_are_told():
 
 def test_the_run_is_served_without_what_only_a_person_needs():
     script = (
-        "import sys, launcher.control.opening, launcher.control.service\n"
+        "import sys, launcher.control.service\n"
         "print(*sorted(sys.modules.keys() & {'rich', 'prompt_toolkit', 'asyncio', 'rclpy'}))"
     )
     done = subprocess.run(

@@ -10,7 +10,8 @@ import pytest
 from launcher.cli import CONTROL_VERBS, VERBS, control_verbs, overview
 from launcher.commands.launch import usage
 from launcher.errors import ExitCode
-from launcher.planner import plan_document
+from launcher.planner import make_plan
+from launcher.render import plan_json
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -80,6 +81,6 @@ def test_links_to_a_heading_name_one_that_exists(document: Path):
 
 def test_every_key_of_a_plan_as_json_stands_in_the_document():
     document = (ROOT / "docs" / "plan-json.md").read_text(encoding="utf-8")
-    plan = plan_document(str(ROOT / "launch" / "system.launch.py"), [])
+    plan = plan_json.document(make_plan(str(ROOT / "launch" / "system.launch.py"), []))
     keys = {*plan, *plan["processes"][0], *plan["arguments"][0]}
     assert {key for key in keys if f"`{key}`" not in document} == set()

@@ -59,13 +59,13 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
         (
             {"unreachable": (Unreachable(7, "robot"), Unreachable(8, "monitor"))},
             "problem",
-            "removed while they live: robot [7], monitor [8]",
-            "start them anew",
+            "removed while they run: robot [7], monitor [8]",
+            "restart them",
         ),
         (
             {"leftovers": (Leftover("1-a", 7, "robot"), Leftover("1-a", 8, "sh"))},
             "problem",
-            "still there of 1 dead run: robot [7], sh [8]",
+            "left over from 1 dead run: robot [7], sh [8]",
             "SIGINT, then SIGTERM, then SIGKILL",
         ),
         ({"shared_memory": None}, "note", "UDP only", "tmpfs"),
@@ -101,11 +101,11 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
             "/opt/ros hides the wheels' rclpy",
             "no other ROS was sourced",
         ),
-        ({"installed_version": "0.10.0"}, "problem", "0.10.0 is installed", "up to date"),
+        ({"installed_version": "0.10.0"}, "problem", "0.10.0 is installed", "update this one"),
         ({"installed_version": "0.0.9"}, "note", "0.0.9 is installed", "install again"),
-        ({"domain_id": "abc"}, "problem", "'abc' is no domain id", "0 to 232"),
-        ({"domain_id": "233"}, "problem", "'233' is no domain id", "0 to 232"),
-        ({"domain_id": "-1"}, "problem", "'-1' is no domain id", "0 to 232"),
+        ({"domain_id": "abc"}, "problem", "'abc' is not a domain id", "0 to 232"),
+        ({"domain_id": "233"}, "problem", "'233' is not a domain id", "0 to 232"),
+        ({"domain_id": "-1"}, "problem", "'-1' is not a domain id", "0 to 232"),
         ({"domain_id": "102"}, "note", "UDP ports of domain 102", "up to 101"),
         (
             {"log_obstacle": "read-only"},
@@ -179,12 +179,15 @@ def test_only_another_ros_in_front_of_the_wheels_hides_them(tmp_path: Path):
 def test_a_folder_that_could_be_made_is_no_obstacle(tmp_path: Path):
     (tmp_path / "file").touch()
     assert obstacle(tmp_path / "a" / "b") is None
-    assert obstacle(tmp_path / "file" / "b") == f"{tmp_path / 'file'} is no folder"
+    assert obstacle(tmp_path / "file" / "b") == f"{tmp_path / 'file'} is not a folder"
 
 
-def test_a_folder_that_we_may_not_write_in_is_an_obstacle(tmp_path: Path):
-    found = obstacle(tmp_path / "log", may_write=lambda path, mode: False)
-    assert found == f"no right to write in {tmp_path}"
+def test_a_folder_that_we_may_not_write_in_is_an_obstacle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    found = obstacle(tmp_path / "log")
+    assert found == f"no permission to write to {tmp_path}"
 
 
 def test_the_space_of_what_is_not_there_is_none(tmp_path: Path):

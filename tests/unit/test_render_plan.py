@@ -16,7 +16,7 @@ from launcher.render.arguments import describe_arguments
 from launcher.render.command_line import ParameterFiles, command_line
 from launcher.render.entities import short_path
 from launcher.render.plan_tree import plan_tree
-from launcher.render.tree import Branch, draw, visible
+from launcher.render.tree import Branch, draw
 
 HEAD = """
 from launch import LaunchDescription
@@ -245,7 +245,7 @@ ODD = ["d\udcff r", "a\x1b[1m\nb\t'c' \\x", "\x9b7\u2028end", "\udce4\udcb8 12",
 
 @pytest.mark.parametrize("word", ODD)
 def test_a_word_that_cannot_be_printed_is_pasted_as_it_was(word):
-    drawn = visible(command_line(spec(argv=("printf", "%s", word)), {}, {}))
+    drawn = draw(Branch(command_line(spec(argv=("printf", "%s", word)), {}, {})), colour=False)
     assert "$'" in drawn and drawn.isprintable()
     done = subprocess.run(["bash", "-c", drawn], capture_output=True, check=True)
     assert done.stdout == os.fsencode(word)
@@ -260,8 +260,8 @@ def test_a_place_in_a_folder_that_is_no_utf_8_can_be_pasted():
 
 
 def test_control_characters_do_not_reach_the_terminal():
-    assert visible("a\x1b[2Jb\nc") == "a\\x1b[2Jb\\nc"
-    assert visible("ä 日本") == "ä 日本"
+    assert draw(Branch("a\x1b[2Jb\nc"), colour=False) == "a\\x1b[2Jb\\nc"
+    assert draw(Branch("ä 日本"), colour=False) == "ä 日本"
 
 
 def test_colour_is_only_there_when_asked_for():

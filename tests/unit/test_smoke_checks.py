@@ -12,7 +12,7 @@ from launcher.commands import plan as planning
 from launcher.commands import words
 from launcher.commands.patience import Patience
 from launcher.commands.smoke_forecast import is_certain
-from launcher.control.names import Named
+from launcher.control.selection import ProcessNames
 from launcher.errors import UsageError
 from launcher.smoke import checks, flags
 from launcher.smoke.conditions import Conditions, Expression
@@ -193,7 +193,10 @@ def test_a_path_is_followed_to_the_field(path: str, fault: str | None):
 # ---- processes
 
 
-PROCESSES = (Named("patient-1", "patient"), Named("robot_2-2", "robot_2", ("/fleet/robot_2",), "/"))
+PROCESSES = (
+    ProcessNames("patient-1", "patient"),
+    ProcessNames("robot_2-2", "robot_2", ("/fleet/robot_2",), "/"),
+)
 MEANT = "[{do: kill patient}, {do: stop robot_2-7}, {do: start /fleet/robot_2}, {do: pause rob*}]"
 
 

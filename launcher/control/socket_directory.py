@@ -1,4 +1,4 @@
-"""Folder: where the sockets of our runs are, and why nobody else can be behind one of them."""
+"""The directory of control sockets, which belongs to one user alone."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from pathlib import Path
 
 from launcher.errors import LauncherError
 
-PATH_LIMIT = 107  # bytes of a socket's path in Linux, without the zero behind it
+PATH_LIMIT = 107  # bytes of the path of a socket on Linux
 NAME = "ros-launcher"
 SUFFIX = ".sock"
 
 
 class ControlError(LauncherError):
-    """There is no run to talk to, or it does not answer as it should."""
+    """There is no run to connect to, or it does not answer as it should."""
 
 
 def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
-    """Folders where sockets of ours may be, in the order in which a new run tries them."""
+    """Folders for sockets of this user, in the order in which a new run tries them."""
     found = []
     runtime = env.get("XDG_RUNTIME_DIR", "")
     if runtime.startswith("/") and _is_ours(Path(runtime), uid):
@@ -30,7 +30,7 @@ def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
 
 
 def preferred(env: Mapping[str, str], uid: int) -> Path:
-    """The folder in which a run of this shell would be: nothing is steered elsewhere unasked."""
+    """The folder that a run started from here would use; runs elsewhere must be named."""
     found = candidates(env, uid)
     longest = f".{2**22}-{'0' * 12}{SUFFIX}"
     fitting = (one for one in found if len(os.fsencode(one / longest)) <= PATH_LIMIT)
@@ -45,22 +45,22 @@ def _is_ours(path: Path, uid: int) -> bool:
 
 
 def problem_of(path: Path, uid: int) -> str | None:
-    """Why this folder is not to be trusted; None if it is ours alone. OSError if it is not there.
+    """Why this folder cannot be trusted; None if others have no access. Raises OSError.
 
-    A link is not followed: somebody else may have made it, in a folder that all may write to.
+    A symbolic link is not followed: in /tmp somebody else may have made it.
     """
     found = os.lstat(path)
     if not stat.S_ISDIR(found.st_mode):
         return f"{path} is not a folder"
     if found.st_uid != uid:
-        return f"{path} belongs to somebody else"
+        return f"{path} belongs to another user"
     if stat.S_IMODE(found.st_mode) & 0o077:
-        return f"{path} is open to others; chmod 700 mends it"
+        return f"{path} is accessible to other users; fix: chmod 700"
     return None
 
 
 def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
-    """The path for the socket of a run, in a folder that is ours alone; ControlError."""
+    """Path for the socket of a run, whose folder is created; ControlError."""
     problems = []
     for folder in candidates(env, uid):
         path = folder / f"{run_id}{SUFFIX}"
@@ -80,12 +80,12 @@ def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
 
 
 def not_yet(path: Path) -> Path:
-    """Where a socket is until it listens; on its own path it would be taken for a dead one."""
+    """Where a socket is until it listens; clients take one that does not listen for a leftover."""
     return path.with_name(f".{path.name}")
 
 
 def sockets(env: Mapping[str, str], uid: int) -> list[Path]:
-    """The sockets in our folders, the oldest run first; folders that are not ours are left out."""
+    """Sockets in trusted folders, the oldest run first."""
     found = []
     for folder in candidates(env, uid):
         try:
@@ -93,7 +93,7 @@ def sockets(env: Mapping[str, str], uid: int) -> list[Path]:
                 paths = (path for path in folder.iterdir() if path.suffix == SUFFIX)
                 found += [path for path in paths if not path.name.startswith(".")]
         except OSError:
-            continue  # it is not there, or went while we looked
+            continue  # it does not exist, or was removed just now
     return sorted(found, key=_when)
 
 

@@ -1,0 +1,64 @@
+"""Short forms for the status bar and tables: cut texts, sizes, durations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.cells import cell_len, set_cell_size
+
+MARK = "…"
+_UNITS = "kMGT"
+_TROUBLE = ("FATAL", "BACKOFF", "STOPPING", "STOPPED")
+
+
+def end_cut(text: str, columns: int) -> str:
+    """The text, cut at its end."""
+    return text if cell_len(text) <= columns else set_cell_size(text, max(0, columns - 1)) + MARK
+
+
+def middle_cut(text: str, columns: int) -> str:
+    """The text, cut in its middle: names that begin alike stay different."""
+    if cell_len(text) <= columns:
+        return text
+    start = len(text)
+    while start > 0 and cell_len(text[start - 1 :]) <= (columns - 1) // 2:
+        start -= 1
+    end = text[start:]
+    return set_cell_size(text, max(0, columns - 1 - cell_len(end))).rstrip() + MARK + end
+
+
+def memory(size_bytes: float) -> str:
+    """`58M`, `1.2G`."""
+    unit, size = "", float(size_bytes)
+    for larger in _UNITS:
+        if size < 999.5:
+            break
+        unit, size = larger, size / 1000
+    return f"{size:.1f}{unit}" if unit in ("G", "T") else f"{size:.0f}{unit}"
+
+
+def cpu(percent: float) -> str:
+    """`12%`."""
+    return f"{percent:.0f}%"
+
+
+def duration(seconds: float) -> str:
+    """`12 s`, `3:05`, `2:03:05`, `4 d 02:03`."""
+    whole = int(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    minutes, second = divmod(whole, 60)
+    hours, minute = divmod(minutes, 60)
+    days, hour = divmod(hours, 24)
+    if days:
+        return f"{days} d {hour:02}:{minute:02}"
+    return f"{hour}:{minute:02}:{second:02}" if hour else f"{minute}:{second:02}"
+
+
+def is_in_trouble(process: Mapping[str, Any]) -> bool:
+    """Whether a person should look at it: it is down or ending, paused, or has failed."""
+    state = process["state"]
+    last = process.get("last_exit") or {}
+    died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")
+    return died or state in _TROUBLE or bool(process.get("paused"))

@@ -1,0 +1,79 @@
+"""A line from the prompt as a request to the run, and the answer as text."""
+
+from __future__ import annotations
+
+import shlex
+
+from rich.console import RenderableType
+from rich.text import Text
+
+from launcher.console.tables import about, pairs, process_table, render, several
+from launcher.control.client import Reply
+from launcher.control.format import event_line
+from launcher.control.runs import Run
+from launcher.control.socket_directory import ControlError
+from launcher.control.verbs import VERBS, Call, find, parse
+from launcher.errors import LauncherError, UsageError
+from launcher.text import did_you_mean
+
+KEYS = (
+    ("Tab", "complete verbs, names, patterns, options and signals"),
+    ("Up, Ctrl-R", "previous lines; search in them"),
+    ("Ctrl-C", "stop everything; again: without waiting. In top and logs -f: end these"),
+    ("Ctrl-D", "the same as quit"),
+    ("Ctrl-Z", "suspend; fg resumes"),
+)
+AS_IT_IS = ("logs", "plan")  # not wrapped: people copy lines of logs; a plan has colours
+NOTHING = "(nothing)"
+
+
+def read_call(line: str) -> Call:
+    """Parse a line; UsageError."""
+    try:
+        name, *words = shlex.split(line)
+    except ValueError as error:
+        hint = "quotes come in pairs, as in a shell; \\' is a literal quote"
+        raise UsageError(f"the line is not finished: {error}", hint=hint) from None
+    verb = find(name)
+    if verb is None:
+        hint = did_you_mean(name, [verb.name for verb in VERBS]) or "`help` lists all verbs"
+        raise UsageError(f"unknown verb '{name}'", hint=hint)
+    return parse(verb, words)
+
+
+def follows(call: Call) -> bool:
+    """Whether the answer is a stream: `top`, and verbs with `--follow`."""
+    return call.verb.streams and (call.verb.name == "top" or bool(call.options.get("follow")))
+
+
+def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
+    """Send the request, wait for the answer and return it, or the error, as text."""
+    if call.verb.name == "help" and "topic" not in call.options:
+        rows = [*((verb.usage, verb.help) for verb in VERBS), ("", ""), *KEYS]
+        return render(pairs(rows), columns, colour=colour)
+    try:
+        with run.connect() as connection:
+            reply = connection.ask(call.verb.name, call.names, **call.options)
+    except ControlError as error:
+        return problem(error, columns, colour=colour)
+    if call.verb.name == "events":
+        return "\n".join(map(event_line, reply.result["events"])) or NOTHING
+    if call.verb.name in AS_IT_IS:
+        return "\n".join(reply.text) or NOTHING
+    made = _table(call, reply, columns) or Text("\n".join(reply.text) or NOTHING)
+    return render(made, columns, colour=colour)
+
+
+def problem(error: LauncherError, columns: int, *, colour: bool) -> str:
+    first, newline, rest = error.render().partition("\n")
+    text = Text.assemble((first, "red"), newline, rest)
+    return render(text, columns, colour=colour)
+
+
+def _table(call: Call, reply: Reply, columns: int) -> RenderableType | None:
+    found = reply.result.get("processes")
+    if call.verb.name == "ps" and found is not None:
+        return process_table(found, columns)
+    if call.verb.name == "info" and found:
+        return several([about(one) for one in found])
+    return None

@@ -1,0 +1,127 @@
+"""Answers and stream items as lines of text."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from launcher.text import count
+
+_HEAD = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "MEMORY", "")
+_LEFT = (0, 1, 7)  # columns that are aligned to the left
+
+
+def log_line(item: Mapping[str, Any]) -> str:
+    """An item of `logs`."""
+    if "dropped" in item:
+        return f"({item['dropped']} lines were not read in time)"
+    name = item["process"]
+    return str(item["text"]) if name is None else f"[{name}] {item['text']}"
+
+
+def event_line(item: Mapping[str, Any]) -> str:
+    """An item of `events`."""
+    if "dropped" in item:
+        return f"({item['dropped']} events were not read in time)"
+    details = dict(item)
+    clock = time.strftime("%H:%M:%S", time.localtime(details.pop("wall_s")))
+    details.pop("monotonic_s")
+    event, process = details.pop("event"), details.pop("process", None)
+    if event == "resources":
+        details = {name: _used(sample) for name, sample in details["processes"].items()}
+    words = [clock, event, *([process] if process else [])]
+    return " ".join([*words, *(f"{key}={value}" for key, value in details.items())])
+
+
+def _used(sample: Mapping[str, Any]) -> str:
+    cpu = "-" if sample["cpu_percent"] is None else f"{sample['cpu_percent']:.0f}%"
+    return f"{cpu},{sample['rss_bytes'] / 1e6:.0f}MB"
+
+
+def filters(row: Mapping[str, Any]) -> str:
+    """`muted, 3 lines not shown`; empty if all output of the process is shown."""
+    parts = ["muted"] if row.get("muted") else []
+    if row.get("level"):
+        parts.append(f"{row['level']} and above")
+    if row.get("grep"):
+        parts.append(f"lines with {row['grep']!r}")
+    if parts:
+        parts.append(f"{count(row.get('muted_lines', 0), 'line')} not shown")
+    return ", ".join(parts)
+
+
+def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """`ps` in aligned columns."""
+    cells = [_HEAD, *map(_cells, rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return [
+        "  ".join(
+            cell.ljust(width) if i in _LEFT else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in cells
+    ]
+
+
+def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+    remarks = [filters(row)]
+    if row["pid"] is None and row["last_exit"] is not None:
+        remarks.append(row["last_exit"]["text"])
+    return (
+        row["name"],
+        "PAUSED" if row["paused"] else row["state"],
+        _or_dash(row["pid"]),
+        str(row["restarts"]),
+        _duration(row["uptime_s"]),
+        _percent(row["cpu_percent"]),
+        _size(row["memory_bytes"]),
+        ", ".join(filter(None, remarks)),
+    )
+
+
+def info_lines(row: Mapping[str, Any]) -> list[str]:
+    """`info` of one process."""
+    last = row["last_exit"]
+    asked = " (asked)" if last is not None and last["asked"] else ""
+    facts = {
+        "state": f"{row['state']}{', paused' if row['paused'] else ''}",
+        "pid": _or_dash(row["pid"]),
+        "uptime": _duration(row["uptime_s"]),
+        "nodes": ", ".join(row["node_names"]) or "-",
+        "command": " ".join(row["command"]),
+        "folder": row["cwd"] or "that of the launcher",
+        "restarts": f"{row['restarts']}; policy: {row['restart_policy']}",
+        "stop": row["stop_policy"],
+        "last exit": "-" if last is None else f"{last['text']}{asked}",
+        "CPU": _percent(row["cpu_percent"]),
+        "memory": f"{_size(row['memory_bytes'])} (resident {_size(row['rss_bytes'])})",
+        "threads": _or_dash(row["threads"]),
+        "open files": _or_dash(row["fds"]),
+        "shown": filters(row) or "everything",
+        "log": _or_dash(row["log_file"]),
+    }
+    lines = [row["name"], *(f"  {name:<11}{value}" for name, value in facts.items())]
+    lines += [f"  env        {name}={value}" for name, value in row["environment_set"].items()]
+    return lines + [f"  env        {name} is not set" for name in row["environment_unset"]]
+
+
+def _or_dash(value: object) -> str:
+    return "-" if value is None else str(value)
+
+
+def _duration(seconds: float | None) -> str:
+    if seconds is None:
+        return "-"
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1f} %"
+
+
+def _size(value: int | None) -> str:
+    return "-" if value is None else f"{value / 1e6:.1f} MB"

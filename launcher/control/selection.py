@@ -1,0 +1,104 @@
+"""Selection of processes by name, label, node, namespace or glob pattern."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+
+from launcher.control.verbs import BadCallError
+from launcher.model.record import Record
+from launcher.model.spec import ProcessSpec
+from launcher.text import suggest
+
+_PATTERN = "*?["
+_SHOWN = 12  # names in a message
+
+
+class ProcessNames(Record):
+    """All names of a process; `nodes` are full names of ROS nodes (`/fleet/robot_1`)."""
+
+    name: str
+    label: str
+    nodes: tuple[str, ...] = ()
+    namespace: str | None = None
+
+    @classmethod
+    def of(cls, spec: ProcessSpec) -> ProcessNames:
+        ros = spec.ros
+        if ros is None:
+            return cls(spec.name, spec.label)
+        namespace = ros.namespace or "/"
+        nodes = () if ros.node_name is None else (_full_name(namespace, ros.node_name),)
+        return cls(spec.name, spec.label, nodes, namespace)
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """Every word that selects the process."""
+        short = tuple(node.rpartition("/")[2] for node in self.nodes)
+        nodes = self.nodes
+        if not nodes and self.namespace is not None:
+            # The program names its node itself, most often like its executable.
+            nodes = (_full_name(self.namespace, self.label),)
+        return (self.name, self.label, *short, *nodes)
+
+
+def _full_name(namespace: str, node: str) -> str:
+    return node if node.startswith("/") else f"{namespace.rstrip('/')}/{node}"
+
+
+def resolve(words: Iterable[str], processes: Sequence[ProcessNames]) -> list[int]:
+    """Indices in `processes` that the words select, in order and without repetition.
+
+    A word is the name of a process, its label, its node with or without namespace, a glob pattern
+    of any of these (`robot_*`), or a namespace, which selects all below it. Raises BadCallError
+    for a word that selects nothing, or several processes without being a pattern.
+    """
+    found: dict[int, None] = {}
+    for word in words:
+        found.update(dict.fromkeys(_select(word, processes)))
+    return sorted(found)
+
+
+def _select(word: str, processes: Sequence[ProcessNames]) -> list[int]:
+    exact = [i for i, one in enumerate(processes) if one.name == word]
+    if exact:
+        return exact
+    found = [i for i, one in enumerate(processes) if word in one.all]
+    if not found and any(character in word for character in _PATTERN):
+        found = [i for i, one in enumerate(processes) if any(fnmatchcase(n, word) for n in one.all)]
+        return found or _unknown(word, processes)
+    if len(found) > 1:
+        raise BadCallError(
+            "ambiguous-name",
+            f"'{word}' is ambiguous: {_listed([processes[i].name for i in found], 'or')}",
+            f"choose one, or '{word}*' for all of them",
+        )
+    if not found and word.startswith("/"):
+        found = [i for i, one in enumerate(processes) if _is_below(word, one)]
+    return found or _unknown(word, processes)
+
+
+def _is_below(group: str, one: ProcessNames) -> bool:
+    if one.namespace is None:
+        return False
+    root = group.rstrip("/") + "/"
+    return (one.namespace.rstrip("/") + "/").startswith(root)
+
+
+def _unknown(word: str, processes: Sequence[ProcessNames]) -> list[int]:
+    spellings = {spelling: one.name for one in processes for spelling in one.all}
+    similar = suggest(word, spellings)
+    if word and sum(one.name.startswith(word) for one in processes) > 1:
+        hint = f"did you mean '{word}*'? "
+    else:
+        hint = "" if similar is None else f"did you mean '{spellings[similar]}'? "
+    there = _listed([one.name for one in processes], "and") or "no processes yet"
+    raise BadCallError("unknown-name", f"unknown process '{word}'", f"{hint}there are {there}")
+
+
+def _listed(names: Sequence[str], word: str) -> str:
+    if len(names) > _SHOWN:
+        return f"{', '.join(names[:_SHOWN])} {word} {len(names) - _SHOWN} more"
+    if len(names) > 1:
+        return f"{', '.join(names[:-1])} {word} {names[-1]}"
+    return "".join(names)

@@ -1,0 +1,99 @@
+"""Processes as rows of JSON, for `ps`, `top` and `info`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from launcher.control.selection import ProcessNames
+from launcher.engine.desk import Desk
+from launcher.engine.process import Process
+from launcher.engine.view import LEVELS
+from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
+from launcher.proc import is_suspended
+
+
+def row(desk: Desk, process: Process) -> dict[str, Any]:
+    """A process in `ps`."""
+    spec, child, view = process.spec, process.child, process.view
+    sample = desk.sample_of(process)
+    named = ProcessNames.of(spec)
+    uptime_s = None
+    if child is not None:
+        uptime_s = round(desk.reactor.now() - process.machine.running_since, 3)
+    return {
+        "name": spec.name,
+        "label": spec.label,
+        "state": process.machine.state.value,
+        "pid": None if child is None else child.pid,
+        "restarts": process.machine.restarts,
+        "uptime_s": uptime_s,
+        "cpu_percent": sample and sample.cpu_percent,
+        "memory_bytes": sample and sample.uss_bytes,
+        "rss_bytes": sample and sample.rss_bytes,
+        "threads": sample and sample.threads,
+        "fds": sample and sample.fds,
+        "node_names": list(named.nodes),
+        "namespace": named.namespace,
+        "muted": view is not None and view.is_silent,
+        "muted_lines": 0 if view is None else view.hidden_lines,
+        "level": None if view is None or not view.level else LEVELS[view.level],
+        "grep": None if view is None or view.pattern is None else view.pattern.text,
+        "paused": child is not None and is_suspended(child.pid),
+        "last_exit": _last_exit(process),
+    }
+
+
+def _last_exit(process: Process) -> dict[str, Any] | None:
+    end = process.last_end
+    if end is None:
+        return None
+    return {
+        "returncode": end.outcome.returncode,
+        "text": str(end.outcome),
+        "asked": end.asked,
+        "at": process.ended_wall_s,
+    }
+
+
+def info(desk: Desk, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
+    """A process in `info`; its environment is compared with `base`."""
+    spec, ros, logs = process.spec, process.spec.ros, desk.log_path
+    return {
+        **row(desk, process),
+        "command": list(spec.argv),
+        "cwd": spec.cwd,
+        "shell": spec.shell,
+        "package": ros and ros.package,
+        "executable": ros and ros.executable,
+        "environment": dict(spec.env),
+        "environment_set": {k: v for k, v in spec.env.items() if base.get(k) != v},
+        "environment_unset": sorted(base.keys() - spec.env.keys()),
+        "restart_policy": policy_text(spec.restart),
+        "stop_policy": stop_text(spec),
+        "log_file": None if logs is None else str(logs / f"{spec.name}.log"),
+    }
+
+
+def policy_text(policy: RestartPolicy) -> str:
+    """`on-failure, at most 5 within 60 s, after 0.5 s to 30 s`."""
+    if policy.mode is RestartMode.NEVER:
+        return "never"
+    parts = [policy.mode.value]
+    if policy.max_restarts is not None:
+        within = "" if policy.window_s is None else f" within {policy.window_s:g} s"
+        parts.append(f"at most {policy.max_restarts}{within}")
+    if policy.backoff_max_s is not None:
+        parts.append(f"after {policy.delay_s:g} s to {policy.backoff_max_s:g} s")
+    elif policy.delay_s:
+        parts.append(f"after {policy.delay_s:g} s")
+    return ", ".join(parts)
+
+
+def stop_text(spec: ProcessSpec) -> str:
+    """`SIGINT, after 5 s SIGTERM, after 5 s SIGKILL`."""
+    text, wait_s = "", 0.0
+    for signum, next_s in spec.stop.steps:
+        text += f", after {wait_s:g} s {signum.name}" if text else signum.name
+        wait_s = next_s
+    return text
