@@ -218,7 +218,9 @@ REFUSED = {
     '<node pkg="p" exec="e"><param name="n"/></node>': "needs a 'value'",
     '<node pkg="p" exec="e"><param name="n" from="f"/></node>': "exclude each other",
     '<node pkg="p" exec="e"><param name="n" value="1" allow_substs="1"/></node>': "allow_substs",
-    '<node pkg="p" exec="e"><param name="n" value="1" type="flaot"/></node>': "type 'flaot'",
+    '<node pkg="p" exec="e"><param name="n" value="1" type="flaot"/></node>': (
+        "unknown type 'flaot'"
+    ),
     '<node pkg="p" exec="e"><param name="n" value="1"><param name="m" value="2"/></param></node>': (
         "neither a 'value'"
     ),

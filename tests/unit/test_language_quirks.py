@@ -41,7 +41,7 @@ def test_a_timer_in_a_group_loses_its_environment_too():
 
     (warning,) = warnings_of(GroupAction([SetEnvironmentVariable("LAUNCHER_TEST", "1"), timer]))
 
-    assert "$LAUNCHER_TEST" in warning
+    assert "without the group's $LAUNCHER_TEST" in warning
 
 
 def test_a_timer_in_a_group_that_sets_nothing_is_fine():
