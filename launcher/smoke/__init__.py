@@ -4,7 +4,7 @@ takes it down, and says whether what was expected was seen.
 Never imports rclpy: a process of its own looks at the ROS graph (`launcher.graph.probe`).
 """
 
-from launcher.smoke.observed import NotSeenError
-from launcher.smoke.system import System
+from launcher.smoke.run.system import System
+from launcher.smoke.run.waits import NotSeenError
 
 __all__ = ["NotSeenError", "System"]

@@ -152,7 +152,7 @@ def test_what_ros_knows_is_waited_for_and_asked(folder: pytest.Pytester):
     folder.makepyfile(
         """
         import contextlib
-        from launcher.smoke.probe_client import ProbeError
+        from launcher.smoke.observe.probe_client import ProbeError
 
         def test_it(launched_system):
             system = launched_system("talker.launch.py", timeout_s=5)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.smoke.remains import processes_of
+from launcher.smoke.observe.leftovers import processes_of
 from tests.smoke.bench import BRIEF, DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
 from tests.support.waiting import wait_until
 

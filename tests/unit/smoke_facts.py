@@ -6,8 +6,10 @@ import json
 from typing import Any
 
 from launcher.graph.snapshot import Endpoint, Snapshot
-from launcher.smoke.expectation import Expectation, Verdict
-from launcher.smoke.facts import (
+from launcher.smoke.expect.expectation import Expectation, Verdict
+from launcher.smoke.expect.expectation_kinds import judge
+from launcher.smoke.expect.loader import parse
+from launcher.smoke.observe.facts import (
     Ending,
     Facts,
     GraphSeen,
@@ -16,8 +18,6 @@ from launcher.smoke.facts import (
     ProcessEvent,
     Sample,
 )
-from launcher.smoke.kinds import judge
-from launcher.smoke.loader import parse
 
 STRING = "std_msgs/msg/String"
 MB = 1024 * 1024

@@ -14,12 +14,13 @@ from launcher.commands.patience import Patience
 from launcher.commands.smoke_forecast import is_certain
 from launcher.control.names import Named
 from launcher.errors import UsageError
-from launcher.smoke import checks, flags
-from launcher.smoke.conditions import Conditions, Expression
-from launcher.smoke.forecast import Forecast, compare
-from launcher.smoke.loader import parse
-from launcher.smoke.script import Script
-from launcher.smoke.shapes import fault_of_expression, faults_of_fields
+from launcher.smoke import flags
+from launcher.smoke.expect.conditions import Conditions, Expression
+from launcher.smoke.expect.loader import parse
+from launcher.smoke.expect.script import Script
+from launcher.smoke.preflight import checks
+from launcher.smoke.preflight.forecast import Forecast, compare
+from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
 
 
 def told(text: str) -> list[str]:

@@ -9,15 +9,16 @@ from typing import Any
 import pytest
 
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke import flags, quantities
-from launcher.smoke.conditions import Conditions, Expression
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import Ending, Facts
-from launcher.smoke.loader import parse
+from launcher.smoke import flags
+from launcher.smoke.expect import quantities
+from launcher.smoke.expect.conditions import Conditions, Expression
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.loader import parse
+from launcher.smoke.observe.facts import Ending, Facts
 from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
-from launcher.smoke.result import Judged, Result, worst
-from launcher.smoke.timeline import Strokes, Timeline
+from launcher.smoke.reports.result import Judged, Result, worst
+from launcher.smoke.run.scenario import ChaosTimeline, Timeline
 from tests.unit.smoke_facts import OVER, lines, running, seen, started
 
 # ---- how things are written
@@ -220,7 +221,7 @@ def test_chaos_chooses_by_its_seed_alone(seed: int):
     script = parse(f"{{chaos: kill one of robot_* every 2 s, seed: {seed}}}", "x.yaml")
     facts = running(9.0, steps={"ready": 1.0}, events=started("robot_1-1", "robot_2-2", "x-3"))
     assert script.chaos is not None
-    once, again = ([s.process for s in Strokes(script.chaos).due(facts)] for _ in range(2))
+    once, again = ([s.process for s in ChaosTimeline(script.chaos).due(facts)] for _ in range(2))
     assert once == again and len(once) == 4
     assert set(once) <= {"robot_1-1", "robot_2-2"}
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from launcher.smoke.expectation import Outcome
-from launcher.smoke.facts import Ending
-from launcher.smoke.kinds import KINDS, judge
+from launcher.smoke.expect.expectation import Outcome
+from launcher.smoke.expect.expectation_kinds import KINDS, judge
+from launcher.smoke.observe.facts import Ending
 from tests.unit.smoke_cases import STEPS, Case, log
 from tests.unit.smoke_facts import (
     END_S,

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from launcher.smoke.expectation import Outcome
-from launcher.smoke.facts import Answer
-from launcher.smoke.kinds import KINDS
+from launcher.smoke.expect.expectation import Outcome
+from launcher.smoke.expect.expectation_kinds import KINDS
+from launcher.smoke.observe.facts import Answer
 from tests.unit.smoke_cases import STEPS, Case, answers, graphs
 from tests.unit.smoke_facts import (
     ended,

@@ -13,17 +13,15 @@ from xml.etree import ElementTree
 import pytest
 
 from launcher.errors import ExitCode, LauncherError, LaunchFileError, SeveralErrors
-from launcher.smoke.evidence import KEPT, evidence, prune
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import Ending
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.judges.run import forced_stop
-from launcher.smoke.narrator import Narrator
-from launcher.smoke.outputs import refuse_unwritable, save
-from launcher.smoke.reports import flakes, github, junit
+from launcher.smoke.observe.facts import Ending
+from launcher.smoke.reports import github, junit, text_report
+from launcher.smoke.reports.artifacts import KEPT, evidence, prune, refuse_unwritable, save
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.result import Judged, Result
-from launcher.smoke.session import Options
-from launcher.smoke.voice import Voice
+from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.run.progress import PipeSafeStdout, Progress
+from launcher.smoke.run.session import Options
 from tests.unit.smoke_facts import lines, seen, signalled
 
 # ---- beforehand
@@ -71,7 +69,7 @@ def test_a_baseline_that_cannot_be_read_is_refused_beforehand(tmp_path: Path):
 def test_a_full_disk_is_told_once_and_the_rest_goes_on(tmp_path: Path):
     os.symlink("/dev/full", tmp_path / "smoke.log")
     screen = io.StringIO()
-    narrator = Narrator(tmp_path, screen)
+    narrator = Progress(tmp_path, screen)
     for text in ("one", "two"):
         narrator.say(1.0, text)
     narrator.close()
@@ -87,12 +85,12 @@ def test_a_reader_that_goes_is_no_failure_and_a_full_disk_is_one():
     reading, writing = os.pipe()
     os.close(reading)
     with contextlib.suppress(BrokenPipeError), open(writing, "w", encoding="utf-8") as stream:
-        voice = Voice(stream)
+        voice = PipeSafeStdout(stream)
         print("one", file=voice, flush=True)
         print("two", file=voice, flush=True)
         assert voice.trouble is None
     with contextlib.suppress(OSError), open("/dev/full", "w", encoding="utf-8") as stream:
-        voice = Voice(stream)
+        voice = PipeSafeStdout(stream)
         print("one", file=voice, flush=True)
         assert voice.trouble == "No space left on device"
 
@@ -170,7 +168,7 @@ def result(*found: Judged, **more: object) -> Result:
 
 
 def test_what_is_told_only_where_it_is_not_met_is_flaky():
-    rows = flakes.rows([result(), result(judged("stop", Outcome.VIOLATED)), result()])
+    rows = text_report.flake_rows([result(), result(judged("stop", Outcome.VIOLATED)), result()])
     assert [(row.verdict, row.met) for row in rows] == [("FLAKY", 2)]
 
 

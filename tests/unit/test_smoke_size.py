@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from launcher.smoke import loader
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import LogLine
-from launcher.smoke.recorder import Recorder
-from launcher.smoke.reports import screen
-from launcher.smoke.result import Judged, Result
+from launcher.smoke.expect import loader
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.observe.facts import LogLine
+from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.reports import text_report
+from launcher.smoke.reports.result import Judged, Result
 from tests.unit.smoke_facts import seen
 
 FEW, MANY = 150, 3000
@@ -59,15 +59,15 @@ def judged(name: str, outcome: Outcome) -> Judged:
 def shown(*found: Judged) -> str:
     stream = io.StringIO()
     result = Result(judged=found, facts=seen(), folder=Path(), words=(), domain_id=1)
-    screen.show(screen.console_for(stream, colour=False), result)
+    text_report.show(text_report.console_for(stream, colour=False), result)
     return stream.getvalue()
 
 
 def test_of_many_expectations_those_are_shown_that_are_not_met():
-    good = [judged(f"good{n}", Outcome.MET) for n in range(screen.ROWS)]
+    good = [judged(f"good{n}", Outcome.MET) for n in range(text_report.ROWS)]
     assert "good0" in shown(*good)
     text = shown(*good, judged("bad", Outcome.VIOLATED))
     assert "NOT MET   bad" in text
     assert "good" not in text
-    assert f"... and {screen.ROWS} that are met" in text
-    assert f"smoke: {screen.ROWS} of {screen.ROWS + 1} expectations met" in text
+    assert f"... and {text_report.ROWS} that are met" in text
+    assert f"smoke: {text_report.ROWS} of {text_report.ROWS + 1} expectations met" in text

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from launcher.smoke import guesses
-from launcher.smoke.conditions import fits, wanted_text
-from launcher.smoke.expectation import Expectation, Period, Verdict, times_text
-from launcher.smoke.facts import Answer, Facts
+from launcher.smoke.expect.conditions import fits, wanted_text
+from launcher.smoke.expect.expectation import Expectation, Period, Verdict, times_text
+from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import met, not_yet, violated, with_period
+from launcher.smoke.observe.facts import Answer, Facts
 
 
 def _answers(expectation: Expectation, facts: Facts, when: Period) -> list[Answer]:
@@ -40,7 +40,7 @@ def _unanswered(answers: list[Answer], node: str, facts: Facts) -> str | None:
     alive = set(facts.graph().nodes) - set(facts.graph().ghosts)
     if node in alive and answers:
         return answers[-1].hint
-    return guesses.missing_node(node, facts)
+    return explain.missing_node(node, facts)
 
 
 def _last(answers: list[Answer]) -> str:
@@ -75,7 +75,7 @@ def _service(expectation: Expectation, facts: Facts, when: Period, expected: str
     why = f" ({reasons[-1]})" if reasons and reasons[-1] else ""
     if reasons and expectation.get("once"):
         return violated(expected, seen=_last(answers) + why, at_s=answers[-1].at_s)
-    guess = guesses.missing_service(expectation.subject, facts)
+    guess = explain.missing_service(expectation.subject, facts)
     return not_yet(when, expected, seen=_last(answers) + why, guess=guess)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, period
-from launcher.smoke.facts import START, Facts, GraphSeen
+from launcher.smoke.expect.expectation import Expectation, Outcome, Period, Verdict, period
+from launcher.smoke.observe.facts import START, Facts, GraphSeen
 
 T = TypeVar("T")
 

@@ -9,9 +9,9 @@ from typing import Any
 
 from launcher.graph.matching import mismatches
 from launcher.graph.snapshot import INFINITE_NS, Endpoint
-from launcher.smoke import guesses
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
-from launcher.smoke.facts import Facts, GraphSeen
+from launcher.smoke.expect.expectation import Expectation, Outcome, Period, Verdict, times_text
+from launcher.smoke.expect.quantities import Span
+from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     first_time,
     listed,
@@ -21,7 +21,7 @@ from launcher.smoke.judges.common import (
     violated,
     with_period,
 )
-from launcher.smoke.quantities import Span
+from launcher.smoke.observe.facts import Facts, GraphSeen
 
 _NANOS = 1e9
 
@@ -66,7 +66,7 @@ def _node(expectation: Expectation, facts: Facts, when: Period, expected: str) -
         expected,
         seen=f"never; nodes there: {listed(facts.graph().nodes)}",
         about=(process,) if process else (),
-        guess=guesses.missing_node(pattern, facts),
+        guess=explain.missing_node(pattern, facts),
     )
 
 
@@ -117,8 +117,8 @@ def _topic(expectation: Expectation, facts: Facts, when: Period, expected: str) 
         expected,
         seen="; ".join(seen) or "it did hold, but not in time",
         at_s=since(facts, lambda graph: _topic_faults(expectation, graph)),
-        guess=guesses.topic(expectation.subject, expectation.get("type"), facts),
-        about=guesses.processes_on(expectation.subject, facts),
+        guess=explain.topic(expectation.subject, expectation.get("type"), facts),
+        about=explain.processes_on(expectation.subject, facts),
     )
 
 
@@ -168,8 +168,8 @@ def _qos(expectation: Expectation, facts: Facts, when: Period, expected: str) ->
         expected,
         seen="; ".join(faults) or "it did hold, but not in time",
         at_s=since(facts, lambda graph: _qos_faults(expectation, graph)),
-        guess=guesses.mismatch(expectation.subject, facts),
-        about=guesses.processes_on(expectation.subject, facts),
+        guess=explain.mismatch(expectation.subject, facts),
+        about=explain.processes_on(expectation.subject, facts),
     )
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from launcher.smoke import guesses
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
-from launcher.smoke.facts import STOP, Facts, LogLine
+from launcher.smoke.expect.expectation import Expectation, Outcome, Period, Verdict, times_text
+from launcher.smoke.expect.quantities import Span
+from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import met, not_yet, violated, with_period
-from launcher.smoke.quantities import Span
+from launcher.smoke.observe.facts import STOP, Facts, LogLine
 
 LAUNCHER = "launch"  # the process that stands for the launcher itself
 _TRACEBACK = "Traceback (most recent call last):"
@@ -76,7 +76,7 @@ def _log(expectation: Expectation, facts: Facts, when: Period, expected: str) ->
 
 def _guess(expectation: Expectation, facts: Facts, when: Period) -> str | None:
     process, level = expectation.get("process"), expectation.get("level")
-    return guesses.line(expectation.subject, process, level, when.start_s, facts)
+    return explain.line(expectation.subject, process, level, when.start_s, facts)
 
 
 def _seen(found: Sequence[LogLine], span: Span, when: Period) -> dict[str, object]:

@@ -6,11 +6,11 @@ import signal
 from collections.abc import Sequence
 from typing import Any
 
-from launcher.smoke import guesses
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
-from launcher.smoke.facts import Facts, ProcessEvent, Sample
+from launcher.smoke.expect.expectation import Expectation, Outcome, Period, Verdict, times_text
+from launcher.smoke.expect.quantities import Span
+from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import listed, met, not_yet, several, violated, with_period
-from launcher.smoke.quantities import Span
+from launcher.smoke.observe.facts import Facts, ProcessEvent, Sample
 
 _MB = 1024 * 1024
 
@@ -157,7 +157,7 @@ def _no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: s
         seen=f"{several(_death_text(event) for event in bad)}",
         at_s=first.at_s,
         about=tuple(dict.fromkeys(names)),
-        guess=guesses.death(names[0], facts),
+        guess=explain.death(names[0], facts),
     )
 
 

@@ -6,11 +6,11 @@ import signal
 from collections.abc import Iterator
 from typing import Any
 
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import STOP, Facts, ProcessEvent
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.quantities import seconds_text
 from launcher.smoke.judges.common import listed, met, several, violated
 from launcher.smoke.judges.processes import exit_text
-from launcher.smoke.quantities import seconds_text
+from launcher.smoke.observe.facts import STOP, Facts, ProcessEvent
 
 _HARD = {int(signal.SIGTERM): "SIGTERM", int(signal.SIGKILL): "SIGKILL"}
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from launcher.smoke import guesses
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
-from launcher.smoke.facts import START, Facts, Message
+from launcher.smoke.expect.expectation import Expectation, Outcome, Period, Verdict, times_text
+from launcher.smoke.expect.quantities import Span
+from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import met, not_yet, violated, with_period
-from launcher.smoke.quantities import Span
+from launcher.smoke.observe.facts import START, Facts, Message
 
 SHORTEST = 3  # messages: fewer have no rate
 SILENT_INTERVALS = 2  # of the longest one: a topic that pauses longer has stopped
@@ -51,8 +51,8 @@ def _rate(expectation: Expectation, facts: Facts, when: Period, expected: str) -
         return violated(
             expected,
             seen=f"{len(times)} messages are too few for a rate",
-            guess=guesses.silence(expectation.subject, facts),
-            about=guesses.processes_on(expectation.subject, facts),
+            guess=explain.silence(expectation.subject, facts),
+            about=explain.processes_on(expectation.subject, facts),
         )
     rate_hz, seconds = measured(times, when, counts_start=expectation.after != START)
     seen = f"{rate_hz:.3g} Hz ({len(times)} messages in {seconds:.1f} s)"
@@ -65,8 +65,8 @@ def _rate(expectation: Expectation, facts: Facts, when: Period, expected: str) -
         at_s=silent_s,
         value=rate_hz,
         unit="Hz",
-        guess=guesses.slow(expectation.subject, facts, is_slow=rate_hz < span.low),
-        about=guesses.processes_on(expectation.subject, facts),
+        guess=explain.slow(expectation.subject, facts, is_slow=rate_hz < span.low),
+        about=explain.processes_on(expectation.subject, facts),
     )
 
 
@@ -136,7 +136,7 @@ def _message(expectation: Expectation, facts: Facts, when: Period, expected: str
         expected,
         seen=_missing(heard, fitting, reasons),
         guess=None if heard else _silence(expectation, facts),
-        about=guesses.processes_on(expectation.subject, facts),
+        about=explain.processes_on(expectation.subject, facts),
         value=len(fitting),
     )
 
@@ -154,7 +154,7 @@ def _missing(heard: list[Message], fitting: list[Message], reasons: list[str]) -
 
 
 def _silence(expectation: Expectation, facts: Facts) -> str | None:
-    return guesses.silence(expectation.subject, facts, expectation.get("qos"))
+    return explain.silence(expectation.subject, facts, expectation.get("qos"))
 
 
 def _all(

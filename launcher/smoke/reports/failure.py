@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from launcher.smoke.facts import Facts
-from launcher.smoke.quantities import printable, seconds_text
-from launcher.smoke.result import Judged
+from launcher.smoke.expect.quantities import printable, seconds_text
+from launcher.smoke.observe.facts import Facts
+from launcher.smoke.reports.result import Judged
 
 LINES = 10
 PROCESSES = 3  # whose last lines are shown: one cause has many victims

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from launcher.errors import LauncherError
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.result import Judged, Result
+from launcher.smoke.reports.result import Judged, Result
 
 
 def commands(result: Result) -> Iterator[str]:

@@ -9,9 +9,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from launcher.errors import ExitCode, LauncherError
-from launcher.smoke.outputs import save
+from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.result import Judged, Result
+from launcher.smoke.reports.result import Judged, Result
 
 # What XML 1.0 has no way to write.
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

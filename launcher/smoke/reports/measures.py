@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from launcher.errors import UsageError
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.outputs import save
-from launcher.smoke.places import Origin
-from launcher.smoke.result import Judged, Result
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.source_location import Origin
+from launcher.smoke.reports.artifacts import save
+from launcher.smoke.reports.result import Judged, Result
 
 VERSION = 1
 _MB = 1024 * 1024

@@ -1,0 +1,314 @@
+"""Loader: a file of expectations to a script; every mistake at once, with its place."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
+from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.expect.expectation_kinds import BY_NAME, Kind
+from launcher.smoke.expect.fields import FieldType, near
+from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
+from launcher.smoke.expect.script import ALWAYS, Script
+from launcher.smoke.expect.source_location import KeyPath, Origin, SourceMap, at_mark, entries_of
+from launcher.smoke.expect.steps import Command, Step
+from launcher.smoke.observe.facts import START
+from launcher.smoke.preflight import checks
+from launcher.smoke.preflight.checks import together
+
+SUFFIXES = (".expect.yaml", ".expect.yml")
+QUOTES = "a text with a brace, a bracket or ': ' in it needs quotes"
+# The C library reads a long file twenty times as fast.
+_YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def beside(launch_file: str) -> Path | None:
+    """The file of expectations next to a launch file: `system.expect.yaml` for `system.*`."""
+    folder, name = Path(launch_file).parent, Path(launch_file).name
+    for end in (".launch.", "_launch.", "-launch.", "."):
+        stem, found, _ = name.partition(end)
+        paths = [folder / f"{stem}{suffix}" for suffix in SUFFIXES] if found else []
+        for path in filter(Path.is_file, paths):
+            return path
+    return None
+
+
+def load(path: str) -> Script:
+    """The script in a file; LauncherError with all its mistakes."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise LaunchFileError(
+            f"cannot read the expectations: {error.strerror}", where=path
+        ) from None
+    except UnicodeDecodeError as error:
+        raise LaunchFileError(f"this is no UTF-8: {error.reason}", where=path) from None
+    return parse(text, path)
+
+
+def parse_entry(entry: Mapping[str, object], origin: str) -> Expectation:
+    """One expectation from an option of the command line; LauncherError."""
+    reader = _Reader(yaml.safe_dump({"expect": [entry]}, allow_unicode=True), origin)
+    try:
+        (expectation,) = reader.script().expectations
+    except LauncherError as error:
+        raise UsageError(f"{origin}: {error.message}", hint=error.hint) from None
+    return replace(expectation, origin=Origin(text=origin))
+
+
+def parse(text: str, path: str) -> Script:
+    """The script in the text of a file that is called `path`; LauncherError."""
+    return _Reader(text, path).script()
+
+
+class _Reader:
+    """Reads one text, and collects what is wrong with it."""
+
+    def __init__(self, text: str, path: str) -> None:
+        self._text = text
+        self._lines = text.splitlines()
+        self._path = path
+        self._errors: list[LauncherError] = []
+        self._places = SourceMap(self._lines, path, None)
+
+    def script(self) -> Script:
+        """Everything, or all mistakes."""
+        document = self._document()
+        values: dict[str, Any] = {}
+        if document is not None:
+            values = self._script_values(document)
+        script = Script(path=self._path, **values)
+        if self._errors:
+            # What could be read is looked at, too: all mistakes at once.
+            raise together([*self._errors, *checks.of_script(script).errors])
+        return script
+
+    def _document(self) -> Mapping[object, object] | None:
+        loader = _YAML(self._text)
+        try:
+            root = loader.get_single_node()
+            if root is None:
+                return None
+            self._refuse_twice(root)
+            self._places = SourceMap(self._lines, self._path, root)
+            document = loader.construct_document(root)
+        except (yaml.YAMLError, ValueError, TypeError) as error:
+            raise self._yaml_error(error) from None
+        finally:
+            loader.dispose()
+        if not isinstance(document, Mapping):
+            self._wrong((), "a file of expectations is a mapping", "it begins with 'expect:'")
+            return None
+        return document
+
+    def _yaml_error(self, error: Exception) -> LauncherError:
+        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+        message = getattr(error, "problem", None) or str(error)
+        if message.startswith("but "):
+            message = f"{getattr(error, 'context', None)}, {message}"
+        if mark is None:
+            return LaunchFileError(f"this is no YAML: {message}", where=self._path)
+        line = self._lines[mark.line] if mark.line < len(self._lines) else ""
+        hint = None
+        if "\t" in line[: mark.column + 1]:
+            hint = "YAML is indented with spaces, not with tabs"
+        elif "expected" in message or "not allowed" in message:
+            hint = QUOTES
+        return at_mark(self._lines, self._path, mark, f"this is no YAML: {message}", hint)
+
+    def _refuse_twice(self, root: yaml.Node) -> None:
+        """Keys that are there twice: YAML's reader takes the last one without a word."""
+        open_nodes: set[int] = set()
+        seen: set[int] = set()  # what an alias repeats is looked at once
+
+        def look(node: yaml.Node) -> None:
+            if id(node) in open_nodes:
+                self._errors.append(self._error(node.start_mark, "this contains itself"))
+                raise SeveralErrors(self._errors)
+            if id(node) in seen:
+                return
+            seen.add(id(node))
+            open_nodes.add(id(node))
+            self._refuse_keys_twice(node)
+            for _, _, value in entries_of(node):
+                look(value)
+            open_nodes.discard(id(node))
+
+        look(root)
+
+    def _refuse_keys_twice(self, node: yaml.Node) -> None:
+        keys: set[object] = set()
+        for name, key, _ in entries_of(node):
+            if name in keys and key is not None and name != "<<":
+                self._errors.append(self._error(key.start_mark, f"'{name}' is there twice"))
+            keys.add(str(name))
+
+    # ---- the parts
+
+    def _script_values(self, document: Mapping[object, object]) -> dict[str, Any]:
+        values = self._fields(document, TOP_FIELDS, (), "a file of expectations")
+        found: dict[str, Any] = {
+            "for_s": values.get("for"),
+            "ready_within_s": values.get("ready_within"),
+            "arguments": values.get("arguments", {}),
+            "options": values.get("options", ()),
+        }
+        if "chaos" in values:
+            found["chaos"] = replace(values["chaos"], seed=values.get("seed", 0))
+        found["steps"] = tuple(self._steps(document.get("scenario")))
+        found["expectations"] = tuple(self._expectations(document.get("expect")))
+        script = Script(**found)
+        self._check_names(script)
+        return found
+
+    def _list(self, value: object, key: str, example: str) -> Sequence[object]:
+        if value is None:
+            return ()
+        if not isinstance(value, list):
+            self._wrong((key,), f"'{key}' is a list", f"as in '- {example}'")
+            return ()
+        return value
+
+    def _steps(self, value: object) -> Iterator[Step]:
+        entries = self._list(value, "scenario", "{at: 8 s, do: kill robot_2}")
+        for index, entry in enumerate(entries):
+            path: KeyPath = ("scenario", index)
+            if not isinstance(entry, Mapping):
+                self._wrong(path, "a step is a mapping", "as in '- {at: 8 s, do: kill robot_2}'")
+                continue
+            values = self._fields(entry, STEP_FIELDS, path, "a step")
+            if "do" in values or self._errors:
+                command = values.get("do", Command(verb="", text=f"step {index + 1}"))
+                yield Step(
+                    name=values.get("name", command.text),
+                    command=command,
+                    delay_s=values.get("at", 0.0),
+                    after=values.get("after", START),
+                    after_log=values.get("after_log"),
+                    process=values.get("process"),
+                    origin=self._origin(path),
+                )
+
+    def _expectations(self, value: object) -> Iterator[Expectation]:
+        for index, entry in enumerate(self._list(value, "expect", "node: /robot_1")):
+            path: KeyPath = ("expect", index)
+            if not isinstance(entry, Mapping) or not entry:
+                example = f"{entry}: ..." if str(entry) in BY_NAME else "node: /robot_1"
+                self._wrong(path, "an expectation is a mapping", f"as in '- {example}'")
+                continue
+            kind = self._kind(entry, path)
+            if kind is not None:
+                yield from self._expectation(kind, entry, path)
+
+    def _kind(self, entry: Mapping[object, object], path: KeyPath) -> Kind | None:
+        """The kind whose key is there. `process` is an entry of some kinds, too."""
+        known = [BY_NAME[str(name)] for name in entry if str(name) in BY_NAME]
+        own = [k for k in known if not any(k.name in _entries(other) for other in known)]
+        if len(own) == 1:
+            return own[0]
+        if len(own) > 1:
+            names = " and ".join(f"'{kind.name}'" for kind in own)
+            self._wrong(path, f"{names} are two expectations", "write them as two entries")
+            return None
+        first = next(iter(entry))
+        hint = near(first, list(BY_NAME))
+        self._wrong((*path, first), f"there is no kind of expectation '{first}'", hint)
+        return None
+
+    def _expectation(
+        self, kind: Kind, entry: Mapping[object, object], path: KeyPath
+    ) -> Iterator[Expectation]:
+        before = len(self._errors)
+        subject = self._parsed(kind.subject, entry[kind.name], (*path, kind.name))
+        rest = {name: value for name, value in entry.items() if name != kind.name}
+        values = self._fields(rest, kind.all_fields(), path, f"'{kind.name}'")
+        if kind.one_of and not any(name in entry for name in kind.one_of):
+            names = ", ".join(f"'{name}'" for name in kind.one_of)
+            self._wrong(path, f"'{kind.name}' needs one of {names}")
+        if len(self._errors) > before:
+            return
+        yield Expectation(
+            kind=kind.name,
+            subject=subject,
+            name=values.pop("name", ""),
+            # What is never to be there has no time in which it could.
+            within=values.pop("within", None if values.get("absent") else kind.default_within),
+            after=values.pop("after", START),
+            values=values,
+            origin=self._origin(path),
+        )
+
+    def _check_names(self, script: Script) -> None:
+        """Steps that others refer to."""
+        known = script.known_steps()
+        counts = Counter(known)
+        earlier = dict.fromkeys(ALWAYS)
+        for step in script.steps:
+            if counts[step.name] > 1:
+                self._errors.append(
+                    step.origin.error(f"two steps are called '{step.name}'", "give one a 'name'")
+                )
+            self._check_name(step.after, earlier, step.origin)
+            earlier |= dict.fromkeys(step.moments)
+        for expectation in script.expectations:
+            self._check_name(expectation.after, counts, expectation.origin)
+
+    def _check_name(self, name: str, known: Mapping[str, object], origin: Origin) -> None:
+        if name not in known:
+            text = f"no step before is called '{name}'"
+            self._errors.append(origin.error(text, near(name, list(known)), "after"))
+
+    # ---- fields
+
+    def _fields(
+        self, entry: Mapping[object, object], known: Sequence[Any], path: KeyPath, what: str
+    ) -> dict[str, Any]:
+        by_name = {field.name: field for field in known}
+        values: dict[str, Any] = {}
+        for name, value in entry.items():
+            if name not in by_name:
+                hint = near(name, list(by_name))
+                self._wrong((*path, name), f"{what} has no entry '{name}'", hint)
+            else:
+                values[str(name)] = self._parsed(by_name[name].type, value, (*path, name))
+        for field in known:
+            if field.required and field.name not in entry:
+                self._wrong(path, f"{what} needs '{field.name}': {field.doc}")
+        return {name: value for name, value in values.items() if value is not _BAD}
+
+    def _parsed(self, type_: FieldType, value: object, path: KeyPath) -> Any:
+        try:
+            return type_.parse(value)
+        except ValueError as error:
+            for one in getattr(error, "all", (error,)):
+                inner: KeyPath = getattr(one, "path", ())
+                hint = getattr(one, "hint", None)
+                self._wrong((*path, *inner), str(one), hint, value=not getattr(one, "key", False))
+            return _BAD
+
+    # ---- places
+
+    def _wrong(
+        self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
+    ) -> None:
+        """Note a mistake at the key (or the value) that the path leads to."""
+        self._errors.append(self._places.error(path, message, hint, value=value))
+
+    def _error(self, mark: yaml.Mark, message: str) -> LauncherError:
+        return at_mark(self._lines, self._path, mark, message)
+
+    def _origin(self, path: KeyPath) -> Origin:
+        return self._places.origin(path)
+
+
+_BAD = object()
+
+
+def _entries(kind: Kind) -> set[str]:
+    return {field.name for field in kind.fields}

@@ -1,0 +1,108 @@
+"""Places: where in a file of expectations something stands, for errors that show it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import yaml
+
+from launcher.errors import LauncherError, LaunchFileError, UsageError
+
+KeyPath = tuple[object, ...]
+_Entry = tuple[yaml.Node | None, yaml.Node]  # node of the key, node of the value
+
+
+class SourceMap:
+    """The nodes of a text, given in lines, that was read as YAML; None if there is nothing in it.
+
+    What a node contains is looked up once, however many places of it are asked for.
+    """
+
+    def __init__(self, lines: Sequence[str], path: str, root: yaml.Node | None) -> None:
+        self._lines = lines
+        self._path = path
+        self._root = root
+        self._children: dict[int, dict[object, _Entry]] = {}
+
+    def error(
+        self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
+    ) -> LauncherError:
+        """A mistake at the key (or the value) that the path leads to, or as near as there is."""
+        return at_mark(self._lines, self._path, self._mark(path, value=value), message, hint)
+
+    def origin(self, path: KeyPath) -> Origin:
+        """The place itself."""
+        line = self._mark(path, value=False).line + 1
+        return Origin(text=self._path, line=line, spot=Spot(self, path))
+
+    def _mark(self, path: KeyPath, *, value: bool) -> yaml.Mark:
+        assert self._root is not None
+        node, mark = self._root, self._root.start_mark
+        for key in path:
+            found = self._inside(node).get(key)
+            if found is None:
+                break
+            key_node, node = found
+            mark = (node if value or key_node is None else key_node).start_mark
+        return mark
+
+    def _inside(self, node: yaml.Node) -> dict[object, _Entry]:
+        known = self._children.get(id(node))
+        if known is None:
+            known = {name: (key, child) for name, key, child in entries_of(node)}
+            self._children[id(node)] = known
+        return known
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A place in a file to which more keys may be added."""
+
+    places: SourceMap
+    path: KeyPath
+
+    def error(self, message: str, hint: str | None, keys: KeyPath) -> LauncherError:
+        """A mistake in the value of these keys below the place."""
+        return self.places.error((*self.path, *keys), message, hint, value=bool(keys))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """Where something was written: a file and a line, or an option of the command line."""
+
+    text: str
+    line: int = 0
+    spot: Spot | None = None
+
+    def __str__(self) -> str:
+        return f"{self.text}:{self.line}" if self.line else self.text
+
+    def error(self, message: str, hint: str | None = None, *keys: object) -> LauncherError:
+        """What is wrong there, in the value of these keys: with the line if it is in a file."""
+        if self.spot is not None:
+            return self.spot.error(message, hint, keys)
+        return UsageError(f"{self.text}: {message}", hint=hint)
+
+
+def at_mark(
+    lines: Sequence[str], path: str, mark: yaml.Mark, message: str, hint: str | None = None
+) -> LauncherError:
+    """A mistake at a mark of YAML's reader."""
+    return LaunchFileError(
+        message,
+        hint=hint,
+        where=f"{path}:{mark.line + 1}",
+        source_line=lines[mark.line] if mark.line < len(lines) else "",
+        column=mark.column + 1,
+    )
+
+
+def entries_of(node: yaml.Node) -> Iterator[tuple[object, yaml.Node | None, yaml.Node]]:
+    """(key, node of the key, node of the value) of what a node contains."""
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            yield str(getattr(key, "value", "")), key, value
+    elif isinstance(node, yaml.SequenceNode):
+        for index, value in enumerate(node.value):
+            yield index, None, value

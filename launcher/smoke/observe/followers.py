@@ -1,0 +1,137 @@
+"""Followers: threads that take down what a run tells through its control socket."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from launcher.control.client import Connection
+from launcher.control.folder import ControlError
+from launcher.control.runs import Run, wait_for_run
+from launcher.smoke.observe import log_files
+from launcher.smoke.observe.facts import LogLine, Sample
+from launcher.smoke.observe.leftovers import SharedMemory
+from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.run.launcher_process import LauncherProcess
+
+CONNECT_LOOK_S = 0.1
+SAMPLE_S = 1.0
+ANSWER_S = 5.0  # a run that does not say within this time what its processes use is not sampled
+WHOLE_LOG = 1_000_000  # lines: all that the run remembers
+
+
+class Followers:
+    """Waits for the run to listen, then follows its events, its log, and what it uses.
+
+    `run` is there as soon as it listens. Everything ends with the launcher.
+    """
+
+    def __init__(self, launched: LauncherProcess, recorder: Recorder, memory: SharedMemory) -> None:
+        self._launched = launched
+        self._recorder = recorder
+        self._memory = memory
+        self.run: Run | None = None
+        self.dropped_lines = 0
+        self.is_over = threading.Event()
+        self._listens = threading.Event()
+        self._threads: list[threading.Thread] = []
+        self._start(self._connect)
+        self._start(self._look)
+
+    def _start(self, work: Callable[[], None]) -> None:
+        thread = threading.Thread(target=work, daemon=True, name=work.__name__)
+        self._threads.append(thread)
+        thread.start()
+
+    def wait_for_run(self, within_s: float) -> Run:
+        """The run; ControlError if there is none in time."""
+        self._listens.wait(within_s)
+        if self.run is None:
+            raise ControlError("the launcher has opened no run to talk to")
+        return self.run
+
+    def join(self, within_s: float) -> None:
+        """Take down what is on its way; the launcher has ended."""
+        self.is_over.set()
+        deadline_s = time.monotonic() + within_s
+        for thread in list(self._threads):
+            thread.join(max(0.0, deadline_s - time.monotonic()))
+
+    # ---- threads
+
+    def _connect(self) -> None:
+        while self._launched.is_alive and not self.is_over.is_set():
+            try:
+                self.run = wait_for_run(self._launched.pid, CONNECT_LOOK_S)
+                break
+            except ControlError:
+                continue  # not yet
+        if self.run is not None:
+            for work in (self._follow_events, self._follow_log, self._sample):
+                self._start(work)
+        self._listens.set()
+
+    def _follow_events(self) -> None:
+        self._follow("events", self._event, history=True)
+
+    def _follow_log(self) -> None:
+        self._follow("logs", self._line, lines=WHOLE_LOG)
+
+    def _follow(self, verb: str, take: Callable[[Mapping[str, Any]], None], **options: Any) -> None:
+        assert self.run is not None
+        try:
+            with self.run.connect() as connection:
+                for item in connection.follow(verb, **options):
+                    take(item)
+        except ControlError:
+            pass  # the run is over; what is missing stands in its files
+
+    def _event(self, item: Mapping[str, Any]) -> None:
+        if "event" in item:
+            self._recorder.add_event(log_files.event_of(dict(item), self._recorder))
+
+    def _line(self, item: Mapping[str, Any]) -> None:
+        if "dropped" in item:
+            self.dropped_lines += int(item["dropped"])
+            return
+        self._recorder.add_line(
+            LogLine(
+                at_s=self._recorder.of_wall(item["time"]),
+                process=item["process"],
+                text=item["text"],
+                stream=item["stream"],
+            )
+        )
+
+    def _sample(self) -> None:
+        assert self.run is not None
+        try:
+            with self.run.connect() as connection:
+                while not self.is_over.is_set():
+                    self._take_sample(connection)
+                    self.is_over.wait(SAMPLE_S)
+        except ControlError:
+            pass  # the run is over
+
+    def _take_sample(self, connection: Connection) -> None:
+        rows = connection.ask("ps", patience_s=ANSWER_S).result["processes"]
+        at_s = self._recorder.now_s
+        samples = [
+            Sample(
+                at_s=at_s,
+                process=row["name"],
+                cpu_percent=row["cpu_percent"],
+                memory_bytes=row["memory_bytes"],
+            )
+            for row in rows
+            if row["pid"] is not None
+        ]
+        nodes = {row["name"]: tuple(row["node_names"]) for row in rows}
+        self._recorder.add_samples(samples, nodes)
+
+    def _look(self) -> None:
+        while self._launched.is_alive and not self.is_over.is_set():
+            self._memory.note(self._launched.pid)
+            self.is_over.wait(SAMPLE_S)
