@@ -23,7 +23,7 @@ from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.expect.fields import near
 from launcher.smoke.expect.quantities import DURATION
 from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.steps import Chaos, ChaosType
+from launcher.smoke.expect.steps import Chaos, chaos_type
 from launcher.smoke.preflight import checks, forecast
 
 if TYPE_CHECKING:
@@ -262,7 +262,7 @@ def _script(given: _Words, launch_file: str) -> Script:
 
 
 def _chaos(given: _Words, script: Script) -> Chaos | None:
-    chaos: Chaos | None = _parsed("--chaos", ChaosType().parse, given.values.get("--chaos"))
+    chaos: Chaos | None = _parsed("--chaos", chaos_type().parse, given.values.get("--chaos"))
     chaos = chaos or script.chaos
     if given.has("--seed"):
         if chaos is None:

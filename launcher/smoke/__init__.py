@@ -1,7 +1,6 @@
-"""Smoke: a launch file as a test. Starts a system as a user would, looks at it from outside,
-takes it down, and says whether what was expected was seen.
+"""Smoke tests of launch files: start a system, observe it from outside, stop it, judge.
 
-Never imports rclpy: a process of its own looks at the ROS graph (`launcher.graph.probe`).
+Never imports rclpy: a process of its own observes ROS (`launcher.graph.probe`).
 """
 
 from launcher.smoke.run.system import System

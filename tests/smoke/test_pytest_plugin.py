@@ -228,9 +228,11 @@ def test_a_misspelt_name_is_told_with_those_that_there_are(folder: pytest.Pytest
     )
     result = folder.runpytest_subprocess("-q")
     result.assert_outcomes(failed=3)
-    result.stdout.fnmatch_lines(["*no process 'tellr' runs", "there are: teller-1, counter-2"])
+    result.stdout.fnmatch_lines(
+        ["*no process 'tellr' is running", "there are: teller-1, counter-2"]
+    )
     result.stdout.fnmatch_lines(["*maybe: teller-1 printed such a line, at *"])
-    result.stdout.fnmatch_lines(["*maybe: no process is called tellr; there are: teller-1, *"])
+    result.stdout.fnmatch_lines(["*maybe: no process is named tellr; there are: teller-1, *"])
 
 
 @pytest.mark.thorough

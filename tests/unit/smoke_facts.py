@@ -7,8 +7,8 @@ from typing import Any
 
 from launcher.graph.snapshot import Endpoint, Snapshot
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.expect.expectation_kinds import judge
 from launcher.smoke.expect.loader import parse
+from launcher.smoke.judges import judge
 from launcher.smoke.observe.facts import (
     Ending,
     Facts,

@@ -21,7 +21,7 @@ SAID = (*lines("[INFO] done"), *lines("[WARN] Battery low", process="robot_2-2",
     ("pattern", "options", "guess"),
     [
         ("Battery", {"process": "robot_1"}, "robot_2-2 printed such a line, at 2.0 s"),
-        ("Battery", {"process": "robto_1"}, "no process is called robto_1; there are: robot_1-1"),
+        ("Battery", {"process": "robto_1"}, "no process is named robto_1; there are: robot_1-1"),
         ("Battery", {"process": "robot_2", "since_s": 5.0}, "it came before, at 2.0 s of the run"),
         ("Battery", {"process": "*", "level": "ERROR"}, "its level is WARN, not ERROR"),
         ("battery", {"process": "*"}, "differs in upper and lower case: [WARN] Battery low"),
@@ -31,16 +31,18 @@ SAID = (*lines("[INFO] done"), *lines("[WARN] Battery low", process="robot_2-2",
 )
 def test_a_line_that_did_not_come(pattern: str, options: dict[str, Any], guess: str | None):
     given = {"level": None, "since_s": 0.0, **options}
-    found = explain.line(re.compile(pattern), facts=running(9.0, lines=SAID, **TWO), **given)
+    found = explain.missing_line(
+        re.compile(pattern), facts=running(9.0, lines=SAID, **TWO), **given
+    )
     assert found is None if guess is None else found is not None and guess in found
 
 
 def heard(content: Any, at_s: float) -> Message:
-    return Message(at_s=at_s, topic="/a", content=content)
+    return Message(at_s=at_s, topic="/task", content=content)
 
 
 def seen_graph(**more: Any) -> Facts:
-    snapshot = graph(publisher("/a/b"), at_s=1.0)
+    snapshot = graph(publisher("/tasks"), at_s=1.0)
     assert isinstance(snapshot, GraphSeen)
     return running(9.0, graphs=(snapshot,), **more)
 
@@ -48,7 +50,7 @@ def seen_graph(**more: Any) -> Facts:
 @pytest.mark.parametrize(
     ("facts", "since_s", "guess"),
     [
-        (seen_graph(), 0.0, "nobody has it; did you mean '/a/b'?"),
+        (seen_graph(), 0.0, "no node has this topic; did you mean '/tasks'?"),
         (
             seen_graph(messages=(heard({"data": 1}, 2.0),)),
             5.0,
@@ -58,20 +60,20 @@ def seen_graph(**more: Any) -> Facts:
     ],
 )
 def test_a_message_that_did_not_come(facts: Facts, since_s: float, guess: str):
-    assert guess in (explain.message("/a", since_s, facts) or "")
+    assert guess in (explain.missing_message("/task", since_s, facts) or "")
 
 
 def test_a_wait_in_vain_ends_with_the_guess_and_the_last_lines():
     recorder = Recorder()
     for line in SAID:
-        recorder.add_line(line)
+        recorder.add(line)
     for event in TWO["events"]:
-        recorder.add_event(event)
+        recorder.add(event)
     observed = Waits(recorder)
     with pytest.raises(NotSeenError) as told:
         observed.wait_for_log("Battery", process="robot_1", within_s=0.0)
     assert "maybe: robot_2-2 printed such a line, at 2.0 s\nthe last lines:\n" in str(told.value)
-    with pytest.raises(NotSeenError, match="maybe: no process is called robto_1; there are: "):
+    with pytest.raises(NotSeenError, match="maybe: no process is named robto_1; there are: "):
         observed.wait_for_exit("robto_1", within_s=0.0)
 
 

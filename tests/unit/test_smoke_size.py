@@ -44,10 +44,10 @@ def test_the_time_to_read_a_file_grows_with_its_length():
 def test_lines_are_in_order_of_time_whenever_they_are_asked_for():
     recorder = Recorder()
     for at_s in (2.0, 1.0):
-        recorder.add_line(LogLine(at_s=at_s, process="a-1", text="x"))
+        recorder.add(LogLine(at_s=at_s, process="a-1", text="x"))
     assert [line.at_s for line in recorder.facts().lines] == [1.0, 2.0]
     assert recorder.facts().lines is recorder.facts().lines  # not sorted again and again
-    recorder.add_line(LogLine(at_s=0.0, process="a-1", text="x"))
+    recorder.add(LogLine(at_s=0.0, process="a-1", text="x"))
     assert [line.at_s for line in recorder.facts().lines] == [0.0, 1.0, 2.0]
 
 
@@ -69,5 +69,5 @@ def test_of_many_expectations_those_are_shown_that_are_not_met():
     text = shown(*good, judged("bad", Outcome.VIOLATED))
     assert "NOT MET   bad" in text
     assert "good" not in text
-    assert f"... and {text_report.ROWS} that are met" in text
+    assert f"... and {text_report.ROWS} met" in text
     assert f"smoke: {text_report.ROWS} of {text_report.ROWS + 1} expectations met" in text

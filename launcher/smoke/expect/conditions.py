@@ -1,4 +1,4 @@
-"""Conditions: what a message, a response or a parameter has to be like."""
+"""Conditions on a message, a response or a parameter: expressions and field values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SHOWN = 8  # fields in a sentence
 
 
 class Fields:
-    """A mapping whose entries are attributes, as in `m.pose.x`, whatever they are called."""
+    """A mapping with its entries as attributes, as in `m.pose.x`, whatever their names."""
 
     __slots__ = ("_fields",)
 
@@ -50,16 +50,16 @@ class Fields:
         return self._fields == (other._fields if isinstance(other, Fields) else other)
 
     def __hash__(self) -> int:
-        raise TypeError("fields of a message cannot be entries of a set")
+        raise TypeError("unhashable: fields of a message")
 
 
 def _no_field(path: str, known: Collection[str]) -> str:
-    """For a name alone with the names that there are; in a path they would be of somewhere else."""
-    sentence = f"there is no field '{path}'"
+    """With the known names, unless it is a path, whose end they may not belong to."""
+    sentence = f"unknown field '{path}'"
     if not known or any(sign in path for sign in ".["):
         return sentence
     shown = ", ".join(itertools.islice(known, _SHOWN)) + " ..." * (len(known) > _SHOWN)
-    return f"{sentence}; there is {shown}"
+    return f"{sentence}; known: {shown}"
 
 
 def _names(content: Any) -> Collection[str]:
@@ -74,7 +74,7 @@ def viewed(value: Any) -> Any:
 
 
 def json_of(content: Any) -> Any:
-    """What a string field `data` says as JSON, with attributes; None if it says nothing."""
+    """The JSON in a string field `data`, with attributes; None if there is none."""
     text = content.get("data") if isinstance(content, Mapping) else None
     if not isinstance(text, str):
         return None
@@ -88,8 +88,8 @@ def json_of(content: Any) -> Any:
 class Expression:
     """A Python expression over `m` (the message) and `json` (the JSON in its string `data`).
 
-    Names that begin with an underscore are refused, and only harmless functions are there: it is
-    a guard against accidents, not against the author of the file.
+    Names with a leading underscore are rejected and only a few builtins are available: a guard
+    against accidents, not against the author of the file.
     """
 
     text: str
@@ -97,24 +97,23 @@ class Expression:
 
     @staticmethod
     def parse(text: object) -> Expression:
-        """ValueError with a sentence if it is no expression."""
         if not isinstance(text, str):
-            raise ValueError(f"{text!r} is no expression")
+            raise ValueError(f"{text!r} is not an expression")
         try:
             tree = ast.parse(text.strip(), mode="eval")
         except (SyntaxError, ValueError) as error:
             reason = error.msg if isinstance(error, SyntaxError) else str(error)
-            raise ValueError(f"'{text}' is no Python expression: {reason}") from None
+            raise ValueError(f"'{text}' is not a Python expression: {reason}") from None
         _refuse_private(tree)
         _refuse_unknown(tree)
         return Expression(text, compile(tree, "<expectation>", "eval"))
 
     def holds(self, content: Any) -> tuple[bool, str | None]:
-        """Whether it is true, and the error if it could not be computed."""
+        """Whether it is true, and the error if its evaluation failed."""
         names = {"m": viewed(content), "json": json_of(content)}
         try:
             return bool(eval(self.code, {"__builtins__": _BUILTINS, **names})), None
-        except Exception as error:  # whatever the author's expression raises is an answer
+        except Exception as error:  # whatever the expression raises
             return False, f"{type(error).__name__}: {error}"
 
 
@@ -122,7 +121,7 @@ def _refuse_private(tree: ast.AST) -> None:
     for node in ast.walk(tree):
         name = getattr(node, "attr", None) or getattr(node, "id", None)
         if isinstance(name, str) and name.startswith("_"):
-            raise ValueError(f"'{name}' begins with an underscore, which is not allowed here")
+            raise ValueError(f"'{name}' has a leading underscore, which is not allowed here")
 
 
 def _refuse_unknown(tree: ast.AST) -> None:
@@ -131,12 +130,12 @@ def _refuse_unknown(tree: ast.AST) -> None:
     known |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
     for node in names:
         if node.id not in known:
-            raise ValueError(f"there is no '{node.id}': use m (the message) and json (its data)")
+            raise ValueError(f"unknown name '{node.id}': use m (the message) and json (its data)")
 
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """Field path -> what it has to be: a value, a list of possible values, or limits.
+    """Field path -> wanted value, list of possible values, or limits.
 
     Limits are `min`, `max`, `matches` (a regular expression) and `not`. A path (`pose.x`,
     `poses[0].x`) is looked up in the message, and in the JSON of its string `data`.
@@ -146,9 +145,8 @@ class Conditions:
 
     @staticmethod
     def parse(value: object) -> Conditions:
-        """ValueError with a sentence if it is no mapping or a limit is none."""
         if not isinstance(value, Mapping) or not value:
-            raise ValueError("fields are a mapping: field to value, as in {status: done}")
+            raise ValueError("expected a mapping of fields to values, as in {status: done}")
         for path, wanted in value.items():
             if isinstance(wanted, Mapping):
                 _check_limits(str(path), wanted)
@@ -180,22 +178,21 @@ _LIMITS = ("min", "max", "matches", "not")
 def _check_limits(path: str, limits: Mapping[Any, Any]) -> None:
     for name, limit in limits.items():
         if name not in _LIMITS:
-            raise ValueError(f"'{path}' is limited by {', '.join(_LIMITS)}; there is no '{name}'")
+            raise ValueError(f"unknown limit '{name}' of '{path}'; known: {', '.join(_LIMITS)}")
         is_number = isinstance(limit, int | float) and not isinstance(limit, bool)
         if name in ("min", "max") and not is_number:
-            raise ValueError(f"{name} of '{path}' is no number: {limit!r}")
+            raise ValueError(f"{name} of '{path}' is not a number: {limit!r}")
         if name == "matches":
             compile_regex(limit)
 
 
 def compile_regex(value: object) -> re.Pattern[str]:
-    """ValueError with a sentence if it is none."""
     if not isinstance(value, str):
-        raise ValueError(f"{value!r} is no regular expression, which is a text")
+        raise ValueError(f"{value!r} is not a regular expression: expected a string")
     try:
         return re.compile(value)
     except re.error as error:
-        raise ValueError(f"'{value}' is no regular expression: {error}") from None
+        raise ValueError(f"'{value}' is not a regular expression: {error}") from None
 
 
 def _look_up(content: Any, path: str) -> Any:
@@ -231,7 +228,7 @@ def _within(found: Any, name: str, limit: Any) -> bool:
 
 
 def equal(found: Any, wanted: Any) -> bool:
-    """Equality, with room for rounding between numbers; True is not 1."""
+    """Equality with a tolerance for rounding of numbers; True is not 1."""
     if isinstance(found, bool) or isinstance(wanted, bool):
         return found is wanted
     if isinstance(found, int | float) and isinstance(wanted, int | float):
@@ -242,7 +239,6 @@ def equal(found: Any, wanted: Any) -> bool:
 
 
 def wanted_text(wanted: Any) -> str:
-    """What is wanted of a field, in words."""
     if isinstance(wanted, Mapping):
         words = {"min": ">=", "max": "<=", "matches": "matches", "not": "is not"}
         return " and ".join(f"{words[name]} {limit!r}" for name, limit in wanted.items())

@@ -1,20 +1,20 @@
-"""Fields: the types of the entries of an expectation or a step; each parses and has a schema."""
+"""Types of the entries of an expectation or a step: each parses a value and has a JSON Schema."""
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from launcher.smoke.expect.conditions import Conditions, Expression, compile_regex
+from launcher.text import did_you_mean
 
 
 class FieldError(ValueError):
-    """What is wrong with a value; `path` are the keys from the value to the spot.
+    """An invalid value; `path` are the keys from the value to the place of the mistake.
 
-    `key` is whether the spot is the last key itself. `all` are several mistakes in one value.
+    `key`: the last key itself is wrong, not its value. `all`: several mistakes in one value.
     """
 
     def __init__(
@@ -32,27 +32,17 @@ class FieldError(ValueError):
         self.all: tuple[FieldError, ...] = (self,)
 
 
-def together(errors: list[FieldError]) -> FieldError:
-    """One error that tells all."""
-    first = errors[0]
-    first.all = tuple(errors)
-    return first
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """`parse` turns a value of YAML into what the judges take; ValueError if it is invalid."""
+
+    parse: Callable[[object], Any]
+    schema: Mapping[str, object]
 
 
-class FieldType(Protocol):
-    """Parses a plain value of YAML (ValueError with a sentence) and describes itself."""
-
-    def parse(self, value: object) -> Any:
-        """The value as the judges want it."""
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Field:
-    """An entry beside the kind's own."""
+    """An entry of a mapping in the file."""
 
     name: str
     type: FieldType
@@ -60,257 +50,138 @@ class Field:
     required: bool = False
 
 
-def near(word: object, known: list[str]) -> str | None:
-    """A hint with the most similar known word, or all of them."""
-    found = difflib.get_close_matches(str(word), known, n=1)
-    if found:
-        return f"did you mean '{found[0]}'?"
-    return f"there is {', '.join(known)}" if known else None
+def near(word: object, known: Collection[str]) -> str | None:
+    """`did you mean 'node'?`, or all known words."""
+    listed = f"known: {', '.join(known)}" if known else None
+    return did_you_mean(str(word), known) or listed
 
 
-class Text:
-    """A text that is not empty."""
-
-    def __init__(self, noun: str = "text") -> None:
-        self._noun = noun
-
-    def parse(self, value: object) -> str:
-        """ValueError for anything but a text."""
+def text(noun: str = "text") -> FieldType:
+    def parse(value: object) -> str:
         if not isinstance(value, str) or not value:
-            raise FieldError(f"{value!r} is no {self._noun}, which is a text")
+            raise FieldError(f"{value!r} is not a {noun}: expected a non-empty string")
         return value
 
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "string", "minLength": 1}
+    return FieldType(parse, {"type": "string", "minLength": 1})
 
 
-class Name:
-    """A full name in the ROS graph."""
+def name(noun: str, *, wildcards: bool = False) -> FieldType:
+    """A full name in the ROS graph; with `wildcards` also a pattern of such names."""
+    pattern = r"[/*?\[][^ ]*" if wildcards else r"/[^ ]*"
 
-    pattern = r"/[^ ]*"
-
-    def __init__(self, noun: str) -> None:
-        self._noun = noun
-
-    def parse(self, value: object) -> str:
-        """ValueError for what does not begin with a slash."""
-        if not isinstance(value, str) or not value.startswith("/") or " " in value:
+    def parse(value: object) -> str:
+        if not isinstance(value, str) or re.fullmatch(pattern, value) is None:
             hint = f"full names begin with '/': /{value}" if isinstance(value, str) else None
-            raise FieldError(f"{value!r} is no name of a {self._noun}", hint=hint)
+            raise FieldError(f"invalid {noun} name: {value!r}", hint=hint)
         return value
 
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "string", "pattern": f"^{self.pattern}$"}
+    return FieldType(parse, {"type": "string", "pattern": f"^{pattern}$"})
 
 
-class NamePattern(Name):
-    """A full name in the ROS graph, or a pattern of such names."""
-
-    pattern = r"[/*?\[][^ ]*"
-
-    def parse(self, value: object) -> str:
-        """ValueError for what no full name can fit."""
-        if isinstance(value, str) and value[:1] in ("*", "?", "[") and " " not in value:
-            return value
-        return super().parse(value)
-
-
-class TypeName:
-    """The full name of a type; `std_msgs/String` is short for `std_msgs/msg/String`."""
-
+def type_name(kind: str, example: str) -> FieldType:
+    """The full name of an interface; `std_msgs/String` is short for `std_msgs/msg/String`."""
     pattern = r"[A-Za-z][A-Za-z0-9_]*(?:/[a-z]+)?/[A-Za-z][A-Za-z0-9_]*"
 
-    def __init__(self, kind: str, example: str) -> None:
-        self._kind = kind
-        self._example = example
+    def parse(value: object) -> str:
+        if not isinstance(value, str) or re.fullmatch(pattern, value) is None:
+            raise FieldError(f"invalid type {value!r}: expected a name such as {example}")
+        package, *_, last = value.split("/")
+        return f"{package}/{kind}/{last}" if value.count("/") == 1 else value
 
-    def parse(self, value: object) -> str:
-        """ValueError for what has no package."""
-        if not isinstance(value, str) or re.fullmatch(self.pattern, value) is None:
-            raise FieldError(f"{value!r} is no type, which is written as {self._example}")
-        package, *_, name = value.split("/")
-        return f"{package}/{self._kind}/{name}" if value.count("/") == 1 else value
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "string", "pattern": f"^{self.pattern}$"}
+    return FieldType(parse, {"type": "string", "pattern": f"^{pattern}$"})
 
 
-class Choice:
-    """One of some words."""
+def choice(*words: str) -> FieldType:
+    known = list(words)
 
-    def __init__(self, *words: str) -> None:
-        self._words = list(words)
-
-    def parse(self, value: object) -> str:
-        """ValueError for another word."""
-        if value not in self._words:
-            raise FieldError(
-                f"{value!r} is none of {', '.join(self._words)}", hint=near(value, self._words)
-            )
+    def parse(value: object) -> str:
+        if value not in known:
+            raise FieldError(f"{value!r} is not one of {', '.join(known)}", hint=near(value, known))
         return str(value)
 
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"enum": self._words}
+    return FieldType(parse, {"enum": known})
 
 
-class Flag:
-    """True or false."""
+def instance(kind: type, noun: str, schema: Mapping[str, object]) -> FieldType:
+    """Any value of a class, as it is; `True` is not an integer."""
 
-    def parse(self, value: object) -> bool:
-        """ValueError for anything else."""
-        if not isinstance(value, bool):
-            raise FieldError(f"{value!r} is neither true nor false")
+    def parse(value: object) -> object:
+        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            raise FieldError(f"{value!r} is not {noun}")
         return value
 
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "boolean"}
+    return FieldType(parse, schema)
 
 
-class Regex:
-    """A regular expression of Python, searched for in the text without colours."""
-
-    def parse(self, value: object) -> Any:
-        """ValueError for a mistake in it."""
-        return compile_regex(value)
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "string"}
-
-
-class Regexes:
-    """Some regular expressions."""
-
-    def __init__(self, least: int = 1) -> None:
-        self._least = least
-
-    def parse(self, value: object) -> Any:
-        """ValueError for a mistake in one of them."""
-        if not isinstance(value, list) or len(value) < self._least:
-            raise FieldError(f"{value!r} is no list of at least {self._least} regular expressions")
+def regexes(least: int = 1) -> FieldType:
+    def parse(value: object) -> tuple[re.Pattern[str], ...]:
+        if not isinstance(value, list) or len(value) < least:
+            raise FieldError(f"{value!r} is not a list of at least {least} regular expressions")
         return tuple(_nested(compile_regex, one, number) for number, one in enumerate(value))
 
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "array", "items": {"type": "string"}, "minItems": self._least}
+    return FieldType(parse, {"type": "array", "items": {"type": "string"}, "minItems": least})
 
 
-def _nested(parse: Any, value: object, *path: object) -> Any:
+def _nested(parse: Callable[[object], Any], value: object, *path: object) -> Any:
     try:
         return parse(value)
     except ValueError as error:
         raise FieldError(str(error), path, getattr(error, "hint", None)) from None
 
 
-class Where:
-    """A Python expression over a message."""
+def record(noun: str, **entries: FieldType) -> FieldType:
+    """A mapping with known keys."""
 
-    def parse(self, value: object) -> Expression:
-        """ValueError for a mistake in it."""
-        return Expression.parse(value)
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "string", "minLength": 1}
-
-
-class FieldConditions:
-    """Field paths and what they have to be."""
-
-    def parse(self, value: object) -> Conditions:
-        """ValueError for a mistake in it."""
-        return Conditions.parse(value)
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        limits = {
-            "type": "object",
-            "properties": {
-                "min": {"type": "number"},
-                "max": {"type": "number"},
-                "matches": {"type": "string"},
-                "not": {},
-            },
-            "additionalProperties": False,
-        }
-        value = {"anyOf": [{"not": {"type": "object"}}, limits]}
-        return {"type": "object", "minProperties": 1, "additionalProperties": value}
-
-
-class Anything:
-    """Any value."""
-
-    def parse(self, value: object) -> object:
-        """The value itself."""
-        return value
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {}
-
-
-class Mapped:
-    """A mapping of any content, as messages and requests are."""
-
-    def parse(self, value: object) -> object:
-        """ValueError for anything else."""
-        if not isinstance(value, Mapping):
-            raise FieldError(f"{value!r} is no mapping of fields to values, as in {{data: hello}}")
-        return value
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "object"}
-
-
-class RecordField:
-    """A mapping with known entries."""
-
-    def __init__(self, noun: str, **entries: FieldType) -> None:
-        self._noun = noun
-        self._entries = entries
-
-    def parse(self, value: object) -> dict[str, Any]:
-        """ValueError at the entry that is wrong."""
+    def parse(value: object) -> dict[str, Any]:
         if not isinstance(value, Mapping) or not value:
-            raise FieldError(f"{self._noun} is a mapping with {', '.join(self._entries)}")
+            raise FieldError(f"{noun}: expected a mapping with {', '.join(entries)}")
         found: dict[str, Any] = {}
         errors: list[FieldError] = []
-        for name, one in value.items():
-            if name not in self._entries:
-                hint = near(name, list(self._entries))
-                errors.append(FieldError(f"{self._noun} has no '{name}'", (name,), hint, key=True))
+        for key, one in value.items():
+            if key not in entries:
+                hint = near(key, list(entries))
+                errors.append(FieldError(f"{noun} has no '{key}'", (key,), hint, key=True))
                 continue
             try:
-                found[str(name)] = _nested(self._entries[name].parse, one, name)
+                found[str(key)] = _nested(entries[key].parse, one, key)
             except FieldError as error:
                 errors.append(error)
         if errors:
-            raise together(errors)
+            errors[0].all = tuple(errors)
+            raise errors[0]
         return found
 
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {
-            "type": "object",
-            "properties": {name: entry.schema for name, entry in self._entries.items()},
-            "additionalProperties": False,
-            "minProperties": 1,
-        }
+    schema: dict[str, object] = {
+        "type": "object",
+        "properties": {key: entry.schema for key, entry in entries.items()},
+        "additionalProperties": False,
+        "minProperties": 1,
+    }
+    return FieldType(parse, schema)
+
+
+_LIMITS = {
+    "type": "object",
+    "properties": {
+        "min": {"type": "number"},
+        "max": {"type": "number"},
+        "matches": {"type": "string"},
+        "not": {},
+    },
+    "additionalProperties": False,
+}
+
+ANYTHING = FieldType(lambda value: value, {})
+FLAG = instance(bool, "true or false", {"type": "boolean"})
+INTEGER = instance(int, "an integer", {"type": "integer"})
+MAPPING = instance(Mapping, "a mapping such as {data: hello}", {"type": "object"})
+REGEX = FieldType(compile_regex, {"type": "string"})
+EXPRESSION = FieldType(Expression.parse, {"type": "string", "minLength": 1})
+CONDITIONS = FieldType(
+    Conditions.parse,
+    {
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": {"anyOf": [{"not": {"type": "object"}}, _LIMITS]},
+    },
+)

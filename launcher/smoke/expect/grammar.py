@@ -1,4 +1,4 @@
-"""Grammar: the entries of a file of expectations beside the expectations, and its JSON Schema."""
+"""The other entries of an expectation file, and the JSON Schema of the whole file."""
 
 from __future__ import annotations
 
@@ -6,99 +6,69 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from launcher.smoke.expect.expectation_kinds import KINDS, Kind
-from launcher.smoke.expect.fields import Anything, Field, FieldError, Regex, Text
+from launcher.smoke.expect.fields import (
+    ANYTHING,
+    INTEGER,
+    REGEX,
+    Field,
+    FieldError,
+    FieldType,
+    text,
+)
 from launcher.smoke.expect.quantities import DURATION
-from launcher.smoke.expect.steps import ChaosType, CommandType
+from launcher.smoke.expect.steps import COMMAND, chaos_type
 
 
-class Arguments:
-    """Launch arguments."""
-
-    def parse(self, value: object) -> dict[str, str]:
-        """ValueError for what is no mapping of names to plain values."""
-        if not isinstance(value, Mapping):
-            raise FieldError("arguments are a mapping, as in {enable_debug: true}")
-        for name, one in value.items():
-            if not isinstance(one, str | int | float):
-                raise FieldError(f"{one!r} is no value of an argument", (name,))
-        return {str(name): _word(one) for name, one in value.items()}
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {
-            "type": "object",
-            "additionalProperties": {"type": ["string", "number", "boolean"]},
-        }
+def _arguments(value: object) -> dict[str, str]:
+    if not isinstance(value, Mapping):
+        raise FieldError("expected a mapping of launch arguments, as in {enable_debug: true}")
+    for name, one in value.items():
+        if not isinstance(one, str | int | float):
+            raise FieldError(f"invalid value of an argument: {one!r}", (name,))
+    return {
+        str(name): str(one).lower() if isinstance(one, bool) else str(one)
+        for name, one in value.items()
+    }
 
 
-def _word(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def _options(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+        raise FieldError("expected a list of strings, as in ['--restart=robot_*=always']")
+    return tuple(value)
 
 
-class Words:
-    """Texts in a list."""
-
-    def parse(self, value: object) -> tuple[str, ...]:
-        """ValueError for anything else."""
-        if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
-            raise FieldError("options are a list of texts, as in ['--restart=robot_*=always']")
-        return tuple(value)
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "array", "items": {"type": "string"}}
-
-
-class Seed:
-    """A whole number."""
-
-    def parse(self, value: object) -> int:
-        """ValueError for anything else."""
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise FieldError(f"{value!r} is no whole number")
-        return value
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"type": "integer"}
-
+_VALUES = {"type": "object", "additionalProperties": {"type": ["string", "number", "boolean"]}}
+_STRINGS = {"type": "array", "items": {"type": "string"}}
 
 TOP_FIELDS = (
-    Field(name="for", type=DURATION, doc="how long the system is watched once it is ready"),
-    Field(name="ready_within", type=DURATION, doc="how long it may take to be ready"),
-    Field(name="arguments", type=Arguments(), doc="launch arguments"),
-    Field(name="options", type=Words(), doc="options of the launcher"),
-    Field(name="chaos", type=ChaosType(), doc="what is done again and again, to one of several"),
-    Field(name="seed", type=Seed(), doc="decides what chaos chooses"),
-    Field(name="scenario", type=Anything(), doc="what is done to the system, and when"),
-    Field(name="expect", type=Anything(), doc="what has to be seen"),
+    Field("for", DURATION, "how long the system is observed once it is ready"),
+    Field("ready_within", DURATION, "how long it may take to be ready"),
+    Field("arguments", FieldType(_arguments, _VALUES), "launch arguments"),
+    Field("options", FieldType(_options, _STRINGS), "options of the launcher"),
+    Field("chaos", chaos_type(), "command repeated on randomly chosen processes"),
+    Field("seed", INTEGER, "seed of the random choices of `chaos`"),
+    Field("scenario", ANYTHING, "commands to the system, and when they are run"),
+    Field("expect", ANYTHING, "the expectations"),
 )
 STEP_FIELDS = (
-    Field(name="do", type=CommandType(), doc="what is done: `kill robot_2`", required=True),
-    Field(name="at", type=DURATION, doc="when: time after the start, or after `after`"),
-    Field(name="after", type=Text("name of a step"), doc="step from which `at` counts"),
-    Field(name="after_log", type=Regex(), doc="wait for a line that matches; `at` counts from it"),
-    Field(name="process", type=Text("process"), doc="process that prints that line"),
-    Field(name="name", type=Text("name"), doc="what `after` calls this step"),
+    Field("do", COMMAND, "command: `kill robot_2`", required=True),
+    Field("at", DURATION, "time of the command after the start, or after `after`"),
+    Field("after", text("step name"), "step from which `at` counts"),
+    Field("after_log", REGEX, "wait for a line that matches; `at` counts from it"),
+    Field("process", text("process name"), "process that prints that line"),
+    Field("name", text("name"), "name of this step for `after`"),
 )
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of a file of expectations, for editors."""
+    """The JSON Schema of expectation files, for editors."""
+    items = {
+        "scenario": {"$ref": "#/$defs/step"},
+        "expect": {"oneOf": [{"$ref": f"#/$defs/{kind.name}"} for kind in KINDS]},
+    }
     properties = _properties(TOP_FIELDS)
-    properties["scenario"] = {
-        "description": TOP_FIELDS[-2].doc,
-        "type": ["array", "null"],
-        "items": {"$ref": "#/$defs/step"},
-    }
-    properties["expect"] = {
-        "description": TOP_FIELDS[-1].doc,
-        "type": ["array", "null"],
-        "items": {"oneOf": [{"$ref": f"#/$defs/{kind.name}"} for kind in KINDS]},
-    }
+    for name, schema in items.items():
+        properties[name] = {**properties[name], "type": ["array", "null"], "items": schema}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Expectations of a smoke run",
@@ -106,12 +76,7 @@ def json_schema() -> dict[str, Any]:
         "additionalProperties": False,
         "properties": properties,
         "$defs": {
-            "step": {
-                "type": "object",
-                "additionalProperties": False,
-                "required": ["do"],
-                "properties": _properties(STEP_FIELDS),
-            },
+            "step": _mapping(["do"], _properties(STEP_FIELDS)),
             **{kind.name: _kind_schema(kind) for kind in KINDS},
         },
     }
@@ -121,18 +86,20 @@ def _properties(fields: Sequence[Field]) -> dict[str, Any]:
     return {field.name: {**field.type.schema, "description": field.doc} for field in fields}
 
 
-def _kind_schema(kind: Kind) -> dict[str, Any]:
-    required = [kind.name, *(field.name for field in kind.fields if field.required)]
-    schema: dict[str, Any] = {
-        "description": kind.doc,
+def _mapping(required: Sequence[str], properties: Mapping[str, object]) -> dict[str, Any]:
+    return {
         "type": "object",
         "additionalProperties": False,
         "required": required,
-        "properties": {
-            kind.name: {**kind.subject.schema, "description": kind.doc},
-            **_properties(kind.all_fields()),
-        },
+        "properties": properties,
     }
+
+
+def _kind_schema(kind: Kind) -> dict[str, Any]:
+    subject = Field(kind.name, kind.subject, kind.doc, required=True)
+    fields = (subject, *kind.all_fields())
+    required = [field.name for field in fields if field.required]
+    schema = {"description": kind.doc, **_mapping(required, _properties(fields))}
     if kind.one_of:
         schema["anyOf"] = [{"required": [name]} for name in kind.one_of]
     return schema

@@ -1,4 +1,4 @@
-"""Loader: a file of expectations to a script; every mistake at once, with its place."""
+"""Read an expectation file; all mistakes are reported at once, with their lines."""
 
 from __future__ import annotations
 
@@ -11,25 +11,24 @@ from typing import Any
 import yaml
 
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
-from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.expect.expectation import ALWAYS, START, Expectation
 from launcher.smoke.expect.expectation_kinds import BY_NAME, Kind
-from launcher.smoke.expect.fields import FieldType, near
+from launcher.smoke.expect.fields import Field, FieldType, near
 from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
-from launcher.smoke.expect.script import ALWAYS, Script
+from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.source_location import KeyPath, Origin, SourceMap, at_mark, entries_of
 from launcher.smoke.expect.steps import Command, Step
-from launcher.smoke.observe.facts import START
 from launcher.smoke.preflight import checks
 from launcher.smoke.preflight.checks import together
 
 SUFFIXES = (".expect.yaml", ".expect.yml")
-QUOTES = "a text with a brace, a bracket or ': ' in it needs quotes"
+QUOTES = "a string with a brace, a bracket or ': ' in it needs quotes"
 # The C library reads a long file twenty times as fast.
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def beside(launch_file: str) -> Path | None:
-    """The file of expectations next to a launch file: `system.expect.yaml` for `system.*`."""
+    """The expectation file next to a launch file: `system.expect.yaml` for `system.*`."""
     folder, name = Path(launch_file).parent, Path(launch_file).name
     for end in (".launch.", "_launch.", "-launch.", "."):
         stem, found, _ = name.partition(end)
@@ -40,7 +39,7 @@ def beside(launch_file: str) -> Path | None:
 
 
 def load(path: str) -> Script:
-    """The script in a file; LauncherError with all its mistakes."""
+    """LauncherError with all mistakes of the file."""
     try:
         text = Path(path).read_text(encoding="utf-8")
     except OSError as error:
@@ -48,12 +47,12 @@ def load(path: str) -> Script:
             f"cannot read the expectations: {error.strerror}", where=path
         ) from None
     except UnicodeDecodeError as error:
-        raise LaunchFileError(f"this is no UTF-8: {error.reason}", where=path) from None
+        raise LaunchFileError(f"not UTF-8: {error.reason}", where=path) from None
     return parse(text, path)
 
 
 def parse_entry(entry: Mapping[str, object], origin: str) -> Expectation:
-    """One expectation from an option of the command line; LauncherError."""
+    """The expectation of a command-line option, which errors name as `origin`."""
     reader = _Reader(yaml.safe_dump({"expect": [entry]}, allow_unicode=True), origin)
     try:
         (expectation,) = reader.script().expectations
@@ -63,13 +62,11 @@ def parse_entry(entry: Mapping[str, object], origin: str) -> Expectation:
 
 
 def parse(text: str, path: str) -> Script:
-    """The script in the text of a file that is called `path`; LauncherError."""
+    """LauncherError with all mistakes of the text; `path` is for their places."""
     return _Reader(text, path).script()
 
 
 class _Reader:
-    """Reads one text, and collects what is wrong with it."""
-
     def __init__(self, text: str, path: str) -> None:
         self._text = text
         self._lines = text.splitlines()
@@ -78,14 +75,10 @@ class _Reader:
         self._places = SourceMap(self._lines, path, None)
 
     def script(self) -> Script:
-        """Everything, or all mistakes."""
         document = self._document()
-        values: dict[str, Any] = {}
-        if document is not None:
-            values = self._script_values(document)
-        script = Script(path=self._path, **values)
+        script = Script(path=self._path) if document is None else self._script(document)
         if self._errors:
-            # What could be read is looked at, too: all mistakes at once.
+            # What could be read is checked as well, to report all mistakes at once.
             raise together([*self._errors, *checks.of_script(script).errors])
         return script
 
@@ -95,7 +88,7 @@ class _Reader:
             root = loader.get_single_node()
             if root is None:
                 return None
-            self._refuse_twice(root)
+            self._refuse_duplicates(root)
             self._places = SourceMap(self._lines, self._path, root)
             document = loader.construct_document(root)
         except (yaml.YAMLError, ValueError, TypeError) as error:
@@ -103,7 +96,7 @@ class _Reader:
         finally:
             loader.dispose()
         if not isinstance(document, Mapping):
-            self._wrong((), "a file of expectations is a mapping", "it begins with 'expect:'")
+            self._wrong((), "an expectation file must be a mapping", "it begins with 'expect:'")
             return None
         return document
 
@@ -113,65 +106,61 @@ class _Reader:
         if message.startswith("but "):
             message = f"{getattr(error, 'context', None)}, {message}"
         if mark is None:
-            return LaunchFileError(f"this is no YAML: {message}", where=self._path)
+            return LaunchFileError(f"invalid YAML: {message}", where=self._path)
         line = self._lines[mark.line] if mark.line < len(self._lines) else ""
         hint = None
         if "\t" in line[: mark.column + 1]:
-            hint = "YAML is indented with spaces, not with tabs"
+            hint = "indent YAML with spaces, not with tabs"
         elif "expected" in message or "not allowed" in message:
             hint = QUOTES
-        return at_mark(self._lines, self._path, mark, f"this is no YAML: {message}", hint)
+        return at_mark(self._lines, self._path, mark, f"invalid YAML: {message}", hint)
 
-    def _refuse_twice(self, root: yaml.Node) -> None:
-        """Keys that are there twice: YAML's reader takes the last one without a word."""
+    def _refuse_duplicates(self, root: yaml.Node) -> None:
+        """Duplicate keys, of which YAML's reader silently takes the last one."""
         open_nodes: set[int] = set()
-        seen: set[int] = set()  # what an alias repeats is looked at once
+        visited: set[int] = set()  # what aliases repeat is visited once
 
-        def look(node: yaml.Node) -> None:
+        def visit(node: yaml.Node) -> None:
             if id(node) in open_nodes:
-                self._errors.append(self._error(node.start_mark, "this contains itself"))
+                self._errors.append(self._error(node.start_mark, "recursive alias"))
                 raise SeveralErrors(self._errors)
-            if id(node) in seen:
+            if id(node) in visited:
                 return
-            seen.add(id(node))
+            visited.add(id(node))
             open_nodes.add(id(node))
-            self._refuse_keys_twice(node)
-            for _, _, value in entries_of(node):
-                look(value)
+            keys: set[object] = set()
+            for name, key, value in entries_of(node):
+                if name in keys and key is not None and name != "<<":
+                    self._errors.append(self._error(key.start_mark, f"duplicate key '{name}'"))
+                keys.add(name)
+                visit(value)
             open_nodes.discard(id(node))
 
-        look(root)
-
-    def _refuse_keys_twice(self, node: yaml.Node) -> None:
-        keys: set[object] = set()
-        for name, key, _ in entries_of(node):
-            if name in keys and key is not None and name != "<<":
-                self._errors.append(self._error(key.start_mark, f"'{name}' is there twice"))
-            keys.add(str(name))
+        visit(root)
 
     # ---- the parts
 
-    def _script_values(self, document: Mapping[object, object]) -> dict[str, Any]:
-        values = self._fields(document, TOP_FIELDS, (), "a file of expectations")
-        found: dict[str, Any] = {
-            "for_s": values.get("for"),
-            "ready_within_s": values.get("ready_within"),
-            "arguments": values.get("arguments", {}),
-            "options": values.get("options", ()),
-        }
-        if "chaos" in values:
-            found["chaos"] = replace(values["chaos"], seed=values.get("seed", 0))
-        found["steps"] = tuple(self._steps(document.get("scenario")))
-        found["expectations"] = tuple(self._expectations(document.get("expect")))
-        script = Script(**found)
+    def _script(self, document: Mapping[object, object]) -> Script:
+        values = self._fields(document, TOP_FIELDS, (), "an expectation file")
+        chaos = values.get("chaos")
+        script = Script(
+            path=self._path,
+            for_s=values.get("for"),
+            ready_within_s=values.get("ready_within"),
+            arguments=values.get("arguments", {}),
+            options=values.get("options", ()),
+            chaos=None if chaos is None else replace(chaos, seed=values.get("seed", 0)),
+            steps=tuple(self._steps(document.get("scenario"))),
+            expectations=tuple(self._expectations(document.get("expect"))),
+        )
         self._check_names(script)
-        return found
+        return script
 
     def _list(self, value: object, key: str, example: str) -> Sequence[object]:
         if value is None:
             return ()
         if not isinstance(value, list):
-            self._wrong((key,), f"'{key}' is a list", f"as in '- {example}'")
+            self._wrong((key,), f"'{key}' must be a list", f"as in '- {example}'")
             return ()
         return value
 
@@ -180,7 +169,9 @@ class _Reader:
         for index, entry in enumerate(entries):
             path: KeyPath = ("scenario", index)
             if not isinstance(entry, Mapping):
-                self._wrong(path, "a step is a mapping", "as in '- {at: 8 s, do: kill robot_2}'")
+                self._wrong(
+                    path, "a step must be a mapping", "as in '- {at: 8 s, do: kill robot_2}'"
+                )
                 continue
             values = self._fields(entry, STEP_FIELDS, path, "a step")
             if "do" in values or self._errors:
@@ -200,16 +191,17 @@ class _Reader:
             path: KeyPath = ("expect", index)
             if not isinstance(entry, Mapping) or not entry:
                 example = f"{entry}: ..." if str(entry) in BY_NAME else "node: /robot_1"
-                self._wrong(path, "an expectation is a mapping", f"as in '- {example}'")
+                self._wrong(path, "an expectation must be a mapping", f"as in '- {example}'")
                 continue
             kind = self._kind(entry, path)
             if kind is not None:
                 yield from self._expectation(kind, entry, path)
 
     def _kind(self, entry: Mapping[object, object], path: KeyPath) -> Kind | None:
-        """The kind whose key is there. `process` is an entry of some kinds, too."""
+        """The kind by its key; `process` may also be an entry of another kind."""
         known = [BY_NAME[str(name)] for name in entry if str(name) in BY_NAME]
-        own = [k for k in known if not any(k.name in _entries(other) for other in known)]
+        entries = {field.name for kind in known for field in kind.fields}
+        own = [kind for kind in known if kind.name not in entries]
         if len(own) == 1:
             return own[0]
         if len(own) > 1:
@@ -218,7 +210,7 @@ class _Reader:
             return None
         first = next(iter(entry))
         hint = near(first, list(BY_NAME))
-        self._wrong((*path, first), f"there is no kind of expectation '{first}'", hint)
+        self._wrong((*path, first), f"unknown kind of expectation '{first}'", hint)
         return None
 
     def _expectation(
@@ -237,7 +229,7 @@ class _Reader:
             kind=kind.name,
             subject=subject,
             name=values.pop("name", ""),
-            # What is never to be there has no time in which it could.
+            # What must never appear has no time limit by default.
             within=values.pop("within", None if values.get("absent") else kind.default_within),
             after=values.pop("after", START),
             values=values,
@@ -245,14 +237,13 @@ class _Reader:
         )
 
     def _check_names(self, script: Script) -> None:
-        """Steps that others refer to."""
         known = script.known_steps()
         counts = Counter(known)
         earlier = dict.fromkeys(ALWAYS)
         for step in script.steps:
             if counts[step.name] > 1:
                 self._errors.append(
-                    step.origin.error(f"two steps are called '{step.name}'", "give one a 'name'")
+                    step.origin.error(f"duplicate step name '{step.name}'", "give one a 'name'")
                 )
             self._check_name(step.after, earlier, step.origin)
             earlier |= dict.fromkeys(step.moments)
@@ -261,22 +252,22 @@ class _Reader:
 
     def _check_name(self, name: str, known: Mapping[str, object], origin: Origin) -> None:
         if name not in known:
-            text = f"no step before is called '{name}'"
+            text = f"unknown step '{name}'"
             self._errors.append(origin.error(text, near(name, list(known)), "after"))
 
     # ---- fields
 
     def _fields(
-        self, entry: Mapping[object, object], known: Sequence[Any], path: KeyPath, what: str
+        self, entry: Mapping[object, object], known: Sequence[Field], path: KeyPath, what: str
     ) -> dict[str, Any]:
-        by_name = {field.name: field for field in known}
+        types = {field.name: field.type for field in known}
         values: dict[str, Any] = {}
         for name, value in entry.items():
-            if name not in by_name:
-                hint = near(name, list(by_name))
-                self._wrong((*path, name), f"{what} has no entry '{name}'", hint)
+            if name not in types:
+                hint = near(name, list(types))
+                self._wrong((*path, name), f"unknown key '{name}' of {what}", hint)
             else:
-                values[str(name)] = self._parsed(by_name[name].type, value, (*path, name))
+                values[str(name)] = self._parsed(types[name], value, (*path, name))
         for field in known:
             if field.required and field.name not in entry:
                 self._wrong(path, f"{what} needs '{field.name}': {field.doc}")
@@ -297,7 +288,6 @@ class _Reader:
     def _wrong(
         self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
     ) -> None:
-        """Note a mistake at the key (or the value) that the path leads to."""
         self._errors.append(self._places.error(path, message, hint, value=value))
 
     def _error(self, mark: yaml.Mark, message: str) -> LauncherError:
@@ -308,7 +298,3 @@ class _Reader:
 
 
 _BAD = object()
-
-
-def _entries(kind: Kind) -> set[str]:
-    return {field.name for field in kind.fields}

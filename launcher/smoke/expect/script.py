@@ -1,29 +1,27 @@
-"""Script: everything that a smoke run is to do and to see, from a file and from flags."""
+"""Script: everything that a smoke run does and expects, from a file and from options."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.expect.expectation import ALWAYS, READY, START, STOP, Expectation
 from launcher.smoke.expect.expectation_kinds import BY_NAME
 from launcher.smoke.expect.source_location import Origin
 from launcher.smoke.expect.steps import Chaos, Step
-from launcher.smoke.observe.facts import READY, START, STOP
 
-SHORTEST_S = 5.0  # a run without any times still looks for a while
+MIN_RUN_S = 5.0  # of a run without any times
 DEFAULT_READY_S = 10.0
-STEP_ROOM_S = 1.0  # a step needs a moment
+STEP_ROOM_S = 1.0  # what a step may take
 PRESENCE = ("node", "topic", "qos")
 OF_EVERY_RUN = Origin(text="expected of every run")
-ALWAYS = (START, READY, STOP)  # moments that every run has
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Script:
-    """`for_s` and `ready_within_s` are None where nobody said; `path` is the file, if there is one.
+    """`for_s` and `ready_within_s` are None if not given; `path` is the file, if there is one.
 
-    `options` are words for the launcher, such as `--restart=robot_*=always`.
+    `options` are for the launcher, such as `--restart=robot_*=always`.
     """
 
     expectations: tuple[Expectation, ...] = ()
@@ -41,7 +39,7 @@ class Script:
         return (*ALWAYS, *moments)
 
     def presence(self) -> tuple[Expectation, ...]:
-        """What has to be there before the system is ready."""
+        """Expectations that have to be met before the system is ready."""
         return tuple(
             e
             for e in self.expectations
@@ -49,14 +47,13 @@ class Script:
         )
 
     def ready_limit_s(self) -> float:
-        """How long the system may take to be ready."""
         if self.ready_within_s is not None:
             return self.ready_within_s
         times = [e.within.high for e in self.presence() if e.within is not None]
         return max(times, default=DEFAULT_READY_S)
 
     def run_time_s(self) -> float:
-        """How long the system is watched: as asked, else until the last time that is named."""
+        """How long the system is observed: as given, else until the last time limit."""
         if self.for_s is not None:
             return self.for_s
         begins = self._step_times()
@@ -66,35 +63,34 @@ class Script:
             if e.within is not None and e.after != STOP
         ]
         steps = [begins[step.name] + STEP_ROOM_S for step in self.steps]
-        return max([SHORTEST_S, *ends, *steps])
+        return max([MIN_RUN_S, *ends, *steps])
 
     def _step_times(self) -> dict[str, float]:
-        """When each step is expected; one that waits for a log line, right away."""
+        """The latest time of each step; a log line to wait for is assumed to come at once."""
         times = {START: 0.0, READY: self.ready_limit_s()}
         for step in self.steps:
-            room_s = float(step.command.words.get("time_s", 0.0))
             at_s = times.get(step.after, 0.0) + step.delay_s
-            times |= dict.fromkeys(step.moments, at_s + room_s)
+            times |= dict.fromkeys(step.moments, at_s + step.pause_s)
         return times
 
     def earliest_s(self) -> dict[str, float]:
-        """Before when each moment that `after` may name cannot come."""
+        """The earliest possible time of each moment that `after` may name."""
         times = dict.fromkeys(ALWAYS, 0.0)
         for step in self.steps:
             at_s = times.get(step.after, 0.0) + step.delay_s
             times |= dict.fromkeys(step.moments, at_s)
             if step.over in times:
-                times[step.over] = at_s + step.command.words["time_s"]
+                times[step.over] = at_s + step.pause_s
         return times
 
     def needs_ros(self) -> bool:
-        """Whether a probe is needed to judge or do any of it."""
+        """Whether any of it needs the ROS probe."""
         return any(BY_NAME[e.kind].needs_ros for e in self.expectations) or any(
             step.command.needs_ros for step in self.steps
         )
 
-    def announced(self) -> tuple[str, ...]:
-        """Patterns of processes whose death an expectation announces."""
+    def expected_exits(self) -> tuple[str, ...]:
+        """Patterns of processes that are expected to exit."""
         return tuple(
             e.subject
             for e in self.expectations
@@ -102,12 +98,12 @@ class Script:
         )
 
     def completed(self) -> Script:
-        """With unlike names, and with what every run expects by itself."""
+        """With unique names, and with the expectation of every run."""
         deaths = Expectation(
             kind="no_deaths",
             subject="*",
-            name="no process dies unasked",
-            values={"but": self.announced()},
+            name="no unexpected exits",
+            values={"but": self.expected_exits()},
             implicit=True,
             origin=OF_EVERY_RUN,
         )
@@ -115,19 +111,18 @@ class Script:
         return replace(self, expectations=tuple(_with_names([*given, deaths])))
 
 
-def default_name(kind: str, subject: object) -> str:
-    """What an expectation is called that has no name."""
+def _with_names(expectations: Iterable[Expectation]) -> Iterable[Expectation]:
+    counts: dict[str, int] = {}
+    for expectation in expectations:
+        name = expectation.name or _default_name(expectation.kind, expectation.subject)
+        counts[name] = counts.get(name, 0) + 1
+        unique = name if counts[name] == 1 else f"{name} ({counts[name]})"
+        yield replace(expectation, name=unique)
+
+
+def _default_name(kind: str, subject: object) -> str:
     if isinstance(subject, tuple):
         subject = " > ".join(getattr(one, "pattern", str(one)) for one in subject)
     text = getattr(subject, "pattern", subject)
     shown = f"{text:g} s" if isinstance(text, float) else str(text)
     return f"{kind.replace('_', ' ')} {shown}"
-
-
-def _with_names(expectations: Iterable[Expectation]) -> Iterable[Expectation]:
-    counts: dict[str, int] = {}
-    for expectation in expectations:
-        name = expectation.name or default_name(expectation.kind, expectation.subject)
-        counts[name] = counts.get(name, 0) + 1
-        unlike = name if counts[name] == 1 else f"{name} ({counts[name]})"
-        yield replace(expectation, name=unlike)

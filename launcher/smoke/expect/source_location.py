@@ -1,4 +1,4 @@
-"""Places: where in a file of expectations something stands, for errors that show it."""
+"""Where an entry of an expectation file was written, for errors that show the line."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _Entry = tuple[yaml.Node | None, yaml.Node]  # node of the key, node of the valu
 
 
 class SourceMap:
-    """The nodes of a text, given in lines, that was read as YAML; None if there is nothing in it.
+    """Finds the lines of key paths in a text that was read as YAML; `root` None: an empty text.
 
-    What a node contains is looked up once, however many places of it are asked for.
+    The children of a node are indexed once, however many paths are looked up.
     """
 
     def __init__(self, lines: Sequence[str], path: str, root: yaml.Node | None) -> None:
@@ -28,13 +28,12 @@ class SourceMap:
     def error(
         self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
     ) -> LauncherError:
-        """A mistake at the key (or the value) that the path leads to, or as near as there is."""
+        """A mistake at the key (or the value) of the path, or at its nearest existing parent."""
         return at_mark(self._lines, self._path, self._mark(path, value=value), message, hint)
 
     def origin(self, path: KeyPath) -> Origin:
-        """The place itself."""
         line = self._mark(path, value=False).line + 1
-        return Origin(text=self._path, line=line, spot=Spot(self, path))
+        return Origin(text=self._path, line=line, map=self, path=path)
 
     def _mark(self, path: KeyPath, *, value: bool) -> yaml.Mark:
         assert self._root is not None
@@ -55,40 +54,29 @@ class SourceMap:
         return known
 
 
-@dataclass(frozen=True, slots=True)
-class Spot:
-    """A place in a file to which more keys may be added."""
-
-    places: SourceMap
-    path: KeyPath
-
-    def error(self, message: str, hint: str | None, keys: KeyPath) -> LauncherError:
-        """A mistake in the value of these keys below the place."""
-        return self.places.error((*self.path, *keys), message, hint, value=bool(keys))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
     """Where something was written: a file and a line, or an option of the command line."""
 
     text: str
     line: int = 0
-    spot: Spot | None = None
+    map: SourceMap | None = None
+    path: KeyPath = ()
 
     def __str__(self) -> str:
         return f"{self.text}:{self.line}" if self.line else self.text
 
     def error(self, message: str, hint: str | None = None, *keys: object) -> LauncherError:
-        """What is wrong there, in the value of these keys: with the line if it is in a file."""
-        if self.spot is not None:
-            return self.spot.error(message, hint, keys)
+        """A mistake there, in the value of these keys."""
+        if self.map is not None:
+            return self.map.error((*self.path, *keys), message, hint, value=bool(keys))
         return UsageError(f"{self.text}: {message}", hint=hint)
 
 
 def at_mark(
     lines: Sequence[str], path: str, mark: yaml.Mark, message: str, hint: str | None = None
 ) -> LauncherError:
-    """A mistake at a mark of YAML's reader."""
+    """A mistake at a position that YAML's reader gives."""
     return LaunchFileError(
         message,
         hint=hint,
@@ -99,7 +87,7 @@ def at_mark(
 
 
 def entries_of(node: yaml.Node) -> Iterator[tuple[object, yaml.Node | None, yaml.Node]]:
-    """(key, node of the key, node of the value) of what a node contains."""
+    """(key or index, node of the key, node of the value) of the children of a node."""
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             yield str(getattr(key, "value", "")), key, value

@@ -1,4 +1,4 @@
-"""Steps: what a scenario does to the system, and when."""
+"""Steps of a scenario: commands to the system, and when they are run."""
 
 from __future__ import annotations
 
@@ -7,18 +7,15 @@ import signal
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.smoke.expect.expectation import COMMAND_LINE
-from launcher.smoke.expect.fields import FieldError, near
-from launcher.smoke.expect.quantities import DURATION, for_editors
+from launcher.smoke.expect.expectation import COMMAND_LINE, START
+from launcher.smoke.expect.fields import FieldError, FieldType, near
+from launcher.smoke.expect.quantities import DURATION, DURATION_PATTERN, for_editors
 from launcher.smoke.expect.source_location import Origin
-from launcher.smoke.observe.facts import START
-
-SIGNAL = r"SIG[A-Z0-9]+"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """What is done; `words` depend on the verb: names, a topic, its type, a value."""
+    """`words` depend on the verb: names, a topic, its type, a value."""
 
     verb: str
     text: str
@@ -26,14 +23,13 @@ class Command:
 
     @property
     def needs_ros(self) -> bool:
-        """Whether the probe does it."""
         return self.verb in ("publish", "set", "call")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """`command` is done `delay_s` after the step `after`, or after a line that matches `after_log`
-    (which is looked for from the step `after` on).
+    """`command` is run `delay_s` after the step `after`, or after the first line since that step
+    that matches `after_log` (of `process`, if given).
     """
 
     name: str
@@ -46,17 +42,19 @@ class Step:
 
     @property
     def done(self) -> str:
-        """The name of the moment at which it has been done."""
         return f"{self.name}: done"
 
     @property
     def over(self) -> str:
-        """The name of the moment at which a pause is over."""
         return f"{self.name}: over"
 
     @property
+    def pause_s(self) -> float:
+        return float(self.command.words.get("time_s", 0.0))
+
+    @property
     def moments(self) -> tuple[str, ...]:
-        """What `after` may name: its beginning, when it is done, the end of a pause."""
+        """What `after` may name: start and completion of the command, and the end of a pause."""
         is_pause = self.command.verb == "pause" and "time_s" in self.command.words
         return (self.name, self.done, *((self.over,) if is_pause else ()))
 
@@ -89,50 +87,30 @@ _CHAOS = re.compile(
 )
 
 
-class CommandType:
-    """A command of a scenario as text."""
-
-    def parse(self, value: object) -> Command:
-        """ValueError with a sentence."""
-        if not isinstance(value, str) or not value.strip():
-            raise FieldError(f"{value!r} is no command, as in 'kill robot_2'")
-        verb, _, rest = value.strip().partition(" ")
-        if verb not in _VERBS:
-            raise FieldError(f"nothing is called '{verb}'", hint=near(verb, list(_VERBS)))
-        pattern, example = _VERBS[verb]
-        match = re.fullmatch(pattern, rest.strip())
-        if match is None:
-            raise FieldError(f"'{value}' is no command to {verb}", hint=f"as in '{example}'")
-        words = {name: word for name, word in match.groupdict().items() if word is not None}
-        return Command(verb=verb, text=value.strip(), words=_with_values(verb, words))
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        return {"anyOf": [_verb_schema(verb, pattern) for verb, (pattern, _) in _VERBS.items()]}
-
-
-def _verb_schema(verb: str, pattern: str) -> dict[str, object]:
-    plain = for_editors(pattern)
-    example = _VERBS[verb][1]
-    return {"type": "string", "pattern": f"^ *{verb} +(?:{plain}) *$", "examples": [example]}
-
-
-def _with_values(verb: str, words: dict[str, str]) -> dict[str, Any]:
-    values: dict[str, Any] = dict(words)
+def _parse_command(value: object) -> Command:
+    if not isinstance(value, str) or not value.strip():
+        raise FieldError(f"invalid command {value!r}: expected one such as 'kill robot_2'")
+    verb, _, rest = value.strip().partition(" ")
+    if verb not in _VERBS:
+        raise FieldError(f"unknown command '{verb}'", hint=near(verb, list(_VERBS)))
+    pattern, example = _VERBS[verb]
+    match = re.fullmatch(pattern, rest.strip())
+    if match is None:
+        raise FieldError(f"invalid command '{value}'", hint=f"as in '{example}'")
+    words: dict[str, Any] = {n: word for n, word in match.groupdict().items() if word is not None}
     if "time" in words:
-        values["time_s"] = DURATION.parse(words["time"])
+        words["time_s"] = DURATION.parse(words["time"])
     if verb == "kill":
-        values["signal"] = _signal(words.get("signal", "SIGKILL"))
+        words["signal"] = _signal(words.get("signal", "SIGKILL"))
     if "value" in words:
-        values["value"] = _yaml(words["value"])
-    return values
+        words["value"] = _yaml(words["value"])
+    return Command(verb=verb, text=value.strip(), words=words)
 
 
 def _signal(name: str) -> str:
     known = list(signal.Signals.__members__)
     if name not in known:
-        raise FieldError(f"there is no signal '{name}'", hint=near(name, known))
+        raise FieldError(f"unknown signal '{name}'", hint=near(name, known))
     return name
 
 
@@ -143,12 +121,27 @@ def _yaml(text: str) -> Any:
         return yaml.safe_load(text)
     except yaml.YAMLError as error:
         reason = getattr(error, "problem", None) or error
-        raise FieldError(f"'{text}' is no YAML: {reason}") from None
+        raise FieldError(f"invalid YAML '{text}': {reason}") from None
+
+
+def _text_schema(pattern: str, example: str) -> dict[str, object]:
+    return {"type": "string", "pattern": f"^ *{for_editors(pattern)} *$", "examples": [example]}
+
+
+COMMAND = FieldType(
+    _parse_command,
+    {
+        "anyOf": [
+            _text_schema(rf"{verb} +(?:{pattern})", example)
+            for verb, (pattern, example) in _VERBS.items()
+        ]
+    },
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chaos:
-    """`verb` is done to one of the processes that `pattern` means, every `every_s`."""
+    """Run `verb` on one of the processes that match `pattern`, every `every_s`."""
 
     verb: str
     pattern: str
@@ -158,36 +151,25 @@ class Chaos:
     seed: int = 0
 
 
-class ChaosType:
-    """What chaos does, as text."""
+def _parse_chaos(value: object) -> Chaos:
+    match = _CHAOS.fullmatch(value.strip()) if isinstance(value, str) else None
+    if match is None:
+        raise FieldError(f"invalid chaos {value!r}", hint=f"as in '{CHAOS_EXAMPLE}'")
+    every_s = DURATION.parse(match["every"].strip())
+    if every_s <= 0:
+        raise FieldError("the interval of chaos must be greater than 0 s")
+    return Chaos(
+        verb=match["verb"],
+        pattern=match["name"],
+        every_s=every_s,
+        text=match[0],
+        time_s=DURATION.parse(match["time"]) if match["time"] else None,
+    )
 
-    def parse(self, value: object) -> Chaos:
-        """ValueError with a sentence."""
-        match = _CHAOS.fullmatch(value.strip()) if isinstance(value, str) else None
-        if match is None:
-            raise FieldError(f"{value!r} is no chaos", hint=f"as in '{CHAOS_EXAMPLE}'")
-        every_s = DURATION.parse(match["every"].strip())
-        if every_s <= 0:
-            raise FieldError("chaos needs a time between its strokes")
-        time_s = DURATION.parse(match["time"]) if match["time"] else None
-        return Chaos(
-            verb=match["verb"],
-            pattern=match["name"],
-            every_s=every_s,
-            text=match[0],
-            time_s=time_s,
-        )
 
-    @property
-    def schema(self) -> dict[str, object]:
-        """As JSON Schema."""
-        duration = DURATION.pattern
-        pattern = (
-            rf"^ *(?:kill|stop|restart|pause) +one +of +\S+ +every +(?:{duration})"
-            rf"(?: +for +(?:{duration}))? *$"
-        )
-        return {
-            "type": "string",
-            "pattern": for_editors(pattern),
-            "examples": [CHAOS_EXAMPLE],
-        }
+def chaos_type() -> FieldType:
+    pattern = (
+        rf"(?:kill|stop|restart|pause) +one +of +\S+ +every +(?:{DURATION_PATTERN})"
+        rf"(?: +for +(?:{DURATION_PATTERN}))?"
+    )
+    return FieldType(_parse_chaos, _text_schema(pattern, CHAOS_EXAMPLE))

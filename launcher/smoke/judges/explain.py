@@ -1,29 +1,29 @@
-"""Guesses: what the facts say about why an expectation was not met. No fact, no guess."""
+"""Probable causes of unmet expectations, derived from the facts; None where they show none."""
 
 from __future__ import annotations
 
-import fnmatch
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from launcher.graph.matching import faults, mismatches
 from launcher.graph.snapshot import INFINITE_NS, Endpoint
-from launcher.smoke.expect.fields import near
-from launcher.smoke.observe.facts import Facts, LogLine
+from launcher.smoke.expect.expectation import LAUNCHER
+from launcher.smoke.judges.common import shorten
+from launcher.smoke.observe.facts import Facts
+from launcher.text import did_you_mean
 
-_SHOWN = 200  # characters of a message
-BUSY_PERCENT = 90.0  # of one core: a Python node has no more
+BUSY_PERCENT = 90.0  # of one core, which is all that a Python node can use
 
 
 def processes_on(topic: str, facts: Facts) -> tuple[str, ...]:
-    """The processes of the publishers of a topic."""
+    """The processes of the publishers of a topic, two at most."""
     nodes = [e.node for e in facts.endpoints(topic) if e.is_publisher]
     found = (facts.process_of(node) for node in nodes)
     return tuple(dict.fromkeys(name for name in found if name))[:2]
 
 
 def death(process: str, facts: Facts) -> str | None:
-    """Why a process may have died: the exception that it printed."""
+    """The exception that a process printed last."""
     for one in reversed(facts.last_lines(process, 20)):
         head, colon, _ = one.plain.partition(":")
         if colon and head.rpartition(".")[2].endswith(("Error", "Exception")):
@@ -31,91 +31,86 @@ def death(process: str, facts: Facts) -> str | None:
     return None
 
 
+def _ended(process: str, facts: Facts) -> str | None:
+    """`ended at 3.0 s (exit code 1); it raised ...` of a process that does not run any more."""
+    end = facts.last_end(process)
+    if end is None or facts.lives(process, facts.stop_s):
+        return None
+    why = death(process, facts)
+    code = end.details.get("returncode")
+    return f"ended at {end.at_s:.1f} s (exit code {code})" + (f"; {why}" if why else "")
+
+
+def _elsewhere(noun: str, name: str, known: Iterable[str]) -> str | None:
+    """Where the same name exists in another namespace."""
+    base = name.rpartition("/")[2]
+    found = [one for one in known if one.rpartition("/")[2] == base]
+    return f"there is a {noun} of that name elsewhere: {', '.join(found)}" if found else None
+
+
 def missing_node(node: str, facts: Facts) -> str | None:
-    """Why a node never appeared."""
     process = facts.process_of(node)
+    known = facts.graph().nodes
     if process is None:
-        return _no_process(node, facts)
+        if not facts.processes():
+            return "no process was started"
+        similar = did_you_mean(node, known)
+        if similar:
+            return f"no process of the launch file has this node; {similar}"
+        return _elsewhere("node", node, known)
     for event in facts.of("not started", process):
         return f"its process {process} could not be started: {event.details.get('reason')}"
-    ends = list(facts.of("ended", process))
-    if ends and not facts.lives(process, facts.stop_s):
-        code = ends[-1].details.get("returncode")
-        why = death(process, facts)
-        reason = f"; {why}" if why else ""
-        return f"its process {process} ended at {ends[-1].at_s:.1f} s (exit code {code}){reason}"
-    if facts.graph().nodes:
-        base = node.rpartition("/")[2]
-        other = [n for n in facts.graph().nodes if n.rpartition("/")[2] == base]
-        if other:
-            return f"there is a node of that name elsewhere: {', '.join(other)}"
-    return f"its process {process} ran, but told nobody about a node {node}"
-
-
-def _no_process(node: str, facts: Facts) -> str | None:
-    if not facts.processes():
-        return "no process was started at all"
-    known = list(facts.graph().nodes)
-    similar = near(node, known)
-    if similar and similar.startswith("did"):
-        return f"no process of the launch file has this node; {similar}"
-    base = [n for n in known if n.rpartition("/")[2] == node.rpartition("/")[2]]
-    if base:
-        return f"there is a node of that name elsewhere: {', '.join(base)}"
-    return None
+    ended = _ended(process, facts)
+    if ended:
+        return f"its process {process} {ended}"
+    elsewhere = _elsewhere("node", node, known)
+    return elsewhere or f"its process {process} was running without a node {node}"
 
 
 def topic(name: str, wanted_type: str | None, facts: Facts) -> str | None:
-    """Why a topic is not as expected."""
     endpoints = facts.endpoints(name)
     types = {e.type: e.node for e in endpoints}
     if wanted_type and types and wanted_type not in types:
         found = ", ".join(f"{node} uses {kind}" for kind, node in types.items())
         return f"the topic has another type: {found}"
-    if not endpoints:
-        return _elsewhere(name, facts)
-    return _gone_publisher(name, facts)
+    return _gone_publisher(name, facts) if endpoints else _missing_topic(name, facts)
 
 
-def _elsewhere(name: str, facts: Facts) -> str | None:
+def _missing_topic(name: str, facts: Facts) -> str | None:
     known = [t for t in facts.graph().topics() if t not in ("/rosout", "/parameter_events")]
-    base = [t for t in known if t.rpartition("/")[2] == name.rpartition("/")[2]]
-    if base:
-        return f"there is a topic of that name elsewhere: {', '.join(base)}"
-    similar = near(name, known)
-    return f"nobody has it; {similar}" if similar and similar.startswith("did") else None
+    elsewhere = _elsewhere("topic", name, known)
+    similar = did_you_mean(name, known)
+    return elsewhere or (f"no node has this topic; {similar}" if similar else None)
 
 
 def _gone_publisher(name: str, facts: Facts) -> str | None:
-    """Somebody who published before and does not any more."""
-    before = {
-        e.node: seen.at_s for seen in facts.graphs for e in seen.snapshot.on(name) if e.is_publisher
-    }
+    """A node that has stopped publishing."""
+    before = {e.node for seen in facts.graphs for e in seen.snapshot.on(name) if e.is_publisher}
     now = {e.node for e in facts.endpoints(name) if e.is_publisher} - set(facts.graph().ghosts)
-    for node in sorted(before.keys() - now):
+    for node in sorted(before - now):
         process = facts.process_of(node)
-        died = list(facts.of("ended", process)) if process else []
-        end = f": its process {process} ended at {died[-1].at_s:.1f} s" if died else ""
-        return f"{node} published it and does not any more{end}"
+        end = facts.last_end(process) if process else None
+        ended = f": its process {process} ended at {end.at_s:.1f} s" if end else ""
+        return f"{node} published it and does not any more{ended}"
     return None
 
 
 def mismatch(name: str, facts: Facts) -> str | None:
-    """Pairs on a topic that exchange nothing."""
+    """A pair on a topic with incompatible QoS."""
     for found in mismatches(facts.endpoints(name)):
         fault = found.faults[0]
         return (
-            f"{found.subscription.node} gets nothing from {found.publishers[0].node}: "
-            f"{fault.policy.lower()} is {fault.offered}, but {fault.asked} is asked for"
+            f"{found.subscription.node} receives nothing from {found.publishers[0].node}: "
+            f"{fault.policy.lower()} is {fault.offered}, but {fault.asked} is requested"
         )
     return None
 
 
 def silence(name: str, facts: Facts, asked: Mapping[str, object] | None = None) -> str | None:
-    """Why nothing, or next to nothing, came on a topic."""
+    """Why no messages were received; `asked` is the QoS of the expectation."""
     publishers = [e for e in facts.endpoints(name) if e.is_publisher]
     if not publishers:
-        return _gone_publisher(name, facts) or _elsewhere(name, facts) or "nobody publishes it"
+        return _gone_publisher(name, facts) or _missing_topic(name, facts) or "it has no publisher"
     trouble = next((text for text in facts.troubles if name in text), None)
     if trouble is not None:
         return trouble
@@ -124,7 +119,7 @@ def silence(name: str, facts: Facts, asked: Mapping[str, object] | None = None) 
         if fault is not None:
             return (
                 f"{publisher.node} publishes, but {fault.policy.lower()} is {fault.offered}, "
-                f"while the expectation asks for {fault.asked}"
+                f"while the expectation requests {fault.asked}"
             )
     for publisher in publishers:
         if publisher.node in facts.graph().ghosts:
@@ -145,13 +140,11 @@ def _subscription(publisher: Endpoint, asked: Mapping[str, object]) -> Endpoint:
     )
 
 
-def slow(name: str, facts: Facts, *, is_slow: bool) -> str | None:
-    """Why a rate is too low or too high."""
+def wrong_rate(name: str, facts: Facts, *, is_slow: bool) -> str | None:
     publishers = [e.node for e in facts.endpoints(name) if e.is_publisher]
     if not is_slow:
-        if len(publishers) > 1:
-            return f"{len(publishers)} publishers: {', '.join(sorted(publishers))}"
-        return None
+        several = f"{len(publishers)} publishers: {', '.join(sorted(publishers))}"
+        return several if len(publishers) > 1 else None
     gone = _gone_publisher(name, facts)
     if gone is not None:
         return gone
@@ -164,35 +157,33 @@ def slow(name: str, facts: Facts, *, is_slow: bool) -> str | None:
 
 
 def missing_service(name: str, facts: Facts) -> str | None:
-    """Why a service did not answer."""
-    known = facts.services
-    if name in known:
+    if name in facts.services:
         return None
-    base = [s for s in known if s.rpartition("/")[2] == name.rpartition("/")[2]]
-    if base and not name.endswith(("/get_parameters", "/set_parameters")):
-        return f"there is a service of that name elsewhere: {', '.join(sorted(base)[:3])}"
-    similar = near(name, list(known))
-    return f"nobody offers it; {similar}" if similar and similar.startswith("did") else None
+    if not name.endswith(("/get_parameters", "/set_parameters")):  # every node has them
+        elsewhere = _elsewhere("service", name, sorted(facts.services))
+        if elsewhere:
+            return elsewhere
+    similar = did_you_mean(name, facts.services)
+    return f"no node offers it; {similar}" if similar else None
 
 
-def unknown(pattern: str, facts: Facts) -> str | None:
-    """That no process is called so, and how those are called that there are."""
-    if pattern in ("*", "launch") or facts.named(pattern):
+def unknown_process(pattern: str, facts: Facts) -> str | None:
+    """That no process matches, with the names that there are."""
+    if pattern in ("*", LAUNCHER) or facts.named(pattern):
         return None
-    near_names = [n for n in facts.processes() if fnmatch.fnmatchcase(n, f"*{pattern}*")]
-    known = ", ".join(near_names or facts.processes()) or "none"
-    return f"no process is called {pattern}; there are: {known}"
+    known = [name for name in facts.processes() if pattern in name] or facts.processes()
+    return f"no process is named {pattern}; there are: {', '.join(known) or 'none'}"
 
 
-def line(
+def missing_line(
     wanted: re.Pattern[str], process: str | None, level: str | None, since_s: float, facts: Facts
 ) -> str | None:
-    """Why a line did not come: it came from somebody else, too early, or nearly as wanted."""
-    reason = quiet_process(process, facts)
+    """Such a line came from another process, too early, or in a slightly different form."""
+    reason = _quiet_process(process, facts)
     if reason is not None:
         return reason
     same = [one for one in facts.lines if wanted.search(one.plain)]
-    of = [one for one in same if _is_of(one, process, facts)]
+    of = [one for one in same if facts.is_from(one, process)]
     if of and of[-1].at_s < since_s:
         return f"it came before, at {of[-1].at_s:.1f} s of the run"
     if of:
@@ -200,45 +191,34 @@ def line(
         return None if level in (None, last) else f"its level is {last or 'unknown'}, not {level}"
     if same:
         return f"{same[-1].process or 'the launcher'} printed such a line, at {same[-1].at_s:.1f} s"
-    careless = re.compile(wanted.pattern, wanted.flags | re.IGNORECASE)
-    other = [one for one in facts.lines if careless.search(one.plain)]
-    if other:
-        return f"a line differs in upper and lower case: {other[-1].plain[:200]}"
-    return None
+    any_case = re.compile(wanted.pattern, wanted.flags | re.IGNORECASE)
+    other = [one for one in facts.lines if any_case.search(one.plain)]
+    return f"a line differs in upper and lower case: {shorten(other[-1].plain)}" if other else None
 
 
-def _is_of(one: LogLine, process: str | None, facts: Facts) -> bool:
-    if one.process is None:
-        return process == "launch"
-    return process is None or facts.is_named(one.process, process)
-
-
-def message(topic: str, since_s: float, facts: Facts) -> str | None:
-    """Why no message came that fits."""
+def missing_message(topic: str, since_s: float, facts: Facts) -> str | None:
     heard = facts.heard(topic)
     if not heard:
         return silence(topic, facts)
     last = heard[-1]
     if last.at_s < since_s:
         return f"the last of {len(heard)} messages came before, at {last.at_s:.1f} s of the run"
-    text = repr(last.content)
-    shown = text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
-    return f"{len(heard)} messages came, and none of them fits; the last one was {shown}"
+    shown = shorten(repr(last.content))
+    return f"{len(heard)} messages came, and none of them matches; the last one was {shown}"
 
 
-def quiet_process(pattern: str | None, facts: Facts) -> str | None:
-    """Why a process printed nothing that fits."""
-    if pattern in (None, "*", "launch"):
+def _quiet_process(pattern: str | None, facts: Facts) -> str | None:
+    """Why a process printed nothing that matches."""
+    if pattern in (None, "*", LAUNCHER):
         return None
-    nobody = unknown(pattern, facts)
-    if nobody is not None:
-        return nobody
+    unknown = unknown_process(pattern, facts)
+    if unknown is not None:
+        return unknown
     names = facts.named(pattern)
     for name in names:
-        ends = list(facts.of("ended", name))
-        if ends and not facts.lives(name, facts.stop_s):
-            why = death(name, facts)
-            return f"{name} ended at {ends[-1].at_s:.1f} s" + (f"; {why}" if why else "")
+        ended = _ended(name, facts)
+        if ended:
+            return f"{name} {ended}"
     if not any(one.process in names for one in facts.lines):
-        return f"{', '.join(names)} printed nothing at all"
+        return f"{', '.join(names)} printed nothing"
     return None

@@ -1,4 +1,4 @@
-"""Judges of the ROS graph: nodes, topics, and the QoS of endpoints."""
+"""Judges of nodes, topics, and the QoS of endpoints."""
 
 from __future__ import annotations
 
@@ -9,15 +9,18 @@ from typing import Any
 
 from launcher.graph.matching import mismatches
 from launcher.graph.snapshot import INFINITE_NS, Endpoint
-from launcher.smoke.expect.expectation import Expectation, Outcome, Period, Verdict, times_text
+from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.expect.quantities import Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
+    Period,
     first_time,
     listed,
     met,
     not_yet,
     since,
+    so_far,
+    times_text,
     violated,
     with_period,
 )
@@ -27,19 +30,18 @@ _NANOS = 1e9
 
 
 def _shown(seen: GraphSeen, pattern: str) -> list[str]:
-    """Nodes whose process is gone are in the graph for some seconds, but they are not there."""
+    """Without ghosts: a node stays in the graph for some seconds after its process is gone."""
     alive = (n for n in seen.snapshot.nodes if n not in seen.snapshot.ghosts)
     return [name for name in alive if fnmatch.fnmatchcase(name, pattern)]
 
 
 def _when(facts: Facts, holds: Callable[[GraphSeen], bool], when: Period) -> float | None:
-    """When it first held, before the window of `5 to 8 s` as well."""
+    """When it first held, also in the part before `5` of `5 to 8 s`."""
     whole = replace(when, from_s=when.start_s)
     return first_time(facts.graphs, holds, whole, lambda seen: seen.at_s)
 
 
 def _held(when: Period, at_s: float, expected: str, word: str = "") -> Verdict:
-    """Met, or too early."""
     if when.is_too_early(at_s):
         return violated(expected, seen=f"too early, {word}after {when.since(at_s)}", at_s=at_s)
     return met(expected, seen=f"{word}after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
@@ -53,7 +55,8 @@ def _node_text(expectation: Expectation) -> str:
     return f"node {expectation.subject} {verb}{times_text(expectation)}"
 
 
-def _node(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_period(_node_text)
+def node(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
     pattern = expectation.subject
     if expectation.get("absent"):
         return _absent(expectation, facts, when, expected)
@@ -64,30 +67,24 @@ def _node(expectation: Expectation, facts: Facts, when: Period, expected: str) -
     return not_yet(
         when,
         expected,
-        seen=f"never; nodes there: {listed(facts.graph().nodes)}",
+        seen=f"never; known nodes: {listed(facts.graph().nodes)}",
         about=(process,) if process else (),
         guess=explain.missing_node(pattern, facts),
     )
 
 
 def _absent(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    """With a time: gone at a moment of it. Without: never seen."""
+    """With `within`: it disappears in time; without: it never appears."""
     pattern = expectation.subject
     if expectation.within is not None:
         gone_s = _when(facts, lambda seen: not _shown(seen, pattern), when)
         if gone_s is None:
-            return not_yet(when, expected, seen="it stayed in the graph all the time")
+            return not_yet(when, expected, seen="it stayed in the graph")
         return _held(when, gone_s, expected, "gone ")
     at_s = _when(facts, lambda seen: bool(_shown(seen, pattern)), when)
     if at_s is not None:
         return violated(expected, seen=f"it was there after {when.since(at_s)}", at_s=at_s)
-    return _kept(when, expected, "it never was")
-
-
-def _kept(when: Period, expected: str, seen: str) -> Verdict:
-    """Met when the time is over."""
-    outcome = Outcome.MET if when.closed else Outcome.OPEN
-    return Verdict(outcome=outcome, expected=expected, seen=seen)
+    return so_far(when, expected, seen="it never was")
 
 
 # ---- topics
@@ -106,18 +103,34 @@ def _topic_text(expectation: Expectation) -> str:
     return f"{parts[0]} {' and '.join(parts[1:])}{times_text(expectation)}"
 
 
-def _topic(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    at_s = _when(facts, lambda seen: not _topic_faults(expectation, seen), when)
+@with_period(_topic_text)
+def topic(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    def guess() -> str | None:
+        return explain.topic(expectation.subject, expectation.get("type"), facts)
+
+    return _without_faults(_topic_faults, expectation, facts, when, expected, guess)
+
+
+def _without_faults(
+    faults: Callable[[Expectation, GraphSeen], list[str]],
+    expectation: Expectation,
+    facts: Facts,
+    when: Period,
+    expected: str,
+    guess: Callable[[], str | None],
+) -> Verdict:
+    """Met when a graph without faults was observed in time."""
+    at_s = _when(facts, lambda seen: not faults(expectation, seen), when)
     if at_s is not None:
         return _held(when, at_s, expected)
     last = facts.last_graph()
-    seen = ["no graph was seen"] if last is None else _topic_faults(expectation, last)
+    now = ["no graph was observed"] if last is None else faults(expectation, last)
     return not_yet(
         when,
         expected,
-        seen="; ".join(seen) or "it did hold, but not in time",
-        at_s=since(facts, lambda graph: _topic_faults(expectation, graph)),
-        guess=explain.topic(expectation.subject, expectation.get("type"), facts),
+        seen="; ".join(now) or "it did hold, but not in time",
+        at_s=since(facts, lambda graph: faults(expectation, graph)),
+        guess=guess(),
         about=explain.processes_on(expectation.subject, facts),
     )
 
@@ -157,20 +170,12 @@ def _word(value: Any) -> str:
     return f"{value:g} s" if isinstance(value, float) else str(value).upper()
 
 
-def _qos(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    at_s = _when(facts, lambda seen: not _qos_faults(expectation, seen), when)
-    if at_s is not None:
-        return _held(when, at_s, expected)
-    last = facts.last_graph()
-    faults = ["no graph was seen"] if last is None else _qos_faults(expectation, last)
-    return not_yet(
-        when,
-        expected,
-        seen="; ".join(faults) or "it did hold, but not in time",
-        at_s=since(facts, lambda graph: _qos_faults(expectation, graph)),
-        guess=explain.mismatch(expectation.subject, facts),
-        about=explain.processes_on(expectation.subject, facts),
-    )
+@with_period(_qos_text)
+def qos(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    def guess() -> str | None:
+        return explain.mismatch(expectation.subject, facts)
+
+    return _without_faults(_qos_faults, expectation, facts, when, expected, guess)
 
 
 def _qos_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
@@ -212,10 +217,5 @@ def _pair_faults(compatible: bool | None, endpoints: tuple[Endpoint, ...]) -> li
         return ["there is no pair of publisher and subscription"]
     bad = mismatches(endpoints)
     if compatible and bad:
-        return [f"{m.subscription.node} gets nothing from {m.publishers[0].node}" for m in bad]
+        return [f"{m.subscription.node} receives nothing from {m.publishers[0].node}" for m in bad]
     return [] if compatible or bad else ["all pairs match"]
-
-
-node = with_period(_node, _node_text)
-topic = with_period(_topic, _topic_text)
-qos = with_period(_qos, _qos_text)

@@ -1,15 +1,25 @@
-"""Judges of processes: alive, exited, restarted, and what they used."""
+"""Judges of processes: running, exited, restarted, and their resource usage."""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from launcher.smoke.expect.expectation import Expectation, Outcome, Period, Verdict, times_text
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.expect.quantities import Span
 from launcher.smoke.judges import explain
-from launcher.smoke.judges.common import listed, met, not_yet, several, violated, with_period
+from launcher.smoke.judges.common import (
+    Period,
+    listed,
+    met,
+    not_yet,
+    several,
+    so_far,
+    times_text,
+    violated,
+    with_period,
+)
 from launcher.smoke.observe.facts import Facts, ProcessEvent, Sample
 
 _MB = 1024 * 1024
@@ -25,7 +35,7 @@ def exit_text(returncode: int) -> str:
         return f"signal {-returncode}"
 
 
-# ---- alive, exited, restarted
+# ---- running, exited, restarted
 
 
 def _process_text(expectation: Expectation) -> str:
@@ -42,42 +52,33 @@ def _process_text(expectation: Expectation) -> str:
     return f"process {pattern} {' and '.join(parts)}{times_text(expectation)}"
 
 
-def _process(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_period(_process_text)
+def process(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
     names = facts.named(expectation.subject)
     if not names:
         seen = f"no such process; there are: {listed(facts.processes())}"
         return not_yet(when, expected, seen=seen)
-    worst: Verdict | None = None
-    for name in names:
-        for verdict in _of_process(expectation, facts, name, when, expected):
-            if worst is None or _RANK[verdict.outcome] > _RANK[worst.outcome]:
-                worst = verdict
-    assert worst is not None
-    return worst
+    verdicts = [v for name in names for v in _verdicts(expectation, facts, name, when, expected)]
+    return max(verdicts, key=lambda verdict: _RANK[verdict.outcome])
 
 
 _RANK = {Outcome.MET: 0, Outcome.OPEN: 1, Outcome.VIOLATED: 2}
 
 
-def _of_process(
+def _verdicts(
     expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
-) -> Sequence[Verdict]:
-    verdicts = []
-    if expectation.get("exits") is not None:
-        verdicts.append(_exits(expectation, facts, name, when, expected))
-    if expectation.get("restarts") is not None:
-        verdicts.append(_restarts(expectation, facts, name, when, expected))
-    alive = expectation.get("alive")
-    if alive is not None or not verdicts:
-        verdicts.append(_alive(facts, name, alive is not False, expected))
-    return verdicts
+) -> Iterator[Verdict]:
+    exits, restarts, alive = (expectation.get(key) for key in ("exits", "restarts", "alive"))
+    if exits is not None:
+        yield _exits(exits, facts, name, when, expected)
+    if restarts is not None:
+        yield _restarts(restarts, facts, name, when, expected)
+    if alive is not None or (exits is None and restarts is None):
+        yield _alive(facts, name, alive is not False, expected)
 
 
-def _exits(
-    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
-) -> Verdict:
+def _exits(wanted: int, facts: Facts, name: str, when: Period, expected: str) -> Verdict:
     ends = [e for e in facts.of("ended", name) if e.at_s in when]
-    wanted = expectation.get("exits")
     for end in ends:
         if end.details.get("returncode") == wanted:
             seen = f"{name} after {when.since(end.at_s)}"
@@ -98,13 +99,10 @@ def _end_text(event: ProcessEvent) -> str:
     return exit_text(int(event.details.get("returncode", 0)))
 
 
-def _restarts(
-    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
-) -> Verdict:
+def _restarts(span: Span, facts: Facts, name: str, when: Period, expected: str) -> Verdict:
     starts = [e for e in facts.of("started", name) if e.at_s in when]
     first = next(facts.of("started", name), None)
     count = sum(event is not first for event in starts)
-    span: Span = expectation.get("restarts")
     if count > span.high:
         return violated(expected, seen=f"{name}: {count} restarts", value=count, about=(name,))
     if count >= span.low and (span.high == float("inf") or when.closed):
@@ -113,31 +111,31 @@ def _restarts(
 
 
 def _alive(facts: Facts, name: str, alive: bool, expected: str) -> Verdict:
-    """At the end: as the system is stopped."""
+    """At the end, when the system is stopped."""
     if not facts.is_over:
         return Verdict(outcome=Outcome.OPEN, expected=expected)
     if facts.lives(name, facts.stop_s) is alive:
         return met(expected, seen=f"{name} {'ran' if alive else 'did not run'}")
     if not alive:
         return violated(expected, seen=f"{name} still ran", about=(name,))
-    ends = list(facts.of("ended", name))
-    if not ends:
+    last = facts.last_end(name)
+    if last is None:
         return violated(expected, seen=f"{name} could not be started", about=(name,))
-    last = ends[-1]
     seen = f"{name} ended at {last.at_s:.1f} s of the run with {_end_text(last)}"
     return violated(expected, seen=seen, at_s=last.at_s, about=(name,))
 
 
-# ---- deaths that nobody expected
+# ---- unexpected exits
 
 
 def _no_deaths_text(expectation: Expectation) -> str:
-    return "no process dies unasked" + times_text(expectation)
+    return "no process exits unexpectedly" + times_text(expectation)
 
 
-def _no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    """`but` are the patterns of processes whose death an expectation or a step announces."""
-    announced = expectation.get("but", ())
+@with_period(_no_deaths_text)
+def no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+    """`but`: patterns of processes that are expected to exit."""
+    expected_exits = expectation.get("but", ())
     bad = [
         event
         for event in facts.events
@@ -145,16 +143,15 @@ def _no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: s
         and event.at_s in when
         and _is_death(event)
         and event.process not in facts.asked
-        and not any(facts.is_named(event.process, pattern) for pattern in announced)
+        and not any(facts.is_named(event.process, pattern) for pattern in expected_exits)
     ]
     if not bad:
-        outcome = Outcome.MET if when.closed else Outcome.OPEN
-        return Verdict(outcome=outcome, expected=expected, seen="none did")
+        return so_far(when, expected, seen="none did")
     first = bad[0]
     names = [event.process for event in bad if event.process]
     return violated(
         expected,
-        seen=f"{several(_death_text(event) for event in bad)}",
+        seen=several(_death_text(event) for event in bad),
         at_s=first.at_s,
         about=tuple(dict.fromkeys(names)),
         guess=explain.death(names[0], facts),
@@ -174,10 +171,10 @@ def _is_death(event: ProcessEvent) -> bool:
 def _death_text(event: ProcessEvent) -> str:
     if event.kind == "not started":
         return f"{event.process} could not be started: {event.details.get('reason')}"
-    return f"{event.process} died at {event.at_s:.1f} s of the run with {_end_text(event)}"
+    return f"{event.process} exited at {event.at_s:.1f} s of the run with {_end_text(event)}"
 
 
-# ---- use of resources
+# ---- resource usage
 
 
 def _cpu_text(expectation: Expectation) -> str:
@@ -189,7 +186,8 @@ def _cpu_text(expectation: Expectation) -> str:
     return f"CPU of {expectation.subject} {' and '.join(parts)}{times_text(expectation)}"
 
 
-def _cpu(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_period(_cpu_text)
+def cpu(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
     by_name = _samples(expectation, facts, when)
     loads = {n: [s.cpu_percent for s in found if s.cpu_percent is not None] for n, found in by_name}
     loads = {name: values for name, values in loads.items() if values}
@@ -219,7 +217,8 @@ def _memory_text(expectation: Expectation) -> str:
     return f"memory of {expectation.subject} below {limit:g} MB{times_text(expectation)}"
 
 
-def _memory(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_period(_memory_text)
+def memory(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
     sizes = [
         (sample.memory_bytes, sample)
         for _, samples in _samples(expectation, facts, when)
@@ -233,11 +232,4 @@ def _memory(expectation: Expectation, facts: Facts, when: Period, expected: str)
     details: dict[str, Any] = {"seen": seen, "value": size / _MB, "unit": "MB"}
     if size >= expectation.get("below"):
         return violated(expected, at_s=sample.at_s, about=(sample.process,), **details)
-    outcome = Outcome.MET if when.closed else Outcome.OPEN
-    return Verdict(outcome=outcome, expected=expected, **details)
-
-
-process = with_period(_process, _process_text)
-no_deaths = with_period(_no_deaths, _no_deaths_text)
-cpu = with_period(_cpu, _cpu_text)
-memory = with_period(_memory, _memory_text)
+    return so_far(when, expected, **details)

@@ -1,6 +1,6 @@
-"""Facts: what was seen of a run from outside, as frozen values on one clock.
+"""What was observed of a run from outside: frozen values, the only input of the judges.
 
-`at_s` is seconds since the launcher was started. Expectations are judged over these values alone.
+All `at_s` are seconds since the start of the launcher.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from launcher.graph.snapshot import Endpoint, Snapshot
+from launcher.smoke.expect.expectation import LAUNCHER, READY, START, STOP
 
-START, READY, STOP = "start", "ready", "stop"
 _LEVEL = re.compile(r"(?:^|\[)(DEBUG|INFO|WARN|ERROR|FATAL)(?:ING)?\]")
 _COLOUR = re.compile(r"\x1b\[[0-9;:]*m")
 _NUMBER = re.compile(r"-\d+$")
@@ -31,19 +31,19 @@ class LogLine:
 
     @property
     def plain(self) -> str:
-        """Without colours."""
+        """The text without colours."""
         return _COLOUR.sub("", self.text) if "\x1b" in self.text else self.text
 
     @property
     def level(self) -> str | None:
-        """DEBUG, INFO, WARN, ERROR or FATAL, as rclpy and the launcher write it; None without."""
+        """DEBUG, INFO, WARN, ERROR or FATAL, as rclpy and the launcher write it."""
         match = _LEVEL.search(self.plain[:120])
         return match[1] if match else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Message:
-    """A message as plain JSON; `sent_s` is wall time, None if unknown."""
+    """`content` is plain JSON; `sent_s`: when it was published, if known; `watch`: subscription."""
 
     at_s: float
     topic: str
@@ -65,7 +65,7 @@ class GraphSeen:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessEvent:
-    """An entry of the journal; `kind` is `started`, `ended`, `signal`, `stopping` and so on."""
+    """An entry of events.jsonl; `kind` is `started`, `ended`, `signal`, `stopping`, ..."""
 
     at_s: float
     kind: str
@@ -75,7 +75,7 @@ class ProcessEvent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """What a process used at one moment; None where it was not known."""
+    """Resource usage of a process; None where it is not known."""
 
     at_s: float
     process: str
@@ -85,10 +85,7 @@ class Sample:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """The answer to a question that an expectation asked; `error` is a sentence if there is none.
-
-    `hint` belongs to the error. `value` is the parameter's value or the service's response.
-    """
+    """The value of a parameter or the response of a service, or an error with its hint."""
 
     at_s: float
     value: Any = None
@@ -98,9 +95,9 @@ class Answer:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """How the run came down. `returncode` is the launcher's, None if it had to be killed.
+    """The end of a run. `returncode` is the launcher's, None if it had to be killed.
 
-    `left_processes` were still there afterwards, `left_memory` are names in /dev/shm.
+    `left_processes` outlived the launcher; `left_memory` are names in /dev/shm.
     """
 
     asked_s: float | None
@@ -112,11 +109,10 @@ class Ending:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
-    """Everything that was seen up to `now_s`; `ending` is there when the run is over.
+    """Everything observed up to `now_s`; `ending` is set when the run is over.
 
-    `steps` are the times at which named steps happened, `start` and `ready` among them;
-    `node_names` are the nodes of each process as the launch file names them; `asked` are the
-    processes that a step of the scenario ended or stopped; `lost_messages` came too fast.
+    `steps`: time of each step, with `start` and `ready`; `node_names`: nodes of each process, from
+    the launch file; `asked`: processes that a step ended; `lost_messages`: received too fast.
     """
 
     now_s: float = 0.0
@@ -136,38 +132,42 @@ class Facts:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more will be seen."""
         return self.ending is not None
 
     @property
     def ready_s(self) -> float | None:
-        """When the system was up."""
         return self.steps.get(READY)
 
     @property
     def stop_s(self) -> float:
-        """When the system was asked to stop or ended by itself; now if it still runs."""
+        """When the system was stopped or ended by itself; now while it runs."""
         if STOP in self.steps:
             return self.steps[STOP]
         return self.now_s if self.ending is None else self.ending.down_s
 
     def processes(self) -> tuple[str, ...]:
-        """The names of all processes that were started, or could not be."""
+        """All processes that were started or failed to start."""
         names = (e.process for e in self.events if e.kind in ("started", "not started"))
         return tuple(dict.fromkeys(name for name in names if name))
 
     def named(self, pattern: str) -> tuple[str, ...]:
-        """The processes that a pattern means: by name, by label, or by node name."""
+        """The processes that match a pattern, by name, label or node name."""
         return tuple(name for name in self.processes() if self.is_named(name, pattern))
 
     def is_named(self, process: str, pattern: str) -> bool:
-        """Whether a pattern means this process: `robot_2-4`, `robot_2`, `robot_*`, `/robot_2`."""
-        return means(pattern, process, self.node_names.get(process, ()))
+        """Patterns are as `robot_2-4`, `robot_2`, `robot_*` or `/robot_2`."""
+        return matches(pattern, process, self.node_names.get(process, ()))
+
+    def is_from(self, line: LogLine, pattern: str | None) -> bool:
+        """None matches all processes; the launcher's own lines only match `launch`."""
+        if line.process is None:
+            return pattern == LAUNCHER
+        return pattern is None or self.is_named(line.process, pattern)
 
     def process_of(self, node: str) -> str | None:
-        """The process that a full node name belongs to, as far as the launch file tells."""
+        """The process of a node by its full name, as far as the launch file says."""
         by_name = (p for p, nodes in self.node_names.items() if node in nodes)
-        by_label = (p for p in self.processes() if _NUMBER.sub("", p) == node.rpartition("/")[2])
+        by_label = (p for p in self.processes() if label_of(p) == node.rpartition("/")[2])
         return next(by_name, None) or next(by_label, None)
 
     def of(self, kind: str, process: str | None = None) -> Iterator[ProcessEvent]:
@@ -177,39 +177,47 @@ class Facts:
                 yield event
 
     def lives(self, process: str, at_s: float) -> bool:
-        """Whether a process ran at this time."""
+        """Whether a process was running at this time."""
         alive = False
         for event in self.events:
             if event.process == process and event.at_s <= at_s:
                 alive = {"started": True, "ended": False}.get(event.kind, alive)
         return alive
 
+    def last_end(self, process: str) -> ProcessEvent | None:
+        """The last exit of a process."""
+        return next(reversed([*self.of("ended", process)]), None)
+
     def last_lines(self, process: str, count: int = 10) -> tuple[LogLine, ...]:
-        """The last that a process printed, without empty lines."""
+        """The last lines of a process, without empty ones."""
         found = [line for line in self.lines if line.process == process and line.plain.strip()]
         return tuple(found[-count:])
 
     def graph(self) -> Snapshot:
-        """The newest graph, or the last one before the stop, which empties it."""
+        """The newest graph; after the stop, which empties it, the last one before."""
         seen = self.last_graph()
         return Snapshot(nodes=(), endpoints=()) if seen is None else seen.snapshot
 
     def last_graph(self) -> GraphSeen | None:
-        """The same with its time; None if none was seen."""
+        """`graph()` with its time; None if there was none."""
         before = [seen for seen in self.graphs if seen.at_s <= self.stop_s]
         return before[-1] if before else None
 
     def endpoints(self, topic: str) -> tuple[Endpoint, ...]:
-        """The endpoints that a topic has now."""
         return self.graph().on(topic)
 
     def heard(self, topic: str, watch: str | None = None) -> tuple[Message, ...]:
-        """The messages of a topic, through one of our subscriptions or through any."""
+        """The messages of a topic, received by one subscription of the probe or by any."""
         return tuple(m for m in self.messages if m.topic == topic and watch in (None, m.watch))
 
 
-@functools.lru_cache(maxsize=4096)
-def means(pattern: str, process: str, nodes: tuple[str, ...]) -> bool:
-    """Whether a pattern means a process with these nodes; asked for every line, by everybody."""
-    names = {process, _NUMBER.sub("", process), *nodes, *(n.rpartition("/")[2] for n in nodes)}
+@functools.lru_cache(maxsize=4096)  # called for every line by every judge
+def matches(pattern: str, process: str, nodes: tuple[str, ...]) -> bool:
+    """Whether a pattern matches a process with these nodes."""
+    names = {process, label_of(process), *nodes, *(n.rpartition("/")[2] for n in nodes)}
     return any(fnmatch.fnmatchcase(name, pattern) for name in names)
+
+
+def label_of(process: str) -> str:
+    """`robot_2` of `robot_2-4`."""
+    return _NUMBER.sub("", process)

@@ -1,11 +1,11 @@
-"""Followers: threads that take down what a run tells through its control socket."""
+"""Threads that record what a run reports through its control socket."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.control.client import Connection
 from launcher.control.folder import ControlError
@@ -14,22 +14,24 @@ from launcher.smoke.observe import log_files
 from launcher.smoke.observe.facts import LogLine, Sample
 from launcher.smoke.observe.leftovers import SharedMemory
 from launcher.smoke.observe.recorder import Recorder
-from launcher.smoke.run.launcher_process import LauncherProcess
 
-CONNECT_LOOK_S = 0.1
+if TYPE_CHECKING:
+    from launcher.smoke.run.launcher_process import LauncherProcess
+
+CONNECT_RETRY_S = 0.1
 SAMPLE_S = 1.0
-ANSWER_S = 5.0  # a run that does not say within this time what its processes use is not sampled
-WHOLE_LOG = 1_000_000  # lines: all that the run remembers
+ANSWER_S = 5.0  # a run that does not answer `ps` within this time is no longer sampled
+WHOLE_LOG = 1_000_000  # lines: all that the run keeps
 
 
 class Followers:
-    """Waits for the run to listen, then follows its events, its log, and what it uses.
+    """Connects to the run, then follows its events, its log and its resource usage.
 
-    `run` is there as soon as it listens. Everything ends with the launcher.
+    `run` is set as soon as it can be connected to. All threads end with the launcher.
     """
 
-    def __init__(self, launched: LauncherProcess, recorder: Recorder, memory: SharedMemory) -> None:
-        self._launched = launched
+    def __init__(self, launcher: LauncherProcess, recorder: Recorder, memory: SharedMemory) -> None:
+        self._launcher = launcher
         self._recorder = recorder
         self._memory = memory
         self.run: Run | None = None
@@ -38,7 +40,7 @@ class Followers:
         self._listens = threading.Event()
         self._threads: list[threading.Thread] = []
         self._start(self._connect)
-        self._start(self._look)
+        self._start(self._note_memory)
 
     def _start(self, work: Callable[[], None]) -> None:
         thread = threading.Thread(target=work, daemon=True, name=work.__name__)
@@ -46,14 +48,14 @@ class Followers:
         thread.start()
 
     def wait_for_run(self, within_s: float) -> Run:
-        """The run; ControlError if there is none in time."""
+        """ControlError if the run cannot be connected to in time."""
         self._listens.wait(within_s)
         if self.run is None:
-            raise ControlError("the launcher has opened no run to talk to")
+            raise ControlError("the launcher has not opened a control socket")
         return self.run
 
     def join(self, within_s: float) -> None:
-        """Take down what is on its way; the launcher has ended."""
+        """Record what is still in the sockets; the launcher has exited."""
         self.is_over.set()
         deadline_s = time.monotonic() + within_s
         for thread in list(self._threads):
@@ -62,9 +64,9 @@ class Followers:
     # ---- threads
 
     def _connect(self) -> None:
-        while self._launched.is_alive and not self.is_over.is_set():
+        while self._launcher.is_alive and not self.is_over.is_set():
             try:
-                self.run = wait_for_run(self._launched.pid, CONNECT_LOOK_S)
+                self.run = wait_for_run(self._launcher.pid, CONNECT_RETRY_S)
                 break
             except ControlError:
                 continue  # not yet
@@ -86,17 +88,17 @@ class Followers:
                 for item in connection.follow(verb, **options):
                     take(item)
         except ControlError:
-            pass  # the run is over; what is missing stands in its files
+            pass  # the run is over; its files have the rest
 
     def _event(self, item: Mapping[str, Any]) -> None:
         if "event" in item:
-            self._recorder.add_event(log_files.event_of(dict(item), self._recorder))
+            self._recorder.add(log_files.event_of(item, self._recorder))
 
     def _line(self, item: Mapping[str, Any]) -> None:
         if "dropped" in item:
             self.dropped_lines += int(item["dropped"])
             return
-        self._recorder.add_line(
+        self._recorder.add(
             LogLine(
                 at_s=self._recorder.of_wall(item["time"]),
                 process=item["process"],
@@ -131,7 +133,7 @@ class Followers:
         nodes = {row["name"]: tuple(row["node_names"]) for row in rows}
         self._recorder.add_samples(samples, nodes)
 
-    def _look(self) -> None:
-        while self._launched.is_alive and not self.is_over.is_set():
-            self._memory.note(self._launched.pid)
+    def _note_memory(self) -> None:
+        while self._launcher.is_alive and not self.is_over.is_set():
+            self._memory.note(self._launcher.pid)
             self.is_over.wait(SAMPLE_S)

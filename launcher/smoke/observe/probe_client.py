@@ -1,6 +1,6 @@
-"""Probe: our end of the process that looks at the ROS graph for us (`launcher.graph.probe`).
+"""Client of the ROS probe, a process that observes a ROS domain (`launcher.graph.probe`).
 
-A JSON object a line in both directions; answers carry the id of their request, all else is facts.
+One JSON object per line in both directions; answers carry the id of their request.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import json
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,17 +22,17 @@ from launcher.smoke.observe.recorder import Recorder
 
 READY_S = 20.0  # importing rclpy on a busy machine
 GOODBYE_S = 5.0
-ANSWER_ROOM_S = 2.0  # an answer says itself that it comes too late; only a dead probe takes longer
+ANSWER_ROOM_S = 2.0  # the probe itself reports timeouts; only a dead one takes longer
 
 
 class ProbeError(LauncherError):
-    """The probe could not do what it was asked to, or is gone."""
+    """A request to the probe failed, or the probe has exited."""
 
 
 class ProbeClient:
-    """Starts the probe in an environment, records what it tells, and asks it things.
+    """Starts the probe, records what it reports, and sends requests, from any thread.
 
-    `stderr` is a file that gets what rclpy complains about. May be asked from several threads.
+    `stderr` is the file for its standard error.
     """
 
     def __init__(self, environment: Mapping[str, str], recorder: Recorder, stderr: Path) -> None:
@@ -57,19 +57,18 @@ class ProbeClient:
         self._reader.start()
 
     def wait_until_ready(self, within_s: float = READY_S) -> None:
-        """ProbeError if it does not come up."""
+        """ProbeError if it does not start."""
         with self._changed:
             self._changed.wait_for(lambda: self._is_ready or self._has_ended, within_s)
             if not self._is_ready:
-                raise ProbeError("the ROS probe did not come up", hint=self._last_words())
+                raise ProbeError("the ROS probe did not start", hint=self._last_words())
 
     @property
     def is_alive(self) -> bool:
-        """Whether it can be asked."""
         return self._is_ready and not self._has_ended
 
     def ask(self, do: str, *, timeout_s: float = 5.0, **fields: Any) -> dict[str, Any]:
-        """The result; ProbeError with what the probe says, or if it says nothing."""
+        """The result of a request; ProbeError if it fails or is not answered."""
         number = next(self._ids)
         request = {"id": number, "do": do, "timeout_s": timeout_s, **fields}
         self._write(request)
@@ -87,7 +86,7 @@ class ProbeClient:
         return result
 
     def tell(self, do: str, **fields: Any) -> None:
-        """Ask without waiting for the answer."""
+        """Send a request without waiting for the answer."""
         self._write({"id": next(self._ids), "do": do, **fields})
 
     def _write(self, request: dict[str, Any]) -> None:
@@ -99,7 +98,7 @@ class ProbeClient:
             raise ProbeError("the ROS probe has ended", hint=self._last_words()) from None
 
     def close(self) -> None:
-        """End it, with force if it does not go."""
+        """End the probe; kill it if it does not exit."""
         if self._process.stdin is not None:
             with contextlib.suppress(BrokenPipeError):
                 self._process.stdin.close()
@@ -117,7 +116,7 @@ class ProbeClient:
             return lines[-1] if lines else None
         return None
 
-    # ---- what it tells
+    # ---- what it reports
 
     def _read(self) -> None:
         assert self._process.stdout is not None
@@ -125,7 +124,7 @@ class ProbeClient:
             try:
                 told = json.loads(line)
             except ValueError:
-                continue  # something printed into the stream
+                continue  # a library has printed to the stream
             if isinstance(told, dict):
                 self._take(told)
         with self._changed:
@@ -143,19 +142,26 @@ class ProbeClient:
                 self._is_ready = True
                 self._changed.notify_all()
         else:
-            record: Callable[[dict[str, Any]], None] | None = {
-                "graph": self._graph,
-                "message": self._message,
-                "failed": self._failed,
-                "mismatch": self._mismatch,
-                "dropped": self._dropped,
-            }.get(str(event))
-            if record is not None:
-                record(told)
+            self._record(event, told)
 
-    def _graph(self, told: dict[str, Any]) -> None:
+    def _record(self, event: str, told: dict[str, Any]) -> None:
+        recorder = self._recorder
+        if event == "graph":
+            self._record_graph(told)
+        elif event == "message":
+            self._record_message(told)
+        elif event == "failed":
+            hint = f" ({told['hint']})" if told.get("hint") else ""
+            topic = told.get("topic") or told["sub"]
+            recorder.add_trouble(f"cannot subscribe to {topic}: {told['message']}{hint}")
+        elif event == "mismatch":
+            recorder.add_trouble(f"{told['topic']}: {told['text']}")
+        elif event == "dropped":
+            recorder.add_lost_messages(int(told["messages"]))
+
+    def _record_graph(self, told: dict[str, Any]) -> None:
         topics = {topic["name"]: tuple(topic["types"]) for topic in told["topics"]}
-        self._recorder.add_graph(
+        self._recorder.add(
             GraphSeen(
                 at_s=self._recorder.of_monotonic(told["mono"]),
                 snapshot=snapshot_of(told),
@@ -163,9 +169,9 @@ class ProbeClient:
             )
         )
 
-    def _message(self, told: dict[str, Any]) -> None:
+    def _record_message(self, told: dict[str, Any]) -> None:
         sent = told.get("sent")
-        self._recorder.add_message(
+        self._recorder.add(
             Message(
                 at_s=self._recorder.of_monotonic(told["mono"]),
                 topic=told["topic"],
@@ -175,20 +181,9 @@ class ProbeClient:
             )
         )
 
-    def _failed(self, told: dict[str, Any]) -> None:
-        hint = f" ({told['hint']})" if told.get("hint") else ""
-        topic = told.get("topic") or told["sub"]
-        self._recorder.add_trouble(f"{topic} could not be heard: {told['message']}{hint}")
-
-    def _mismatch(self, told: dict[str, Any]) -> None:
-        self._recorder.add_trouble(f"{told['topic']}: {told['text']}")
-
-    def _dropped(self, told: dict[str, Any]) -> None:
-        self._recorder.lose(int(told["messages"]))
-
 
 def snapshot_of(told: Mapping[str, Any]) -> Snapshot:
-    """The graph that the probe tells, as the ROS verbs know it."""
+    """The graph in a report of the probe."""
     known = set(Endpoint.__dataclass_fields__)
     endpoints = [
         Endpoint(**{name: value for name, value in entry.items() if name in known})

@@ -1,4 +1,4 @@
-"""Recorder: collects what the threads of a System see, and hands it out as Facts."""
+"""Recorder: collects observations from several threads, and returns them as Facts."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
+from launcher.smoke.expect.expectation import START
 from launcher.smoke.observe.facts import (
-    START,
     Answer,
     Ending,
     Facts,
@@ -20,20 +20,19 @@ from launcher.smoke.observe.facts import (
 )
 
 T = TypeVar("T")
-SHORTEST_S = 0.01
+MIN_WAIT_S = 0.01
 
 
 class Recorder:
-    """One clock and one lock; every `add` wakes those who wait."""
+    """One clock and one lock; every `add` wakes the callers of `wait_for`."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._start_s = time.monotonic()
         self._wall_s = time.time()
-        self._lines: list[LogLine] = []
-        self._messages: list[Message] = []
-        self._graphs: list[GraphSeen] = []
-        self._events: list[ProcessEvent] = []
+        self._observed: dict[type, list[Any]] = {
+            kind: [] for kind in (LogLine, Message, GraphSeen, ProcessEvent)
+        }
         self._samples: list[Sample] = []
         self._answers: dict[str, list[Answer]] = {}
         self._services: tuple[str, ...] = ()
@@ -42,119 +41,99 @@ class Recorder:
         self._asked: set[str] = set()
         self._troubles: list[str] = []
         self._lost_messages = 0
-        self._in_order: tuple[LogLine, ...] | None = ()
+        self._sorted: tuple[LogLine, ...] = ()  # the lines; valid as long as it is as long
         self._ending: Ending | None = None
 
     # ---- the clock
 
     def begin(self) -> None:
-        """The launcher is started now."""
+        """The launcher starts now."""
         self._start_s, self._wall_s = time.monotonic(), time.time()
 
     @property
     def now_s(self) -> float:
-        """Seconds since the start."""
         return time.monotonic() - self._start_s
 
     def of_monotonic(self, monotonic_s: float) -> float:
-        """A time of this machine's monotonic clock as time of the run."""
+        """Time of the run for a time of the monotonic clock."""
         return monotonic_s - self._start_s
 
     def of_wall(self, wall_s: float) -> float:
-        """A time since 1970 as time of the run."""
+        """Time of the run for seconds since the epoch."""
         return wall_s - self._wall_s
 
     # ---- adding
 
-    def add_line(self, line: LogLine) -> None:
-        """A line of output."""
-        with self._changed:
-            self._lines.append(line)
-            self._in_order = None
-            self._changed.notify_all()
+    def add(self, observed: LogLine | Message | GraphSeen | ProcessEvent) -> None:
+        self._update(lambda: self._observed[type(observed)].append(observed))
 
-    def add_message(self, message: Message) -> None:
-        """A message of a topic."""
-        self._add(self._messages.append, message)
+    def replace(self, kind: type[LogLine | ProcessEvent], observed: Iterable[object]) -> None:
+        """Everything of a kind, from the files of the run."""
 
-    def add_graph(self, graph: GraphSeen) -> None:
-        """A change of the graph."""
-        self._add(self._graphs.append, graph)
+        def replace() -> None:
+            self._observed[kind] = list(observed)
+            self._sorted = ()
 
-    def add_event(self, event: ProcessEvent) -> None:
-        """An entry of the journal."""
-        self._add(self._events.append, event)
+        self._update(replace)
 
     def add_samples(self, samples: Iterable[Sample], nodes: Mapping[str, tuple[str, ...]]) -> None:
-        """What the processes use, and which nodes they are."""
+        """`nodes` are the node names of each process."""
         with self._changed:
             self._samples.extend(samples)
             self._nodes.update(nodes)
             self._changed.notify_all()
 
     def add_answer(self, key: str, answer: Answer) -> None:
-        """An answer to a question."""
-        self._add(self._answers.setdefault(key, []).append, answer)
+        self._update(lambda: self._answers.setdefault(key, []).append(answer))
 
     def set_services(self, names: Iterable[str]) -> None:
-        """The services that the graph has now."""
         with self._changed:
             self._services = tuple(names)
 
     def add_trouble(self, text: str) -> None:
-        """Something that kept us from seeing."""
-        self._add(self._troubles.append, text)
+        """Something that kept us from observing."""
+        self._update(lambda: self._troubles.append(text))
 
-    def lose(self, messages: int) -> None:
-        """So many messages could not be taken down."""
+    def add_lost_messages(self, count: int) -> None:
         with self._changed:
-            self._lost_messages += messages
+            self._lost_messages += count
 
     def step(self, name: str) -> None:
-        """A step happens now; only the first time counts."""
-        self._add(lambda at_s: self._steps.setdefault(name, at_s), self.now_s)
+        """A step happens now; only its first time counts."""
+        at_s = self.now_s
+        self._update(lambda: self._steps.setdefault(name, at_s))
 
-    def ask(self, process: str) -> None:
-        """A step ends this process: its death is no surprise."""
-        self._add(self._asked.add, process)
-
-    def replace_events(self, events: Iterable[ProcessEvent]) -> None:
-        """The journal as it was written, in place of what was heard of it."""
-        with self._changed:
-            self._events[:] = list(events)
-            self._changed.notify_all()
-
-    def replace_lines(self, lines: Iterable[LogLine]) -> None:
-        """The log as it was written, in place of what was heard of it."""
-        with self._changed:
-            self._lines[:] = list(lines)
-            self._in_order = None
-            self._changed.notify_all()
+    def expect_exit(self, process: str) -> None:
+        """A step ends this process: its exit is not unexpected."""
+        self._update(lambda: self._asked.add(process))
 
     def end(self, ending: Ending) -> None:
-        """Nothing more will come."""
-        with self._changed:
+        """Nothing more will be recorded."""
+
+        def end() -> None:
             self._ending = ending
-            self._changed.notify_all()
 
-    def _add(self, into: Callable[[Any], object], value: object) -> None:
+        self._update(end)
+
+    def _update(self, change: Callable[[], object]) -> None:
         with self._changed:
-            into(value)
+            change()
             self._changed.notify_all()
 
-    # ---- asking
+    # ---- reading
 
     def facts(self) -> Facts:
-        """Everything up to now; lines in order of time."""
+        """Everything up to now; lines are sorted by time."""
         with self._changed:
-            if self._in_order is None:
-                self._in_order = tuple(sorted(self._lines, key=lambda line: line.at_s))
+            lines = self._observed[LogLine]
+            if len(lines) != len(self._sorted):
+                self._sorted = tuple(sorted(lines, key=lambda line: line.at_s))
             return Facts(
                 now_s=self.now_s,
-                lines=self._in_order,
-                messages=tuple(self._messages),
-                graphs=tuple(self._graphs),
-                events=tuple(self._events),
+                lines=self._sorted,
+                messages=tuple(self._observed[Message]),
+                graphs=tuple(self._observed[GraphSeen]),
+                events=tuple(self._observed[ProcessEvent]),
                 samples=tuple(self._samples),
                 answers={key: tuple(found) for key, found in self._answers.items()},
                 services=self._services,
@@ -169,7 +148,7 @@ class Recorder:
     def wait_for(
         self, fact: Callable[[Facts], T | None], within_s: float, *, look_s: float = 0.5
     ) -> T | None:
-        """The first true answer of `fact`; what it says at the end of the time otherwise."""
+        """The first true result of `fact`, or its last one when the time is over."""
         deadline_s = time.monotonic() + within_s
         while True:
             found = fact(self.facts())
@@ -178,4 +157,4 @@ class Recorder:
                 return found
             with self._changed:
                 self._changed.wait(min(left_s, look_s))
-            time.sleep(SHORTEST_S)  # many things come at once, and looking has its price
+            time.sleep(MIN_WAIT_S)  # events come in bursts, and `fact` has its cost

@@ -1,4 +1,4 @@
-"""Checks: what of a script can never come true, found before anything is started."""
+"""Checks of a script before anything is started: times, types and fields."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.errors import LauncherError, SeveralErrors, UsageError
-from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.expect.expectation import STOP, Expectation
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Step
-from launcher.smoke.observe.facts import STOP
 from launcher.smoke.preflight.interface_types import (
     UnknownTypeError,
     full_name,
@@ -22,16 +21,15 @@ from launcher.smoke.preflight.interface_types import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Findings:
-    """`errors` are certain; `warnings` are sentences about what may be meant so."""
+    """`errors` are certain; `warnings` may be intended."""
 
     errors: tuple[LauncherError, ...] = ()
     warnings: tuple[str, ...] = ()
 
 
 def of_script(script: Script) -> Findings:
-    """What is wrong with its times, types and fields."""
     types = _Types(script)
-    types.look()
+    types.check()
     errors = (*_late(script), *types.errors)
     return Findings(errors=errors, warnings=tuple(types.warnings))
 
@@ -40,15 +38,15 @@ def of_script(script: Script) -> Findings:
 
 
 def _late(script: Script) -> Iterator[LauncherError]:
-    """Steps and expectations whose time comes when the run is over."""
+    """Steps and expectations whose time comes after the end of the run."""
     if script.for_s is None:
         return
     end_s, times = script.for_s, script.earliest_s()
     if end_s <= 0:
-        yield UsageError("nothing can be seen in 0 s", hint="'for' (or --for) is longer than that")
+        yield UsageError("nothing can be observed in 0 s", hint="increase 'for' (or --for)")
         return
-    over, earliest = f"the system is watched for {end_s:g} s only", "s at the earliest"
-    late: set[str] = set()  # moments of steps that are told: what waits for them is late, too
+    over, earliest = f"the system is observed for {end_s:g} s only", "s at the earliest"
+    late: set[str] = set()  # moments of reported steps: what waits for them is late, too
     for step in script.steps:
         at_s = times[step.name]
         if at_s >= end_s:
@@ -63,19 +61,19 @@ def _late(script: Script) -> Iterator[LauncherError]:
             message = f"{over}, and this is expected after {at_s:g} {earliest}"
             yield expectation.origin.error(message, _longer(at_s), "within")
     if script.chaos is not None and script.chaos.every_s >= end_s:
-        message = f"{over}, and '{script.chaos.text}' strikes later for the first time"
+        message = f"{over}, and '{script.chaos.text}' starts later"
         yield UsageError(message, hint=_longer(script.chaos.every_s))
 
 
 def _longer(at_s: float) -> str:
-    return f"'for' (or --for) of more than {at_s:g} s, or an earlier time"
+    return f"use 'for' (or --for) of more than {at_s:g} s, or an earlier time"
 
 
 # ---- types and fields
 
 
 class _Types:
-    """Looks at all types and fields that a script names."""
+    """Checks all types and fields of a script."""
 
     def __init__(self, script: Script) -> None:
         self._script = script
@@ -83,8 +81,7 @@ class _Types:
         self.errors: list[LauncherError] = []
         self.warnings: list[str] = []
 
-    def look(self) -> None:
-        """Everything that stands in the script."""
+    def check(self) -> None:
         for expectation in self._script.expectations:
             if is_of_topic(expectation):
                 self._topic(expectation)
@@ -107,7 +104,7 @@ class _Types:
         self._conditions(expectation, message)
 
     def _unknown(self, expectation: Expectation, error: UnknownTypeError) -> None:
-        """A type whose name alone is compared need not be installed."""
+        """For `topic` only the name of the type is compared; it need not be installed."""
         if expectation.kind == "topic" and error.is_missing:
             if "did you mean" in (error.hint or ""):
                 self.warnings.append(f"{expectation.origin}: {error.message}; {error.hint}")
@@ -161,7 +158,7 @@ class _Types:
 
 
 def _misfit(message: Any, values: Any) -> tuple[str, str | None] | None:
-    """Why these values are none of such a message."""
+    """(error, hint) if the values do not fit the message."""
     from launcher.graph.errors import VerbError
     from launcher.graph.from_yaml import fill
 
@@ -173,7 +170,7 @@ def _misfit(message: Any, values: Any) -> tuple[str, str | None] | None:
 
 
 def together(errors: Sequence[LauncherError]) -> LauncherError:
-    """One error that tells all, in the order of their lines."""
+    """One error for all of them, in order of their lines."""
     in_order = sorted(errors, key=_line)
     return in_order[0] if len(in_order) == 1 else SeveralErrors(in_order)
 

@@ -1,6 +1,6 @@
-"""Forecast: which processes a launch file is going to start, and whether a script means others.
+"""Forecast of the processes that a launch file starts, to find misspelt names in a script.
 
-The launch file is planned in a process of its own, as `plan` does: it is code of somebody else.
+The launch file, which may contain any code, is planned in a process of its own.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -17,43 +16,40 @@ from dataclasses import dataclass
 
 from launcher.control.names import Named, resolve
 from launcher.control.verbs import BadCallError
+from launcher.smoke.expect.expectation import LAUNCHER
+from launcher.smoke.expect.expectation_kinds import BY_NAME
 from launcher.smoke.expect.fields import near
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.source_location import Origin
-from launcher.smoke.judges.logs import LAUNCHER
-from launcher.smoke.observe.facts import means
+from launcher.smoke.observe.facts import label_of, matches
 from launcher.smoke.preflight.checks import Findings
 
-PLAN_S = 20.0  # a launch file that takes longer is not planned, but launched all the same
-_NUMBER = re.compile(r"-\d+$")
-_OF_PROCESSES = ("process", "cpu", "memory", "no_errors", "no_tracebacks")
+PLAN_S = 20.0  # a launch file that takes longer is launched without a forecast
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Forecast:
-    """`is_certain`: what is started does not depend on what happens while the system runs."""
+    """`is_certain`: no event of the run can start other processes."""
 
     processes: tuple[Named, ...]
     is_certain: bool
 
     def knows(self, word: str) -> bool:
-        """Whether one of the processes is meant."""
         with contextlib.suppress(BadCallError):
             return bool(resolve([word], self.processes))
-        label = _NUMBER.sub("", word)  # which number a process gets may depend on its turn
+        label = label_of(word)  # the number of a process may depend on timing
         return any(
-            means(word, one.name, one.nodes) or means(label, one.label, ())
+            matches(word, one.name, one.nodes) or matches(label, one.label, ())
             for one in self.processes
         )
 
     def names(self) -> list[str]:
-        """What the processes are called, for suggestions."""
         return list(dict.fromkeys(one.label for one in self.processes))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mention:
-    """A word for processes; `keys` lead to it from the entry where it stands."""
+    """A word for processes; `keys` lead to it from the entry at `origin`."""
 
     word: str
     origin: Origin
@@ -61,7 +57,7 @@ class Mention:
 
 
 def mentions(script: Script) -> Iterator[Mention]:
-    """Every word of a script that has to mean a process."""
+    """Every word of a script that must match a process."""
     for step in script.steps:
         if "name" in step.command.words:
             yield Mention(word=step.command.words["name"], origin=step.origin, keys=("do",))
@@ -71,16 +67,16 @@ def mentions(script: Script) -> Iterator[Mention]:
         origin = Origin(text=f"chaos '{script.chaos.text}'")
         yield Mention(word=script.chaos.pattern, origin=origin, keys=())
     for e in script.expectations:
-        word = e.subject if e.kind in _OF_PROCESSES else e.get("process")
-        key = e.kind if e.kind in _OF_PROCESSES else "process"
+        of_process = BY_NAME[e.kind].of_process
+        word, key = (e.subject, e.kind) if of_process else (e.get("process"), "process")
         if isinstance(word, str) and word != "*" and (key, word) != ("process", LAUNCHER):
             yield Mention(word=word, origin=e.origin, keys=(key,))
 
 
 def ask(words: Sequence[str]) -> Forecast | None:
-    """What the plan of a launch file says; None if there is none, which its launch will explain.
+    """None if the launch file cannot be planned; its launch will report why.
 
-    `words` are a target, launch arguments, and the options that decide how it is read.
+    `words` are a target, launch arguments, and the options for reading it.
     """
     command = [sys.executable, "-m", "launcher.commands.smoke_forecast", *words]
     with subprocess.Popen(
@@ -93,7 +89,7 @@ def ask(words: Sequence[str]) -> Forecast | None:
         try:
             told = json.loads(process.communicate(timeout=PLAN_S)[0])
         except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)  # it is ours until somebody waits for it
+            os.killpg(process.pid, signal.SIGKILL)  # its pid is valid until it is waited for
             return None
         except ValueError:
             return None
@@ -107,17 +103,17 @@ def ask(words: Sequence[str]) -> Forecast | None:
 
 
 def compare(script: Script, forecast: Forecast) -> Findings:
-    """Words that mean no process: mistakes if the forecast is certain, else worth a warning."""
+    """Words that match no process: errors if the forecast is certain, else warnings."""
     errors, warnings = [], []
     for mention in mentions(script):
         if forecast.knows(mention.word):
             continue
         message = f"the launch file starts no process '{mention.word}'"
-        hint = near(mention.word, forecast.names()) or "it starts none at all"
+        hint = near(mention.word, forecast.names()) or "it starts none"
         origin = mention.origin
         if forecast.is_certain:
             errors.append(origin.error(message, hint, *mention.keys))
         else:
-            later = "unless something that happens meanwhile makes it do so"
+            later = "unless an event makes it do so"
             warnings.append(f"{origin}: {message}, {later}; {hint}")
     return Findings(errors=tuple(errors), warnings=tuple(warnings))

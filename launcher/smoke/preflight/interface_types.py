@@ -1,8 +1,7 @@
-"""Types: which message and service types a script names, and whether they are installed."""
+"""The message and service types of a script, and whether they are installed."""
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,13 +9,11 @@ from launcher.graph import interfaces
 from launcher.graph.errors import VerbError
 from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.expect.script import Script
+from launcher.text import suggest
 
 
 class UnknownTypeError(Exception):
-    """There is no such type; `message` and `hint` as in other errors.
-
-    `is_missing`: its whole package is not installed here, so that it may exist elsewhere.
-    """
+    """`is_missing`: the package is not installed, so that the type may exist elsewhere."""
 
     def __init__(self, message: str, hint: str | None, *, is_missing: bool) -> None:
         super().__init__(message)
@@ -28,10 +25,10 @@ class UnknownTypeError(Exception):
 def load(name: str, kind: str) -> Any:
     """The class of `pkg/msg/Name`, None if its package is broken; UnknownTypeError."""
     try:
-        return interfaces.load(name, kind, f"there is no type {name}")
+        return interfaces.load(name, kind, f"unknown type {name}")
     except VerbError as error:
         raise _unknown(name, kind, error) from None
-    except Exception:  # code of others; the probe, which needs it as well, will tell
+    except Exception:  # the import of the package failed; the probe will report it
         return None
 
 
@@ -41,10 +38,10 @@ def _unknown(name: str, kind: str, error: VerbError) -> UnknownTypeError:
     if package in known or not package.isidentifier():
         hint = error.hint if "did you mean" in (error.hint or "") else _offers(package, kind)
         return UnknownTypeError(error.message, hint, is_missing=False)
-    near = difflib.get_close_matches(package, known, n=1)
-    same = f"{near[0]}/{kind}/{name.rpartition('/')[2]}" if near else ""
+    near = suggest(package, known)
+    same = f"{near}/{kind}/{name.rpartition('/')[2]}"
     pip = f"python -m pip install ros-{package.replace('_', '-')}, or source its workspace"
-    is_near = same in (interfaces.interfaces_of(near[0], [kind]) if near else ())
+    is_near = near is not None and same in interfaces.interfaces_of(near, [kind])
     return UnknownTypeError(
         f"the package '{package}' of {name} is not installed",
         f"did you mean {same}?" if is_near else pip,
@@ -58,7 +55,7 @@ def _offers(package: str, kind: str) -> str | None:
 
 
 def of_topics(script: Script) -> dict[str, str]:
-    """Topic -> type, as far as the script says and is of one mind about it."""
+    """Topic -> type, where the script names exactly one."""
     said: dict[str, set[str]] = {}
     for topic, name in _said(script):
         said.setdefault(topic, set()).add(name)
@@ -75,7 +72,7 @@ def _said(script: Script) -> Iterable[tuple[str, str]]:
 
 
 def is_of_topic(expectation: Expectation) -> bool:
-    """Whether its subject is a topic that it may name the type of."""
+    """Whether its subject is a topic with an optional type."""
     return expectation.kind in ("topic", "rate", "message")
 
 

@@ -1,7 +1,6 @@
-"""Shapes: which fields a message has, and whether a condition asks for one that it has not.
+"""Find fields in conditions and expressions that a message type does not have.
 
-A shape is a class of messages, a list of shapes, or a plain Python type; None is unknown, and
-whatever is done to what is unknown may be right.
+A shape is a message class, `Several` of a shape, or a Python type; None is unknown and never wrong.
 """
 
 from __future__ import annotations
@@ -17,26 +16,25 @@ from rosidl_parser import definition
 from launcher.smoke.expect.conditions import STEP, Conditions, Expression
 from launcher.smoke.expect.fields import near
 
-Fault = tuple[str, str | None]  # a sentence and a hint
+Fault = tuple[str, str | None]  # error and hint
 _BASIC = {"boolean": bool, "float": float, "double": float, "long double": float, "octet": None}
 
 
 @dataclass(frozen=True, slots=True)
 class Several:
-    """An array or a sequence of something."""
+    """An array or a sequence."""
 
     element: Any
 
 
 def fields_of(shape: Any) -> Mapping[str, Any] | None:
-    """Field -> its kind, of a class of messages; None of what is none."""
+    """Field -> its kind; None if the shape is not a message class."""
     if not hasattr(shape, "get_fields_and_field_types"):
         return None
     return dict(zip(shape.get_fields_and_field_types(), shape.SLOT_TYPES, strict=True))
 
 
 def shape_of(kind: Any) -> Any:
-    """The shape of a field of this kind."""
     if isinstance(kind, definition.AbstractNestedType):
         return Several(shape_of(kind.value_type))
     if isinstance(kind, definition.NamespacedType):
@@ -48,11 +46,11 @@ def shape_of(kind: Any) -> Any:
 
 
 def title(shape: Any) -> str:
-    """What a shape is called in a sentence: `std_msgs/msg/String`."""
+    """The name of a shape for errors: `std_msgs/msg/String`."""
     if isinstance(shape, Several):
         return "a list"
     if fields_of(shape) is None:
-        return {str: "a text", bool: "true or false"}.get(shape, "a number")
+        return {str: "a string", bool: "a boolean"}.get(shape, "a number")
     package, folder = shape.__module__.split(".")[:2]
     name, _, part = shape.__name__.partition("_")
     full = f"{package}/{folder}/{name}"
@@ -66,7 +64,7 @@ def _has_json(message: Any) -> bool:
 
 
 def _field(shape: Any, name: str) -> tuple[Any, Fault | None]:
-    """What a field of a message is, or that there is none."""
+    """(shape, None) of a field, or (None, fault)."""
     fields = fields_of(shape) or {}
     if name in fields:
         return shape_of(fields[name]), None
@@ -77,7 +75,7 @@ def _field(shape: Any, name: str) -> tuple[Any, Fault | None]:
 
 
 def faults_of_fields(conditions: Conditions, message: Any) -> Iterator[tuple[str, Fault]]:
-    """(path, what is wrong with it) of the conditions that no such message fulfils."""
+    """(path, fault) of the conditions that no such message can satisfy."""
     for path, _ in conditions.fields:
         fault = _fault_of_path(path, message)
         if fault is not None:
@@ -99,8 +97,8 @@ def _fault_of_path(path: str, message: Any) -> Fault | None:
         elif shape is None:
             return None
         else:
-            asked = f"a field '{name}'" if name else f"an entry [{index}]"
-            return f"'{path}' asks {title(shape)} for {asked}", None
+            asked = f"field '{name}'" if name else f"index [{index}]"
+            return f"'{path}': {title(shape)} has no {asked}", None
     return None
 
 
@@ -108,27 +106,27 @@ def _fault_of_path(path: str, message: Any) -> Fault | None:
 
 
 def fault_of_expression(expression: Expression, message: Any) -> Fault | None:
-    """The first field that it asks the message for and that is not there; None without one."""
+    """The first unknown field of the message in an expression."""
     tree = ast.parse(expression.text.strip(), mode="eval").body
     names = {name.id for name in ast.walk(tree) if isinstance(name, ast.Name)}
     if "json" in names and not _has_json(message):
         hint = f"use m: {', '.join(fields_of(message) or ())}"
-        return f"{title(message)} has no text 'data' that could be JSON", hint
+        return f"{title(message)} has no string 'data' for JSON", hint
     if any(isinstance(part, ast.NamedExpr) for part in ast.walk(tree)):
-        return None  # names that mean something else from a part on that is hard to tell
+        return None  # from where on the name has the new meaning is hard to find out
     reader = _Reader()
     reader.shape(tree, {"m": message})
     return reader.faults[0] if reader.faults else None
 
 
 class _Reader:
-    """Follows an expression from the message to its fields."""
+    """Infers the shapes of the parts of an expression."""
 
     def __init__(self) -> None:
         self.faults: list[Fault] = []
 
     def shape(self, node: ast.AST, names: Mapping[str, Any]) -> Any:
-        """What a part of the expression is; None if that is not known."""
+        """The shape of a part of the expression."""
         match node:
             case ast.Name(id=name):
                 return names.get(name)
@@ -141,13 +139,11 @@ class _Reader:
                 return self._comprehension(node, dict(names))
             case ast.Lambda(args=args, body=body):
                 own = {arg.arg: None for arg in ast.walk(args) if isinstance(arg, ast.arg)}
-                return self._nothing(self.shape(body, {**names, **own}))
+                self.shape(body, {**names, **own})
+                return None
         for child in ast.iter_child_nodes(node):
             self.shape(child, names)
         return None
-
-    def _nothing(self, shape: Any) -> None:
-        """What a part is does not say what the whole is."""
 
     def _attribute(self, shape: Any, name: str) -> Any:
         if fields_of(shape) is not None:

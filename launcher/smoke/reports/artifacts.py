@@ -1,6 +1,6 @@
-"""Evidence: the folder in which the runs of a smoke command leave what tells about them.
+"""Files and folders that a smoke command writes.
 
-One that nobody asked for stays if something was not well: the last of them, as with run folders.
+An evidence folder that was not asked for is kept only if something failed, and only the last ones.
 """
 
 from __future__ import annotations
@@ -21,10 +21,14 @@ from launcher.smoke.preflight.checks import together
 
 KEPT = 20
 _LOCK = ".in-use"
+# The files of a run in its evidence folder.
+COPIED = ("events.jsonl", "plan.json", "launch.log")
+MADE = ("graph.json", "graph.svg", "report.json", "expectations.yaml", *COPIED)
+LOGS = ("smoke.log", "launcher.out", "probe.log")
 
 
 class Evidence:
-    """`path` is the folder; `is_kept` is whether it is wanted once the command is over."""
+    """The folder `path`; `is_kept`: keep it when the command is over."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -33,13 +37,13 @@ class Evidence:
 
 @contextlib.contextmanager
 def evidence(wanted: Path | None, env: Mapping[str, str] = os.environ) -> Iterator[Evidence]:
-    """The folder that is wanted, or one beside the run folders that goes if all was well."""
+    """The wanted folder, or a new one beside the run folders."""
     if wanted is not None:
         yield Evidence(wanted)
         return
     root = log_root(env) / "smoke"
     found = Evidence(_new(root))
-    with _held(found.path):
+    with _locked(found.path):
         try:
             yield found
         finally:
@@ -56,12 +60,12 @@ def _new(root: Path) -> Path:
         root.mkdir(parents=True, exist_ok=True)
         return Path(tempfile.mkdtemp(prefix=f"{stamp}-", dir=root))
     except OSError:
-        return Path(tempfile.mkdtemp(prefix="smoke-"))  # a run folder has nowhere to be, either
+        return Path(tempfile.mkdtemp(prefix="smoke-"))  # as run folders do
 
 
 @contextlib.contextmanager
-def _held(folder: Path) -> Iterator[None]:
-    """As long as this lasts, no other command removes the folder."""
+def _locked(folder: Path) -> Iterator[None]:
+    """Keep other commands from removing the folder."""
     with (folder / _LOCK).open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
@@ -69,15 +73,15 @@ def _held(folder: Path) -> Iterator[None]:
 
 
 def prune(root: Path, keep: int = KEPT) -> None:
-    """Remove the oldest folders beyond `keep`; never one that is in use."""
+    """Remove the oldest folders beyond `keep`, except those in use."""
     with contextlib.suppress(FileNotFoundError):
         folders = sorted(path for path in root.iterdir() if path.is_dir())
         for old in folders[: max(0, len(folders) - keep)]:
-            if not _is_held(old):
+            if not _is_locked(old):
                 shutil.rmtree(old, ignore_errors=True)
 
 
-def _is_held(folder: Path) -> bool:
+def _is_locked(folder: Path) -> bool:
     try:
         with (folder / _LOCK).open() as lock:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -88,16 +92,10 @@ def _is_held(folder: Path) -> bool:
     return False
 
 
-# What a run writes into the folder for the evidence, by these names.
-COPIED = ("events.jsonl", "plan.json", "launch.log")
-MADE = ("graph.json", "graph.svg", "report.json", "expectations.yaml", *COPIED)
-TOLD = ("smoke.log", "launcher.out", "probe.log")
-
-
 def refuse_unwritable(
     *, artifacts: Path | None, junit: Path | None, baseline: Path | None, repeat: int = 1
 ) -> None:
-    """Make the folders that are missing; LauncherError with everything that cannot be written."""
+    """Make missing folders; LauncherError with everything that cannot be written."""
     wanted: list[tuple[str, Path | None, Callable[[Path], None]]] = [
         ("--artifacts", artifacts, lambda path: _try_folder(path, repeat)),
         ("--junit", junit, _try_file),
@@ -109,7 +107,7 @@ def refuse_unwritable(
             if path is not None:
                 attempt(path)
         except FileExistsError as error:
-            errors.append(UsageError(f"{option} {path}: {error.strerror}, and is no folder"))
+            errors.append(UsageError(f"{option} {path}: {error.strerror}, and is not a directory"))
         except OSError as error:
             of = error.filename if isinstance(error.filename, str) else ""
             at = f" ({of})" if of and not str(path).startswith(of) else ""
@@ -124,7 +122,7 @@ def _try_file(path: Path) -> None:
     with path.open("ab"):
         pass
     if is_new:
-        path.unlink()  # a file that is empty would be taken for a result
+        path.unlink()  # an empty file would look like a result
 
 
 def _try_folder(path: Path, repeat: int) -> None:
@@ -132,7 +130,7 @@ def _try_folder(path: Path, repeat: int) -> None:
     with tempfile.TemporaryFile(dir=path):
         pass
     for folder in (path,) if repeat == 1 else runs_in(path, repeat):
-        for name in (*MADE, *TOLD):
+        for name in (*MADE, *LOGS):
             if (folder / name).is_dir():
                 raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(folder / name))
         for place in (folder, folder / "log"):
@@ -146,7 +144,7 @@ def runs_in(path: Path, repeat: int) -> Iterator[Path]:
 
 
 def save(path: Path, text: str) -> None:
-    """Write a whole file, or none: half of one would be taken for a result. OSError."""
+    """Write a whole file or none, since half of one would look like a result; OSError."""
     try:
         path.write_text(text, encoding="utf-8")
     except OSError:

@@ -1,4 +1,4 @@
-"""Document: a result as plain data, for `report.json`."""
+"""The content of `report.json`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ VERSION = 1
 
 
 def of_result(result: Result) -> dict[str, Any]:
-    """Everything but the evidence itself, in a stable order."""
     facts = result.facts
     ending = facts.ending
     return {
@@ -26,10 +25,7 @@ def of_result(result: Result) -> dict[str, Any]:
         "seconds": _rounded(facts.now_s),
         "steps": {name: _rounded(at_s) for name, at_s in facts.steps.items()},
         "expectations": [_judged(one) for one in result.judged],
-        "measures": {
-            m.name: {"kind": m.kind, "value": _rounded(m.value), "unit": m.unit}
-            for m in measures.of_result(result)
-        },
+        "measures": measures.to_document(measures.of_result(result)),
         "ending": None if ending is None else asdict(ending),
         "troubles": list(facts.troubles),
     }

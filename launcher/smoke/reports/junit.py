@@ -1,4 +1,4 @@
-"""JUnit: the results as XML that CI servers read: one case for each expectation."""
+"""The results as JUnit XML for CI servers: one case for each expectation."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.reports.result import Judged, Result
 
-# What XML 1.0 has no way to write.
+# Characters that XML 1.0 cannot represent.
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write(path: Path, results: Sequence[Result], target: str) -> None:
-    """One suite for each run; the folder is made."""
+    """One suite for each run."""
     root = ElementTree.Element("testsuites", name="smoke")
     for number, result in enumerate(results, 1):
         name = target if len(results) == 1 else f"{target} run {number}"
@@ -27,7 +27,7 @@ def write(path: Path, results: Sequence[Result], target: str) -> None:
 
 
 def write_refusal(path: Path, error: LauncherError, target: str) -> None:
-    """Where nothing was run: one case, with everything that is wrong."""
+    """One case with all errors, where nothing was run."""
     root = ElementTree.Element("testsuites", name="smoke")
     counts = {"tests": "1", "failures": "0", "errors": "1", "skipped": "0", "time": "0.000"}
     suite = ElementTree.SubElement(root, "testsuite", {"name": _clean(target), **counts})
@@ -47,7 +47,7 @@ def _save(path: Path, root: ElementTree.Element) -> None:
 
 
 def _suite(result: Result, name: str, target: str) -> ElementTree.Element:
-    judged = () if result.exit_code is ExitCode.USAGE else result.judged  # nothing was to be seen
+    judged = () if result.exit_code is ExitCode.USAGE else result.judged
     cases = [_case(one, result, target) for one in judged]
     errors = 0
     if result.trouble or result.gave_up or result.interrupted:

@@ -1,9 +1,8 @@
-"""Measures: the numbers of a run that a later one is compared with, and the baseline file."""
+"""The measured numbers of a run, and the baseline file to compare them with."""
 
 from __future__ import annotations
 
 import json
-import re
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,17 +11,17 @@ from pathlib import Path
 from launcher.errors import UsageError
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.expect.source_location import Origin
+from launcher.smoke.observe.facts import label_of
 from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.result import Judged, Result
 
 VERSION = 1
 _MB = 1024 * 1024
-_NUMBER = re.compile(r"-\d+$")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measure:
-    """A number with its unit; `kind` is what decides how much it may change."""
+    """A number with its unit; `kind` decides its tolerance."""
 
     name: str
     kind: str
@@ -32,9 +31,9 @@ class Measure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tolerance:
-    """A value may be worse by so many percent of the baseline, and by `least` in any case.
+    """How much a value may exceed the baseline, in percent and at least by `least`.
 
-    `both` is whether less is as bad as more.
+    `both`: it may also fall below the baseline only by so much.
     """
 
     percent: float
@@ -42,7 +41,7 @@ class Tolerance:
     both: bool = False
 
     def limits(self, base: float) -> tuple[float, float]:
-        """(lowest, highest) value that is no regression."""
+        """(lowest, highest) value without a regression."""
         room = max(abs(base) * self.percent / 100, self.least)
         return (base - room if self.both else float("-inf"), base + room)
 
@@ -57,7 +56,6 @@ TOLERANCES = {
 
 
 def of_result(result: Result) -> list[Measure]:
-    """The numbers of one run."""
     facts = result.facts
     found = [
         Measure(name=one.expectation.name, kind="rate", value=one.verdict.value, unit="Hz")
@@ -67,7 +65,7 @@ def of_result(result: Result) -> list[Measure]:
     if facts.ready_s is not None:
         found.append(Measure(name="start_up", kind="start_up", value=facts.ready_s, unit="s"))
     for name in facts.processes():
-        label = _NUMBER.sub("", name)
+        label = label_of(name)
         samples = [s for s in facts.samples if s.process == name and s.at_s <= facts.stop_s]
         loads = [s.cpu_percent for s in samples if s.cpu_percent is not None]
         sizes = [s.memory_bytes for s in samples if s.memory_bytes is not None]
@@ -81,7 +79,7 @@ def of_result(result: Result) -> list[Measure]:
 
 
 def medians(runs: Sequence[Iterable[Measure]]) -> list[Measure]:
-    """Of each measure over several runs."""
+    """The median of each measure over several runs."""
     known: dict[str, list[Measure]] = {}
     for measure in (measure for run in runs for measure in run):
         known.setdefault(measure.name, []).append(measure)
@@ -100,23 +98,25 @@ def medians(runs: Sequence[Iterable[Measure]]) -> list[Measure]:
 
 
 def write(path: Path, measures: Iterable[Measure]) -> None:
-    """A baseline; tolerances may be changed in it by hand."""
+    """Write a baseline; its tolerances may be edited."""
     document = {
         "version": VERSION,
         "tolerances": {
             kind: {"percent": tolerance.percent, "least": tolerance.least}
             for kind, tolerance in TOLERANCES.items()
         },
-        "measures": {
-            m.name: {"kind": m.kind, "value": round(m.value, 4), "unit": m.unit} for m in measures
-        },
+        "measures": to_document(measures),
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     save(path, json.dumps(document, indent=2, ensure_ascii=False) + "\n")
 
 
+def to_document(measures: Iterable[Measure]) -> dict[str, dict[str, object]]:
+    return {m.name: {"kind": m.kind, "value": round(m.value, 4), "unit": m.unit} for m in measures}
+
+
 def compare(path: Path, measures: Iterable[Measure]) -> list[Judged]:
-    """What is worse than the baseline allows, and what could not be compared; UsageError."""
+    """A verdict for each measure of the baseline; UsageError if that cannot be read."""
     tolerances, base = read(path)
     now = {measure.name: measure for measure in measures}
     judged = []
@@ -137,14 +137,14 @@ def _compared(before: Measure, now: Measure | None, tolerance: Tolerance) -> Ver
     limit = f"{low:.3g} to {high:.3g}" if tolerance.both else f"at most {high:.3g}"
     expected = f"{limit} {before.unit} (the baseline is {before.value:.3g})"
     if now is None:
-        return Verdict(outcome=Outcome.VIOLATED, expected=expected, seen="it was not measured")
+        return Verdict(outcome=Outcome.VIOLATED, expected=expected, seen="not measured")
     outcome = Outcome.MET if low <= now.value <= high else Outcome.VIOLATED
     seen = f"{now.value:.3g} {now.unit}"
     return Verdict(outcome=outcome, expected=expected, seen=seen, value=now.value, unit=now.unit)
 
 
 def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
-    """The tolerances and measures of a baseline; UsageError."""
+    """(tolerances by kind, measures) of a baseline; UsageError."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         tolerances = dict(TOLERANCES)
@@ -155,11 +155,11 @@ def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
             for name, m in document["measures"].items()
         ]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        hint = "--update-baseline writes it anew"
-        raise UsageError(f"{path} is no baseline: {error}", hint=hint) from None
+        hint = "--update-baseline replaces it"
+        raise UsageError(f"{path} is not a baseline: {error}", hint=hint) from None
     unknown = {m.kind for m in measures} - tolerances.keys()
     if unknown:
-        raise UsageError(f"{path}: there is no kind of measure '{min(unknown)}'")
+        raise UsageError(f"{path}: unknown kind of measure '{min(unknown)}'")
     return tolerances, measures
 
 

@@ -11,35 +11,40 @@ import contextlib
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from launcher.domain_lease import busy_domains
 from launcher.graph.errors import VerbError
 from launcher.graph.saved import load, to_document
 from launcher.graph.snapshot import Snapshot
 from launcher.smoke.reports.artifacts import save
-from launcher.smoke.run.system import System
 
-# Limits for a busy machine and a graph of many nodes; a second or two as a rule.
+if TYPE_CHECKING:
+    from launcher.smoke.run.system import System
+
+# Limits for a busy machine and a graph of many nodes; usually it takes a second or two.
 LOOK_S = 20.0
 DRAW_S = 60.0
 _LOOK = ("graph", "--json", "--debug-topics", "--hidden")
 
 
 class Picture:
-    """The graph of a system, with its probe's eyes or, without one, by a look of its own."""
+    """The graph of a system, from its probe or, without one, from `launcher graph --json`.
 
-    def __init__(self, system: System, folder: Path, *, is_wanted: bool) -> None:
+    `always`: even without a probe.
+    """
+
+    def __init__(self, system: System, folder: Path, *, always: bool) -> None:
         self._system = system
         self._json = folder / "graph.json"
         self._svg = folder / "graph.svg"
-        self._is_wanted = is_wanted or system.probe is not None
+        self._always = always
         self._look: subprocess.Popen[bytes] | None = None
 
     def begin(self) -> None:
-        """Look, if nobody does; the system goes on meanwhile. More than once does no harm."""
-        if not self._is_wanted or self._look is not None or self._system.probe is not None:
+        """Record the graph in the background, unless the probe does; only the first call counts."""
+        if not self._always or self._look is not None or self._system.probe is not None:
             return
         if self._system.is_alive and self._system.domain_id in busy_domains():
             with self._json.open("wb") as file:
@@ -53,7 +58,7 @@ class Picture:
                 )
 
     def finish_look(self, within_s: float = LOOK_S) -> None:
-        """What is seen is seen; the system may go."""
+        """Wait until the graph is recorded; afterwards the system may be stopped."""
         if self._look is None:
             return
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -63,8 +68,8 @@ class Picture:
             self._look.wait()
 
     def draw(self) -> str | None:
-        """Write the files; a sentence on why there is none, or not both of them."""
-        if not self._is_wanted:
+        """Write the files; returns why one is missing."""
+        if not self._always and self._system.probe is None:
             return None
         snapshot = self._snapshot()
         if snapshot is None:
@@ -78,27 +83,25 @@ class Picture:
         return self._draw_svg()
 
     def _snapshot(self) -> Snapshot | None:
-        """The last graph with anybody in it, before the stop if there are some."""
+        """The last graph with live nodes before the stop."""
         if self._look is not None:
             with contextlib.suppress(VerbError):
                 return load(str(self._json))
             return None
-        return next(self._seen(), None)
-
-    def _seen(self) -> Iterator[Snapshot]:
         facts = self._system.facts()
         for seen in reversed(facts.graphs):
             alive = set(seen.snapshot.nodes) - set(seen.snapshot.ghosts)
             if alive and seen.at_s <= facts.stop_s:
-                yield seen.snapshot
+                return seen.snapshot
+        return None
 
     def _why(self) -> str:
         if self._look is not None:
-            return "it could not be looked at in time"
+            return "it could not be recorded in time"
         facts = self._system.facts()
         if self._system.probe is None and any(facts.node_names.values()):
-            return "the system ended before anybody looked at it"
-        return "no ROS node was seen"
+            return "the system exited before it was recorded"
+        return "no ROS node was observed"
 
     def _draw_svg(self) -> str | None:
         command = [
@@ -121,13 +124,13 @@ class Picture:
         except subprocess.TimeoutExpired:
             return f"no drawing of the ROS graph: it takes more than {DRAW_S:g} s"
         if done.returncode:
-            reason = (done.stderr.strip().splitlines() or ["no reason was given"])[-1]
+            reason = (done.stderr.strip().splitlines() or ["unknown error"])[-1]
             return f"no drawing of the ROS graph: {reason}"
         return None
 
 
 def main(source: str, target: str) -> str | None:
-    """Draw one file into the other; why not."""
+    """Draw `source` (JSON) as `target` (SVG); returns the error, if any."""
     from launcher.errors import LauncherError
     from launcher.graph.dot import to_dot
     from launcher.graph.picture import Filter, Mode

@@ -1,4 +1,4 @@
-"""Screen: the end of a smoke run for a person: a table, and every failure explained."""
+"""The result of a smoke run as text: a table, the failures, and a summary."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from launcher.smoke.expect.quantities import printable
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.reports.result import Judged, Result
+from launcher.text import escape
 
-PLAIN_WIDTH = 120  # what a log of CI shows without a terminal
-ROWS = 200  # of more expectations only those are shown that are not met, as many at most
+PLAIN_WIDTH = 120  # without a terminal, as in a CI log
+ROWS = 200  # at most; of more expectations only failures are shown
 
 
 def console_for(stream: IO[str], *, colour: bool) -> Console:
-    """As wide as the terminal; no colours and no control sequences elsewhere."""
+    """As wide as the terminal; without colours and control sequences elsewhere."""
     width = shutil.get_terminal_size().columns if stream.isatty() else PLAIN_WIDTH
     return Console(
         file=stream,
@@ -34,7 +34,6 @@ def console_for(stream: IO[str], *, colour: bool) -> Console:
 
 
 def show(console: Console, result: Result) -> None:
-    """The table of all expectations, then the failures, then one line."""
     rows = result.judged if len(result.judged) <= ROWS else result.failures[:ROWS]
     if rows:
         console.print(_table(rows))
@@ -62,13 +61,13 @@ def _table(rows: Sequence[Judged]) -> Table:
 
 
 def _others(met: int, unmet: int) -> str:
-    parts = [f"{met} that are met"] if met else []
-    parts += [f"{unmet} that are not"] if unmet > 0 else []
-    return f"{' and '.join(parts)}: smoke.log and report.json have all"
+    parts = [f"{met} met"] if met else []
+    parts += [f"{unmet} not met"] if unmet > 0 else []
+    return f"{' and '.join(parts)}: smoke.log and report.json list all"
 
 
 def _shown(text: str) -> Text:
-    return Text(printable(text))
+    return Text(escape(text))
 
 
 def _mark(one: Judged) -> Text:
@@ -76,7 +75,7 @@ def _mark(one: Judged) -> Text:
 
 
 def summary(result: Result) -> str:
-    """`smoke: 12 of 12 expectations met` and what else there is to say."""
+    """`smoke: 12 of 12 expectations met, exit code 0`."""
     met = len(result.judged) - len(result.failures)
     parts = [f"smoke: {met} of {len(result.judged)} expectations met"]
     if result.gave_up:
@@ -90,7 +89,7 @@ def summary(result: Result) -> str:
 
 
 def show_flakes(console: Console, results: Sequence[Result]) -> None:
-    """How often each expectation was met, and the spread of what was measured."""
+    """How often each expectation was met, and the spread of its values."""
     table = Table(box=SIMPLE, show_edge=False, pad_edge=False)
     for head in ("", "met", "expectation", "min / median / max"):
         table.add_column(head, overflow="fold")
@@ -107,47 +106,39 @@ def show_flakes(console: Console, results: Sequence[Result]) -> None:
     console.print(Text(f"smoke: {good} of {len(results)} runs without a failure"))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
-    """One expectation over all runs; the values are None where nothing was measured."""
+@dataclass(frozen=True, slots=True)
+class FlakeRow:
+    """One expectation over all runs; `values` are what was measured."""
 
     name: str
     met: int
     runs: int
+    values: tuple[float, ...] = ()
     unit: str = ""
-    least: float | None = None
-    median: float | None = None
-    most: float | None = None
 
     @property
     def verdict(self) -> str:
-        """`always`, `FLAKY` or `NEVER`."""
         return "always" if self.met == self.runs else ("NEVER" if self.met == 0 else "FLAKY")
 
     @property
     def spread(self) -> str:
-        """`0.98 / 1.00 / 1.01 Hz`."""
-        if self.least is None or self.median is None or self.most is None:
+        """`0.98 / 1.00 / 1.01 Hz`: minimum, median, maximum."""
+        if not self.values:
             return ""
-        return f"{self.least:.3g} / {self.median:.3g} / {self.most:.3g} {self.unit}".rstrip()
+        least, median, most = min(self.values), statistics.median(self.values), max(self.values)
+        return f"{least:.3g} / {median:.3g} / {most:.3g} {self.unit}".rstrip()
 
 
-def flake_rows(results: Sequence[Result]) -> list[Row]:
+def flake_rows(results: Sequence[Result]) -> list[FlakeRow]:
     """One for each expectation, in their order."""
     names = dict.fromkeys(one.expectation.name for result in results for one in result.judged)
-    return [_row(name, results) for name in names]
+    return [_flake_row(name, results) for name in names]
 
 
-def _row(name: str, results: Sequence[Result]) -> Row:
+def _flake_row(name: str, results: Sequence[Result]) -> FlakeRow:
     found = [one for r in results for one in r.judged if one.expectation.name == name]
-    values = [one.verdict.value for one in found if one.verdict.value is not None]
-    units = [one.verdict.unit for one in found if one.verdict.value is not None]
-    return Row(
-        name=name,
-        met=len(results) - sum(not one.is_met for one in found),  # some are told only if not met
-        runs=len(results),
-        unit=units[0] if units else "",
-        least=min(values, default=None),
-        median=statistics.median(values) if values else None,
-        most=max(values, default=None),
-    )
+    measured = [one.verdict for one in found if one.verdict.value is not None]
+    # Some expectations have a row only where they are not met.
+    met = len(results) - sum(not one.is_met for one in found)
+    values = tuple(verdict.value for verdict in measured if verdict.value is not None)
+    return FlakeRow(name, met, len(results), values, measured[0].unit if measured else "")

@@ -1,4 +1,7 @@
-"""Launched: the launcher as a child, from outside: started, signalled, waited for, killed."""
+"""The launcher as a child process, and a watchdog that stops it if this process is killed.
+
+The watchdog is this file run as a script with `-I -S`, so that it does not depend on site-packages.
+"""
 
 from __future__ import annotations
 
@@ -12,17 +15,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 KILL_S = 5.0  # between SIGTERM and SIGKILL
+WATCHDOG_STOP_S = 30.0  # an orderly stop with all its escalations
+WATCHDOG_EXIT_S = 2.0
+DONE = b"."
 
 
 class LauncherProcess:
-    """`python -m launcher WORDS`, without a terminal, in a session of its own.
+    """`python -m launcher WORDS` without a terminal, in a session of its own.
 
-    What it prints goes to the file `output`. A Ctrl-C in our terminal does not reach it. If we are
-    killed, a guard stops it.
+    Its output goes to the file `output`. Ctrl-C in our terminal does not reach it.
     """
 
     def __init__(self, words: Sequence[str], environment: Mapping[str, str], output: Path) -> None:
-        self.output = output
+        self._output = output
         with output.open("wb") as file:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "launcher", *words],
@@ -32,62 +37,53 @@ class LauncherProcess:
                 env=dict(environment),
                 start_new_session=True,
             )
-        self._guard = Watchdog(self._process.pid)
+        self._watchdog = Watchdog(self._process.pid)
         self._was_killed = False
 
     @property
     def pid(self) -> int:
-        """Its pid, by which its run is found."""
         return self._process.pid
 
     @property
     def is_alive(self) -> bool:
-        """Whether it runs."""
         return self._process.poll() is None
 
     @property
     def returncode(self) -> int | None:
-        """Its exit code; None if it runs, or had to be killed."""
+        """Its exit code; None while it runs, or if it had to be killed."""
         return None if self._was_killed else self._process.poll()
 
-    def wait(self, within_s: float) -> bool:
-        """Whether it has ended within this time."""
-        try:
-            self._process.wait(max(0.0, within_s))
-        except subprocess.TimeoutExpired:
-            return False
-        return True
-
     def stop(self, patience_s: float) -> None:
-        """As Ctrl-C does; then SIGTERM, then SIGKILL. It has ended afterwards."""
+        """SIGINT, then SIGTERM, then SIGKILL; returns when it has exited."""
         if self.is_alive:
             self._process.send_signal(signal.SIGINT)
-        if not self.wait(patience_s):
-            self._force()
-        self._guard.close()
-
-    def _force(self) -> None:
-        self._process.send_signal(signal.SIGCONT)  # somebody may have halted it
-        self._process.send_signal(signal.SIGTERM)
-        if not self.wait(KILL_S):
-            self._was_killed = True
-            self._process.kill()
-            self._process.wait()
+        if not _wait(self._process, patience_s):
+            self._process.send_signal(signal.SIGCONT)  # it may have been suspended
+            self._process.send_signal(signal.SIGTERM)
+            if not _wait(self._process, KILL_S):
+                self._was_killed = True
+                self._process.kill()
+                self._process.wait()
+        self._watchdog.close()
 
     def last_words(self, count: int) -> list[str]:
-        """The last lines that it printed."""
+        """The last lines of its output."""
         with contextlib.suppress(OSError):
-            return self.output.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]
+            return self._output.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]
         return []
 
 
-GOODBYE = b"."
-PATIENCE_S = 30.0  # an orderly stop with all its escalations
-GOODBYE_S = 2.0
+def _wait(process: subprocess.Popen[bytes], within_s: float) -> bool:
+    """Whether it exits within this time."""
+    try:
+        process.wait(max(0.0, within_s))
+    except subprocess.TimeoutExpired:
+        return False
+    return True
 
 
 class Watchdog:
-    """Our end of it, for a launcher that runs; `close()` when the launcher has ended."""
+    """Stops the launcher when its pipe is closed without the byte of `close()`."""
 
     def __init__(self, launcher_pid: int) -> None:
         self._process = subprocess.Popen(
@@ -101,41 +97,36 @@ class Watchdog:
         )
 
     def close(self) -> None:
-        """All is over; more than once does no harm."""
+        """The launcher has exited; may be called more than once."""
         assert self._process.stdin is not None
         if self._process.stdin.closed:
             return
         try:
-            self._process.stdin.write(GOODBYE)
+            self._process.stdin.write(DONE)
         except BrokenPipeError:
-            pass  # somebody killed it
+            pass  # it was killed
         finally:
             self._process.stdin.close()
-        try:
-            self._process.wait(GOODBYE_S)
-        except subprocess.TimeoutExpired:  # somebody has stopped it
+        if not _wait(self._process, WATCHDOG_EXIT_S):  # it was suspended
             self._process.kill()
             self._process.wait()
 
 
-def _end(launcher: int) -> None:
-    """As Ctrl-C, then with force; what the launcher had started, its own watchdog ends."""
-    signal.pidfd_send_signal(launcher, signal.SIGINT)
-    ended, _, _ = select.select([launcher], [], [], PATIENCE_S)
-    if not ended:
-        signal.pidfd_send_signal(launcher, signal.SIGKILL)
-
-
 def main() -> None:
-    """Wait for the end of standard input."""
+    """The watchdog: wait for the end of standard input."""
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(signum, signal.SIG_IGN)
     try:
         launcher = os.pidfd_open(int(sys.argv[1]))
     except ProcessLookupError:
-        return  # it was over before we were up
-    if os.read(0, 1) != GOODBYE:
-        _end(launcher)
+        return  # it has already exited
+    if os.read(0, 1) == DONE:
+        return
+    # Processes that outlive the launcher are killed by its own watchdog.
+    signal.pidfd_send_signal(launcher, signal.SIGINT)
+    exited, _, _ = select.select([launcher], [], [], WATCHDOG_STOP_S)
+    if not exited:
+        signal.pidfd_send_signal(launcher, signal.SIGKILL)
 
 
 if __name__ == "__main__":

@@ -1,96 +1,83 @@
-"""Questions: what expectations want to know that does not come by itself."""
+"""Requests to the probe for expectations: subscriptions, and polling of parameters and services."""
 
 from __future__ import annotations
 
 import itertools
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from launcher.errors import LauncherError
-from launcher.smoke.expect.expectation import Expectation, Outcome, period
-from launcher.smoke.expect.expectation_kinds import judge
+from launcher.smoke.expect.expectation import Expectation, Outcome
+from launcher.smoke.judges import judge
+from launcher.smoke.judges.common import period
 from launcher.smoke.observe.facts import Answer
 from launcher.smoke.observe.probe_client import ProbeClient
 from launcher.smoke.run.system import System
 
-ASK_AGAIN_S = 0.5
-PATIENCE_S = 2.0  # a node that is busy may answer the next time
+POLL_S = 0.5
+ANSWER_S = 2.0  # a busy node may answer the next time
 
 
-def subscribed(probe: ProbeClient, expectations: Iterable[Expectation]) -> list[Expectation]:
-    """Subscribe to what is to be heard; the expectations know their subscription then.
+def subscribed(probe: ProbeClient, expectations: Iterable[Expectation]) -> Iterator[Expectation]:
+    """Subscribe for rates and messages; `watch` of the expectations is their subscription.
 
-    One subscription for all that ask for the same type and QoS of a topic.
+    One subscription for all that need the same type and QoS of a topic.
     """
     subs: dict[object, str] = {}
     numbers = itertools.count(1)
-    found = []
     for expectation in expectations:
-        if expectation.kind in ("rate", "message"):
-            expectation = _watched(probe, expectation, subs, numbers)
-        found.append(expectation)
-    return found
-
-
-def _watched(
-    probe: ProbeClient, expectation: Expectation, subs: dict[object, str], numbers: Iterable[int]
-) -> Expectation:
-    topic, type_ = expectation.subject, expectation.get("type")
-    qos = expectation.get("qos")
-    words = None
-    depth = {}
-    if qos is not None:
-        words = {name: str(word).upper() for name, word in qos.items() if name != "depth"}
-        depth = {"depth": int(qos["depth"].high)} if "depth" in qos else {}
-    key = (topic, type_, tuple(sorted((words or {}).items())), qos is None, tuple(depth.items()))
-    if key not in subs:
-        subs[key] = f"{topic} {next(iter(numbers))}"
-        probe.tell("subscribe", sub=subs[key], topic=topic, type=type_, qos=words, **depth)
-    return replace(expectation, values={**expectation.values, "watch": subs[key]})
+        if expectation.kind not in ("rate", "message"):
+            yield expectation
+            continue
+        topic, type_ = expectation.subject, expectation.get("type")
+        given = expectation.get("qos")
+        qos = None if given is None else {name: str(word).upper() for name, word in given.items()}
+        depth = {}
+        if qos is not None and qos.pop("depth", ""):
+            depth = {"depth": int(given["depth"].high)}
+        key = (topic, type_, qos and tuple(sorted(qos.items())), str(depth))
+        if key not in subs:
+            subs[key] = f"{topic} {next(numbers)}"
+            probe.tell("subscribe", sub=subs[key], topic=topic, type=type_, qos=qos, **depth)
+        yield replace(expectation, values={**expectation.values, "watch": subs[key]})
 
 
 class AnswerPoller:
-    """Asks for parameters and services again and again until the answer is the expected one."""
+    """Requests parameters and calls services until the answer is the expected one."""
 
     def __init__(self, system: System, is_over: threading.Event) -> None:
         self._system = system
         self._is_over = is_over
 
     def begin(self, expectations: Iterable[Expectation]) -> None:
-        """One thread for each."""
+        """Start one thread for each parameter and service."""
         for expectation in expectations:
             if expectation.kind in ("parameter", "service"):
                 threading.Thread(
-                    target=self._ask, args=(expectation,), daemon=True, name=expectation.name
+                    target=self._poll, args=(expectation,), daemon=True, name=expectation.name
                 ).start()
 
-    def _ask(self, expectation: Expectation) -> None:
+    def _poll(self, expectation: Expectation) -> None:
+        recorder = self._system.recorder
         while not self._is_over.is_set():
             facts = self._system.facts()
             when = period(expectation, facts)
             if when is not None and facts.now_s >= when.from_s:
-                self._ask_once(expectation)
+                recorder.add_answer(expectation.key, self._answer(expectation))
                 verdict = judge(expectation, self._system.facts())
                 if verdict.outcome is not Outcome.OPEN:
                     return
-            self._is_over.wait(ASK_AGAIN_S)
+            self._is_over.wait(POLL_S)
 
-    def _ask_once(self, expectation: Expectation) -> None:
-        recorder = self._system.recorder
+    def _answer(self, expectation: Expectation) -> Answer:
+        recorder, name = self._system.recorder, expectation.subject
         try:
-            value = self._value(expectation)
-            answer = Answer(at_s=recorder.now_s, value=value)
+            if expectation.kind == "parameter":
+                value = self._system.parameter(expectation.get("node"), name, ANSWER_S)
+            else:
+                type_, request = expectation.get("type"), expectation.get("request")
+                value = self._system.call(name, type_, request, ANSWER_S)
         except LauncherError as error:
-            answer = Answer(at_s=recorder.now_s, error=error.message, hint=error.hint)
-        recorder.add_answer(expectation.key, answer)
-
-    def _value(self, expectation: Expectation) -> object:
-        if expectation.kind == "parameter":
-            node = expectation.get("node")
-            return self._system.parameter(node, expectation.subject, PATIENCE_S)
-        request = expectation.get("request")
-        value: object = self._system.call(
-            expectation.subject, expectation.get("type"), request, PATIENCE_S
-        )
-        return value
+            return Answer(at_s=recorder.now_s, error=error.message, hint=error.hint)
+        return Answer(at_s=recorder.now_s, value=value)

@@ -1,4 +1,4 @@
-"""Session: a smoke command from its options to the exit code: runs, evidence, reports."""
+"""A smoke command from its options to the exit code: runs, evidence, reports."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import json
 import shutil
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, cast
 
@@ -24,19 +24,18 @@ from launcher.smoke.reports.artifacts import (
     save,
 )
 from launcher.smoke.reports.result import Judged, Result, worst
-from launcher.smoke.run.interruption import code_of, terminable
 from launcher.smoke.run.progress import PipeSafeStdout, Progress
-from launcher.smoke.run.runner import Runner
+from launcher.smoke.run.runner import Runner, code_of, terminable
 from launcher.smoke.run.system import STOP_S
 
-# Import of rclpy, stop, leftovers, drawing: what a run may take beside the time that it watches.
+# Importing rclpy, stopping, leftovers, drawing: what a run may take besides its duration.
 HARD_ROOM_S = 4 * STOP_S
-LONGEST_S = 1e8  # three years; the clock of the last resort knows no longer times
+MAX_LIMIT_S = 1e8  # three years; faulthandler accepts no longer times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """What is wanted of a smoke command beside its script. `words` are the launcher's."""
+    """Options of a smoke command besides its script. `words` are for the launcher."""
 
     words: tuple[str, ...]
     target: str
@@ -48,7 +47,7 @@ class Options:
     update_baseline: bool = False
 
     def refuse_unwritable(self) -> None:
-        """LauncherError if something cannot be written, or read, when the runs are over."""
+        """LauncherError if a result could not be written, or the baseline not be read."""
         base = self.baseline
         is_read = base is not None and base.exists() and not self.update_baseline
         refuse_unwritable(
@@ -62,20 +61,18 @@ class Options:
 
 
 class Session:
-    """Runs a script as often as wanted, tells about it, and keeps the evidence."""
-
     def __init__(self, script: Script, options: Options, *, colour: bool) -> None:
         self._script = script
         self._options = options
         self._colour = colour
         self._unwritten = False
-        self._voice = PipeSafeStdout(sys.stdout)
-        self._console = text_report.console_for(cast("IO[str]", self._voice), colour=colour)
+        self._stdout = PipeSafeStdout(sys.stdout)
+        self._console = text_report.console_for(cast("IO[str]", self._stdout), colour=colour)
 
     def run(self) -> ExitCode:
-        """All runs; the exit code of the worst."""
+        """The exit code of the worst run."""
         with (
-            contextlib.redirect_stdout(self._voice),
+            contextlib.redirect_stdout(self._stdout),
             evidence(self._options.artifacts) as folder,
             terminable(),
         ):
@@ -88,7 +85,7 @@ class Session:
         try:
             self._runs(folder, results)
         except KeyboardInterrupt as interrupt:
-            print("smoke: interrupted")  # while a run was being prepared or told about
+            print("smoke: interrupted")  # while a run was prepared or reported
             if not results:
                 return code_of(interrupt)
         except OSError as error:
@@ -101,11 +98,11 @@ class Session:
         codes = [result.exit_code for result in results]
         if any(not one.is_met for one in regressions):
             codes.append(ExitCode.NOT_MET)
-        if self._unwritten or self._voice.trouble:
+        if self._unwritten or self._stdout.trouble:
             codes.append(ExitCode.PROCESS_FAILED)
         code = worst(codes)
         if [code] != codes:
-            print(f"smoke: exit code {int(code)}")  # each run has told its own
+            print(f"smoke: exit code {int(code)}")  # each run has printed its own
         return code
 
     def _runs(self, folder: Path, results: list[Result]) -> None:
@@ -121,35 +118,34 @@ class Session:
         folder.mkdir(parents=True, exist_ok=True)
         for name in MADE:
             (folder / name).unlink(missing_ok=True)  # of a run before
-        narrator = Progress(folder, cast("IO[str]", self._voice), colour=self._colour)
+        progress = Progress(folder, cast("IO[str]", self._stdout), colour=self._colour)
         limit_s = self._script.run_time_s() + self._script.ready_limit_s() + HARD_ROOM_S
-        # The last resort: whatever hangs in here, the command ends, and the launcher by itself.
-        faulthandler.dump_traceback_later(min(limit_s, LONGEST_S), exit=True)
+        # The last resort for a command that hangs; the launcher then stops by itself.
+        faulthandler.dump_traceback_later(min(limit_s, MAX_LIMIT_S), exit=True)
         try:
             runner = Runner(
                 self._script,
                 self._options.words,
                 folder,
-                narrator,
+                progress,
                 keeps_graph=self._options.artifacts is not None,
             )
             result = runner.run()
         finally:
             faulthandler.cancel_dump_traceback_later()
-            narrator.close()
-        if narrator.trouble is not None:
+            progress.close()
+        if progress.trouble is not None:
             self._unwritten = True
         with self._writing(f"the evidence in {folder}"):
             self._keep(result)
         if result.exit_code == ExitCode.USAGE:
-            # Nothing was there to be judged; what is wrong is what the launcher says.
+            # There was nothing to judge; the launcher has printed the error.
             print("\n".join(result.last_words), file=sys.stderr)
         else:
             text_report.show(self._console, result)
         return result
 
     def _keep(self, result: Result) -> None:
-        """The evidence beside the logs."""
         folder = result.folder
         text = json.dumps(json_report.of_result(result), indent=2, ensure_ascii=False)
         save(folder / "report.json", f"{text}\n")
@@ -163,7 +159,7 @@ class Session:
     # ---- over all runs
 
     def _compare(self, results: Sequence[Result]) -> list[Judged]:
-        """With the baseline; a file that is not there is written."""
+        """Compare with the baseline; a missing one is written."""
         path = self._options.baseline
         if path is None or any(result.interrupted for result in results):
             return []
@@ -171,7 +167,7 @@ class Session:
         if path.exists() and not self._options.update_baseline:
             return measures.compare(path, found)
         if any(result.exit_code for result in results):
-            print(f"smoke: no baseline is written to {path}: not everything was met")
+            print(f"smoke: no baseline is written to {path}: the run failed")
             return []
         with self._writing(f"the baseline {path}"):
             measures.write(path, found)
@@ -180,15 +176,16 @@ class Session:
 
     @contextlib.contextmanager
     def _writing(self, what: str) -> Iterator[None]:
-        """A disk that refuses fails the command, but not what else it has to tell."""
+        """An error of the disk fails the command, but the rest is still reported."""
         try:
             yield
         except OSError as error:
             self._unwritten = True
-            print(f"smoke: {what} could not be written: {error.strerror}")
+            print(f"smoke: cannot write {what}: {error.strerror}")
 
     def _report(self, results: Sequence[Result], regressions: Sequence[Judged]) -> None:
-        results = [*results[:-1], _with(results[-1], regressions)]
+        last = replace(results[-1], judged=(*results[-1].judged, *regressions))
+        results = [*results[:-1], last]
         if len(results) > 1:
             text_report.show_flakes(self._console, results)
         for one in regressions:
@@ -202,9 +199,3 @@ class Session:
             for result in results:
                 for command in github.commands(result):
                     print(command)
-
-
-def _with(result: Result, more: Sequence[Judged]) -> Result:
-    from dataclasses import replace
-
-    return replace(result, judged=(*result.judged, *more))

@@ -13,13 +13,13 @@ from typing import Any
 
 from launcher.control.folder import ControlError
 from launcher.domain_lease import leased_domain
-from launcher.engine.run_id import run_id_of
+from launcher.smoke.expect.expectation import STOP
 from launcher.smoke.expect.fields import near
 from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
-from launcher.smoke.observe.facts import STOP, Ending, Facts, Message
+from launcher.smoke.observe.facts import Ending, Facts, LogLine, Message, ProcessEvent
 from launcher.smoke.observe.followers import Followers
-from launcher.smoke.observe.leftovers import SharedMemory, end_processes
+from launcher.smoke.observe.leftovers import SharedMemory, end_processes, is_of_run
 from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
 from launcher.smoke.observe.recorder import Recorder
 from launcher.smoke.run.launcher_process import LauncherProcess
@@ -27,18 +27,18 @@ from launcher.smoke.run.waits import Waits
 
 LISTEN_S = 10.0  # until the launcher has started its first process, on a busy machine
 STOP_S = 30.0  # SIGINT, SIGTERM and SIGKILL of every process, and what they left behind
-SET_S = 5.0  # until a node has answered
-REST_S = 3.0  # for what is on its way through the sockets
-LONGEST_S = 3600.0  # the launcher ends itself after this, whatever happens to us
-# These would lead out of the domain or the machine, or into another run's folder.
+SET_S = 5.0  # until a node has set a parameter
+REST_S = 3.0  # to read what is still in the sockets
+MAX_RUN_S = 3600.0  # after this the launcher stops by itself
+# They lead out of the domain or the machine, or to the folder of another run.
 _NOT_INHERITED = ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "LAUNCHER_RUN_ID")
 
 
 class System(Waits):
     """`words` are a target, its arguments and options, as on the command line.
 
-    `folder` gets the logs and all evidence. Without a `probe` nothing of ROS is seen. Use `with`,
-    or `start()` and `stop()`. `longest_s`: after this time the launcher stops by itself.
+    Logs and other evidence go to `folder`. Without a `probe`, ROS is not observed. Use `with`, or
+    `start()` and `stop()`. After `longest_s` the launcher stops by itself.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class System(Waits):
         folder: Path,
         environment: Mapping[str, str] | None = None,
         probe: bool = True,
-        longest_s: float = LONGEST_S,
+        longest_s: float = MAX_RUN_S,
     ) -> None:
         self.words = list(words)
         self.folder = folder
@@ -75,7 +75,7 @@ class System(Waits):
     ) -> None:
         self.stop()
 
-    # ---- the lifetime
+    # ---- start and stop
 
     def start(self) -> None:
         """Lease a domain, start the probe, then the launcher."""
@@ -89,8 +89,8 @@ class System(Waits):
                 self._start_probe(stack)
             self.recorder.begin()
             words = [*self.words, f"--timeout={self._longest_s:g}"]
-            self._launched = LauncherProcess(words, self.environment, self.folder / "launcher.out")
-            self._followers = Followers(self._launched, self.recorder, self._memory)
+            self._launcher = LauncherProcess(words, self.environment, self.folder / "launcher.out")
+            self._followers = Followers(self._launcher, self.recorder, self._memory)
             self._stack = stack.pop_all()
 
     def _environment(self) -> dict[str, str]:
@@ -109,27 +109,27 @@ class System(Waits):
             probe.wait_until_ready()
             self.probe = probe
         except ProbeError as error:
-            self.recorder.add_trouble(f"{error.message}: {error.hint or 'it said nothing'}")
+            self.recorder.add_trouble(f"{error.message}: {error.hint or 'no output'}")
 
     def stop(self, patience_s: float = STOP_S) -> Ending:
-        """Take everything down; how it went. Again: the same answer."""
+        """Stop the system and release everything; may be called more than once."""
         if self._ending is not None:
             return self._ending
         asked_s = None
-        if self._launched.is_alive:
-            self._memory.note(self._launched.pid)
+        if self._launcher.is_alive:
+            self._memory.note(self._launcher.pid)
             self.recorder.step(STOP)
             asked_s = self.recorder.now_s
-        self._launched.stop(patience_s)
+        self._launcher.stop(patience_s)
         down_s = self.recorder.now_s
         self._followers.join(REST_S)
-        left = end_processes(self._launched.pid)
+        left = end_processes(self._launcher.pid)
         self._read_files()
         self._stack.close()  # the probe, which has memory mapped, and the lease
         self._ending = Ending(
             asked_s=asked_s,
             down_s=down_s,
-            returncode=self._launched.returncode,
+            returncode=self._launcher.returncode,
             left_processes=left,
             left_memory=self._memory.left(),
         )
@@ -137,52 +137,46 @@ class System(Waits):
         return self._ending
 
     def _read_files(self) -> None:
-        """Complete what was heard: the last words of a run may come too late for its socket."""
+        """Complete the observations: the end of the log may come too late for the socket."""
         folder = self.log_dir
         if folder is None:
             return
+        facts = self.facts()
         events = log_files.events(folder, self.recorder)
-        if len(events) > len(self.facts().events):
-            self.recorder.replace_events(events)
-        self._read_log(folder)
-
-    def _read_log(self, folder: Path) -> None:
+        if len(events) > len(facts.events):
+            self.recorder.replace(ProcessEvent, events)
         lines = log_files.lines(folder, self.recorder)
-        if len(lines) > len(self.facts().lines):
-            self.recorder.replace_lines(lines)
+        if len(lines) > len(facts.lines):
+            self.recorder.replace(LogLine, lines)
         elif self._followers.dropped_lines:
-            self.recorder.add_trouble("so much was printed that some of it is not known")
-        if not log_files.is_whole(folder):
-            self.recorder.add_trouble("so much was printed that the first of it may not be known")
+            self.recorder.add_trouble("lines were printed too fast; some are missing")
+        if not log_files.is_complete(folder):
+            self.recorder.add_trouble("the log has been rotated; its first lines may be missing")
 
     @property
     def is_alive(self) -> bool:
-        """Whether the launcher runs."""
-        return self._ending is None and self._launched.is_alive
+        return self._ending is None and self._launcher.is_alive
 
     @property
     def returncode(self) -> int | None:
-        """The launcher's exit code; None while it runs, or if it had to be killed."""
-        return self._launched.returncode
+        """Of the launcher; None while it runs, or if it had to be killed."""
+        return self._launcher.returncode
 
     @property
     def log_dir(self) -> Path | None:
-        """The folder of the run; None as long as there is none."""
-        return log_files.folder_of(self.log_root, self._launched.pid)
+        """The log folder of the run, once there is one."""
+        return log_files.folder_of(self.log_root, self._launcher.pid)
 
     def last_words(self, count: int = 15) -> list[str]:
-        """The last lines that the launcher printed."""
-        return self._launched.last_words(count)
+        """The last lines of the launcher's output."""
+        return self._launcher.last_words(count)
 
-    # ---- watching
+    # ---- messages
 
-    def watch(
-        self, topic: str, type: str | None = None, qos: Mapping[str, Any] | None = None
-    ) -> str:
-        """Record the messages of a topic from now on; the key that they carry as `watch`."""
+    def watch(self, topic: str, type: str | None = None) -> None:
+        """Record the messages of a topic from now on."""
         sub = f"{topic} {next(self._subs)}"
-        self._probed().ask("subscribe", sub=sub, topic=topic, type=type, qos=_qos_words(qos))
-        return sub
+        self._probed().ask("subscribe", sub=sub, topic=topic, type=type, qos=None)
 
     def wait_for_message(
         self,
@@ -192,7 +186,7 @@ class System(Waits):
         within_s: float = 10.0,
         since_s: float = 0.0,
     ) -> Message:
-        """The first message after `since_s` whose content is as wanted; watches the topic."""
+        """The first message after `since_s` for whose content `where` is true."""
         if not any(m.topic == topic for m in self.facts().messages):
             self.watch(topic)
 
@@ -200,33 +194,33 @@ class System(Waits):
             later = (m for m in facts.heard(topic) if m.at_s >= since_s)
             return next((m for m in later if where is None or where(m.content)), None)
 
-        return self.wait_for(
-            found,
-            f"a message on {topic}",
-            within_s,
-            lambda facts: explain.message(topic, since_s, facts),
-        )
+        def guess(facts: Facts) -> str | None:
+            return explain.missing_message(topic, since_s, facts)
 
-    # ---- steering
+        return self.wait_for(found, f"a message on {topic}", within_s, guess)
+
+    # ---- commands
 
     def ps(self) -> list[dict[str, Any]]:
-        """What the run says of its processes now."""
+        """The rows of `ps`."""
         found: list[dict[str, Any]] = self._control("ps")["processes"]
         return found
 
     def kill(self, process: str, signum: str = "SIGKILL") -> None:
-        """Send a signal to a process's group from outside; the launcher sees an unasked death.
+        """Signal a process group from outside: an unexpected exit for the launcher.
 
-        After a SIGKILL it has seen it when this returns.
+        Returns after SIGKILL when the launcher has noticed the exit.
         """
         rows = self._rows(process)
         ends = {row["name"]: _ends(self.facts(), row["name"]) for row in rows}
         for row in rows:
-            self.recorder.ask(row["name"])
-            self._memory.note(self._launched.pid)
-            _signal_group(row["pid"], self._launched.pid, signal.Signals[signum])
+            self.recorder.expect_exit(row["name"])
+            self._memory.note(self._launcher.pid)
+            if is_of_run(row["pid"], self._launcher.pid):
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(row["pid"], signal.Signals[signum])
         if signum == "SIGKILL":
-            # Bounded, since nobody can end what sleeps uninterruptibly.
+            # Bounded, since uninterruptible processes cannot be killed.
             self.recorder.wait_for(
                 lambda facts: all(_ends(facts, name) > before for name, before in ends.items()),
                 REST_S,
@@ -243,37 +237,34 @@ class System(Waits):
         ]
         if not alive:
             known = ", ".join(row["name"] for row in rows if row["pid"] is not None) or "none"
-            raise ControlError(f"no process '{process}' runs", hint=f"there are: {known}")
+            raise ControlError(f"no process '{process}' is running", hint=f"there are: {known}")
         return alive
 
     def stop_process(self, process: str) -> None:
-        """Let the launcher stop it, in order; it stays stopped."""
-        self._steer("stop", process, ends=True)
+        """Through the launcher, which keeps it stopped."""
+        self.steer("stop", process)
 
     def start_process(self, process: str) -> None:
-        """Let the launcher start it again."""
-        self._steer("start", process)
+        self.steer("start", process)
 
     def restart_process(self, process: str) -> None:
-        """Let the launcher stop it and start it again."""
-        self._steer("restart", process, ends=True)
+        self.steer("restart", process)
 
     def pause(self, process: str) -> None:
-        """Let it stand still."""
-        self._steer("pause", process)
+        self.steer("pause", process)
 
     def resume(self, process: str) -> None:
-        """Let it go on."""
-        self._steer("resume", process)
+        self.steer("resume", process)
 
     def send(self, process: str, text: str) -> None:
-        """A line for its standard input."""
+        """Write a line to its standard input."""
         self._control("send", process, text=text)
 
-    def _steer(self, verb: str, process: str, *, ends: bool = False) -> None:
-        if ends:
+    def steer(self, verb: str, process: str) -> None:
+        """`stop`, `start`, `restart`, `pause` or `resume` through the launcher."""
+        if verb in ("stop", "restart"):
             for name in self.facts().named(process):
-                self.recorder.ask(name)
+                self.recorder.expect_exit(name)
         self._control(verb, process)
 
     def _control(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
@@ -282,7 +273,7 @@ class System(Waits):
             return connection.ask(verb, names, patience_s=STOP_S, **options).result
 
     def publish(self, topic: str, type: str | None, value: Any) -> None:
-        """Publish one message, when a subscription is there."""
+        """Publish one message, once there is a subscription."""
         self._probed().ask("publish", topic=topic, type=type, values=value)
 
     def call(
@@ -290,10 +281,8 @@ class System(Waits):
     ) -> Any:
         """The response of a service."""
         values = {} if request is None else request
-        answer = self._probed().ask(
-            "call", timeout_s=timeout_s, service=service, type=type, values=values
-        )
-        return answer["values"]
+        fields = {"service": service, "type": type, "values": values}
+        return self._probed().ask("call", timeout_s=timeout_s, **fields)["values"]
 
     def parameter(self, node: str, name: str, timeout_s: float = 5.0) -> Any:
         """The value of a parameter; ProbeError if the node does not have it."""
@@ -309,7 +298,7 @@ class System(Waits):
             nodes = self.facts().graph().nodes
             if nodes and node not in nodes:
                 hint = near(node, list(nodes))
-                raise ProbeError(f"there is no node {node}", hint=hint) from None
+                raise ProbeError(f"no node {node}", hint=hint) from None
             raise
 
     def _no_parameter(self, node: str, name: str, timeout_s: float) -> ProbeError:
@@ -317,7 +306,7 @@ class System(Waits):
         return ProbeError(f"{node} has no parameter '{name}'", hint=near(name, known))
 
     def _parameters(self, node: str, timeout_s: float) -> list[str]:
-        """The names of a node's parameters; none if it does not say."""
+        """The names of a node's parameters; none if it does not answer."""
         kind = "rcl_interfaces/srv/ListParameters"
         try:
             answer = self.call(f"{node}/list_parameters", kind, None, timeout_s)
@@ -335,29 +324,13 @@ class System(Waits):
         known = self._parameters(node, SET_S)
         if known and name not in known:
             raise self._no_parameter(node, name, SET_S)
-        raise ProbeError(f"{node} refuses {name}: {result['reason'] or 'it gives no reason'}")
+        raise ProbeError(f"{node} rejected {name}: {result['reason'] or 'no reason given'}")
 
     def _probed(self) -> ProbeClient:
         if self.probe is None:
-            raise ProbeError("there is no ROS probe in this run")
+            raise ProbeError("this run has no ROS probe")
         return self.probe
 
 
-def _qos_words(qos: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """Policies in the words of `topic info -v`."""
-    if qos is None:
-        return None
-    return {name: v.upper() if isinstance(v, str) else v for name, v in qos.items()}
-
-
 def _ends(facts: Facts, process: str) -> int:
-    """How often it has ended so far."""
     return sum(1 for _ in facts.of("ended", process))
-
-
-def _signal_group(pid: int, launcher_pid: int, signum: signal.Signals) -> None:
-    """Only if the process still is one of the run."""
-    run_id = run_id_of(pid)
-    if run_id is not None and run_id.partition("-")[0] == str(launcher_pid):
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(pid, signum)

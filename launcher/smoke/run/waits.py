@@ -1,4 +1,4 @@
-"""Observed: waiting for what is seen of a system, with errors that say what was seen instead."""
+"""Waiting for observations, with errors that say what was observed instead."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.expect.expectation_kinds import judge
 from launcher.smoke.expect.quantities import INFINITY, Span
-from launcher.smoke.judges import explain
-from launcher.smoke.judges.logs import LAUNCHER
+from launcher.smoke.judges import explain, judge
 from launcher.smoke.observe.facts import Facts, LogLine, ProcessEvent
 from launcher.smoke.observe.recorder import Recorder
 
@@ -18,17 +16,17 @@ T = TypeVar("T")
 
 
 class NotSeenError(AssertionError):
-    """What was waited for did not come."""
+    """What was waited for was not observed in time."""
 
 
 class Waits:
-    """Looks at what a recorder has taken down; all times are bounded."""
+    """All times are bounded; a wait that times out raises NotSeenError."""
 
     def __init__(self, recorder: Recorder) -> None:
         self.recorder = recorder
 
     def facts(self) -> Facts:
-        """Everything that was seen up to now."""
+        """Everything observed up to now."""
         return self.recorder.facts()
 
     def wait_for(
@@ -38,10 +36,7 @@ class Waits:
         within_s: float = 10.0,
         guess: Callable[[Facts], str | None] = lambda _: None,
     ) -> T:
-        """The first true answer of `fact`; NotSeenError with the last lines if there is none.
-
-        `guess` says what the facts tell about why not.
-        """
+        """The first true result of `fact`; `guess` gives a probable cause for the error."""
         found = self.recorder.wait_for(fact, within_s)
         if not found:
             facts = self.facts()
@@ -53,16 +48,12 @@ class Waits:
         return found
 
     def wait_for_expectation(self, expectation: Expectation, within_s: float) -> Verdict:
-        """Until it is met; NotSeenError that says what was seen instead."""
-
-        def is_met(facts: Facts) -> Verdict | None:
-            verdict = judge(expectation, facts)
-            return verdict if verdict.outcome is Outcome.MET else None
-
-        found = self.recorder.wait_for(is_met, within_s)
-        if found is not None:
-            return found
-        verdict = judge(expectation, self.facts())
+        """Until it is met."""
+        verdict = self.recorder.wait_for(
+            lambda facts: _if_met(judge(expectation, facts)), within_s
+        ) or judge(expectation, self.facts())
+        if verdict.outcome is Outcome.MET:
+            return verdict
         guess = f"\nmaybe: {verdict.guess}" if verdict.guess else ""
         raise NotSeenError(
             f"not within {within_s:g} s: {verdict.expected}\nseen: {verdict.seen}{guess}"
@@ -78,7 +69,7 @@ class Waits:
         since_s: float = 0.0,
         count: int = 1,
     ) -> LogLine:
-        """The `count`-th line that matches and came after `since_s` (time of the run).
+        """The `count`-th matching line after `since_s` (time of the run).
 
         The process `launch` is the launcher itself.
         """
@@ -91,19 +82,17 @@ class Waits:
                 if line.at_s >= since_s
                 and wanted.search(line.plain)
                 and level in (None, line.level)
-                and _is_of(line, process, facts)
+                and facts.is_from(line, process)
             ]
             return lines[count - 1] if len(lines) >= count else None
 
-        of = "" if process == "*" else f" from {process}"
-
         def guess(facts: Facts) -> str | None:
-            return explain.line(wanted, process, level, since_s, facts)
+            return explain.missing_line(wanted, process, level, since_s, facts)
 
+        of = "" if process == "*" else f" from {process}"
         return self.wait_for(found, f"a line with '{pattern}'{of}", within_s, guess)
 
     def wait_for_node(self, name: str, within_s: float = 10.0) -> Verdict:
-        """Until the node is in the graph."""
         return self.wait_for_expectation(Expectation(kind="node", subject=name), within_s)
 
     def wait_for_topic(
@@ -115,10 +104,10 @@ class Waits:
         subscriptions: int = 0,
         within_s: float = 10.0,
     ) -> Verdict:
-        """Until the topic is there with at least so many endpoints."""
+        """Until the topic exists with at least so many endpoints."""
         values: dict[str, Any] = {
-            "publishers": _at_least(publishers),
-            "subscriptions": _at_least(subscriptions),
+            "publishers": Span(low=publishers, high=INFINITY, text=f">= {publishers}"),
+            "subscriptions": Span(low=subscriptions, high=INFINITY, text=f">= {subscriptions}"),
         }
         if type is not None:
             values["type"] = type
@@ -126,22 +115,17 @@ class Waits:
         return self.wait_for_expectation(wanted, within_s)
 
     def wait_for_exit(self, process: str, within_s: float = 10.0) -> ProcessEvent:
-        """The end of a process; its `details` have `returncode` and `asked`."""
+        """The exit of a process; its `details` have `returncode` and `asked`."""
 
         def found(facts: Facts) -> ProcessEvent | None:
-            ends = [e for n in facts.named(process) for e in facts.of("ended", n)]
+            ends = [end for name in facts.named(process) if (end := facts.last_end(name))]
             return ends[-1] if ends else None
 
-        return self.wait_for(
-            found, f"{process} ends", within_s, lambda facts: explain.unknown(process, facts)
-        )
+        def guess(facts: Facts) -> str | None:
+            return explain.unknown_process(process, facts)
+
+        return self.wait_for(found, f"{process} exits", within_s, guess)
 
 
-def _is_of(line: LogLine, process: str, facts: Facts) -> bool:
-    if line.process is None:
-        return process == LAUNCHER
-    return facts.is_named(line.process, process)
-
-
-def _at_least(count: int) -> Span:
-    return Span(low=count, high=INFINITY, text=f">= {count}")
+def _if_met(verdict: Verdict) -> Verdict | None:
+    return verdict if verdict.outcome is Outcome.MET else None
