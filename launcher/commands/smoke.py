@@ -18,13 +18,12 @@ from launcher.commands.run_options import take_run_options
 from launcher.engine.screen import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.smoke import flags
-from launcher.smoke.expect import loader
 from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.expect.fields import near
 from launcher.smoke.expect.quantities import DURATION
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
-from launcher.smoke.preflight import checks, forecast
+from launcher.smoke.preflight import checks, forecast, loader
 
 if TYPE_CHECKING:
     from launcher.smoke.run.session import Session

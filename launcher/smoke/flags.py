@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from launcher.errors import UsageError
 from launcher.smoke.expect.expectation import Expectation
-from launcher.smoke.expect.loader import parse_entry
+from launcher.smoke.preflight.loader import parse_entry
 
 Entry = dict[str, object]
 

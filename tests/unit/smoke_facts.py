@@ -7,7 +7,6 @@ from typing import Any
 
 from launcher.graph.snapshot import Endpoint, Snapshot
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.expect.loader import parse
 from launcher.smoke.judges import judge
 from launcher.smoke.observe.facts import (
     Ending,
@@ -18,6 +17,7 @@ from launcher.smoke.observe.facts import (
     ProcessEvent,
     Sample,
 )
+from launcher.smoke.preflight.loader import parse
 
 STRING = "std_msgs/msg/String"
 MB = 1024 * 1024

@@ -16,10 +16,10 @@ from launcher.control.names import Named
 from launcher.errors import UsageError
 from launcher.smoke import flags
 from launcher.smoke.expect.conditions import Conditions, Expression
-from launcher.smoke.expect.loader import parse
 from launcher.smoke.expect.script import Script
 from launcher.smoke.preflight import checks
 from launcher.smoke.preflight.forecast import Forecast, compare
+from launcher.smoke.preflight.loader import parse
 from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
 
 

@@ -14,8 +14,8 @@ from launcher.smoke.expect import quantities
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.expect.fields import FieldType
-from launcher.smoke.expect.loader import parse
 from launcher.smoke.observe.facts import Ending, Facts
+from launcher.smoke.preflight.loader import parse
 from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
 from launcher.smoke.reports.result import Judged, Result, worst

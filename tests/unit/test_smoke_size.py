@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from launcher.smoke.expect import loader
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import LogLine
 from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.preflight import loader
 from launcher.smoke.reports import text_report
 from launcher.smoke.reports.result import Judged, Result
 from tests.unit.smoke_facts import seen
