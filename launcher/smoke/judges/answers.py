@@ -6,25 +6,22 @@ from launcher.smoke.expect.conditions import fits, wanted_text
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
-    Period,
+    Window,
     condition_text,
     holds,
-    met,
-    not_yet,
     times_text,
-    violated,
-    with_period,
+    with_window,
 )
 from launcher.smoke.observe.facts import Answer, Facts
 
 
-def _answers(expectation: Expectation, facts: Facts, when: Period) -> list[Answer]:
+def _answers(expectation: Expectation, facts: Facts, when: Window) -> list[Answer]:
     return [a for a in facts.answers.get(expectation.key, ()) if a.at_s in when]
 
 
-def _fits(expected: str, answer: Answer, when: Period) -> Verdict:
+def _fits(answer: Answer, when: Window) -> Verdict:
     seen = f"{answer.value!r} after {when.since(answer.at_s)}"
-    return met(expected, seen=seen, at_s=answer.at_s)
+    return when.met(seen=seen, at_s=answer.at_s)
 
 
 def _last(answers: list[Answer]) -> str:
@@ -41,18 +38,16 @@ def _parameter_text(expectation: Expectation) -> str:
     return f"parameter {expectation.subject} of {node} {wanted}{times_text(expectation)}"
 
 
-@with_period(_parameter_text)
-def parameter(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_parameter_text)
+def parameter(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     answers = _answers(expectation, facts, when)
     values = [answer for answer in answers if answer.error is None]
     for answer in values:
         if fits(answer.value, expectation.get("is")):
-            return _fits(expected, answer, when)
+            return _fits(answer, when)
     node = expectation.get("node")
     process = facts.process_of(node)
-    return not_yet(
-        when,
-        expected,
+    return when.not_yet(
         seen=_last(answers),
         guess=None if values else _unanswered(answers, node, facts),
         about=() if process is None else (process,),
@@ -72,8 +67,8 @@ def _service_text(expectation: Expectation) -> str:
     return f"service {expectation.subject} responds{condition}{times_text(expectation)}"
 
 
-@with_period(_service_text)
-def service(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_service_text)
+def service(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     answers = _answers(expectation, facts, when)
     reasons = []
     for answer in answers:
@@ -81,10 +76,10 @@ def service(expectation: Expectation, facts: Facts, when: Period, expected: str)
             continue
         is_good, why = holds(expectation, answer.value)
         if is_good:
-            return _fits(expected, answer, when)
+            return _fits(answer, when)
         reasons.append(why)
     seen = _last(answers) + (f" ({reasons[-1]})" if reasons and reasons[-1] else "")
     if reasons and expectation.get("once"):
-        return violated(expected, seen=seen, at_s=answers[-1].at_s)
+        return when.violated(seen=seen, at_s=answers[-1].at_s)
     guess = explain.missing_service(expectation.subject, facts)
-    return not_yet(when, expected, seen=seen, guess=guess)
+    return when.not_yet(seen=seen, guess=guess)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
-from launcher.smoke.expect.quantities import seconds_text
+from launcher.smoke.expect.quantities import INFINITY, Span, seconds_text
 from launcher.smoke.observe.facts import Facts, GraphSeen
 
 T = TypeVar("T")
@@ -16,9 +16,13 @@ EVENT_LATENCY_S = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Period:
-    """The window of an expectation in time of the run; `closed`: all of it was observed."""
+class Window:
+    """The time of an expectation, in time of the run; `closed`: all of it was observed.
 
+    Its methods make the verdicts; `expected` is their text.
+    """
+
+    expected: str
     start_s: float
     from_s: float
     to_s: float
@@ -35,19 +39,42 @@ class Period:
         """A time of the run as time since the start of the window."""
         return seconds_text(max(0.0, at_s - self.start_s))
 
+    def met(self, **details: Any) -> Verdict:
+        return met(self.expected, **details)
 
-def period(expectation: Expectation, facts: Facts) -> Period | None:
+    def violated(self, **details: Any) -> Verdict:
+        return violated(self.expected, **details)
+
+    def open(self, **details: Any) -> Verdict:
+        return Verdict(outcome=Outcome.OPEN, expected=self.expected, **details)
+
+    def not_yet(self, **details: Any) -> Verdict:
+        """Violated when the window is closed."""
+        return self.violated(**details) if self.closed else self.open(**details)
+
+    def so_far(self, **details: Any) -> Verdict:
+        """Met when the window is closed."""
+        return self.met(**details) if self.closed else self.open(**details)
+
+    def is_enough(self, number: int, span: Span) -> bool:
+        """Whether a number that can only grow is in a span for good."""
+        return number in span and (span.high == INFINITY or self.closed)
+
+
+def window(expectation: Expectation, facts: Facts, expected: str = "") -> Window | None:
     """None if the step that the time counts from has not happened."""
     start_s = facts.steps.get(expectation.after)
     if start_s is None:
         return None
     within = expectation.within
-    low, high = (0.0, float("inf")) if within is None else (within.low, within.high)
-    to_s = start_s + high
-    closed = facts.is_over or facts.now_s >= to_s + EVENT_LATENCY_S
-    if within is None:
-        to_s = facts.stop_s
-    return Period(start_s=start_s, from_s=start_s + low, to_s=to_s, closed=closed)
+    low, high = (0.0, INFINITY) if within is None else (within.low, within.high)
+    return Window(
+        expected=expected,
+        start_s=start_s,
+        from_s=start_s + low,
+        to_s=facts.stop_s if within is None else start_s + high,
+        closed=facts.is_over or facts.now_s >= start_s + high + EVENT_LATENCY_S,
+    )
 
 
 def times_text(expectation: Expectation) -> str:
@@ -59,18 +86,18 @@ def times_text(expectation: Expectation) -> str:
 
 
 Judge = Callable[[Expectation, Facts], Verdict]
-PeriodJudge = Callable[[Expectation, Facts, Period, str], Verdict]
+WindowJudge = Callable[[Expectation, Facts, Window], Verdict]
 
 
-def with_period(expected: Callable[[Expectation], str]) -> Callable[[PeriodJudge], Judge]:
-    """Decorate a judge that takes the window and the text of what is expected."""
+def with_window(expected: Callable[[Expectation], str]) -> Callable[[WindowJudge], Judge]:
+    """Decorate a judge that takes a window; `expected` gives the text of what is expected."""
 
-    def decorate(judge: PeriodJudge) -> Judge:
+    def decorate(judge: WindowJudge) -> Judge:
         def judged(expectation: Expectation, facts: Facts) -> Verdict:
             text = expected(expectation)
-            when = period(expectation, facts)
+            when = window(expectation, facts, text)
             if when is not None:
-                return judge(expectation, facts, when, text)
+                return judge(expectation, facts, when)
             if facts.is_over:
                 return violated(text, seen=f"the step '{expectation.after}' never happened")
             return Verdict(outcome=Outcome.OPEN, expected=text)
@@ -88,24 +115,12 @@ def violated(expected: str, **details: Any) -> Verdict:
     return Verdict(outcome=Outcome.VIOLATED, expected=expected, **details)
 
 
-def not_yet(when: Period, expected: str, **details: Any) -> Verdict:
-    """Violated when the time is over, open until then."""
-    outcome = Outcome.VIOLATED if when.closed else Outcome.OPEN
-    return Verdict(outcome=outcome, expected=expected, **details)
-
-
-def so_far(when: Period, expected: str, **details: Any) -> Verdict:
-    """Met when the time is over, open until then."""
-    outcome = Outcome.MET if when.closed else Outcome.OPEN
-    return Verdict(outcome=outcome, expected=expected, **details)
-
-
 def first_time(
-    states: Sequence[T], holds: Callable[[T], bool], when: Period, at: Callable[[T], float]
+    states: Sequence[T], holds: Callable[[T], bool], when: Window, at: Callable[[T], float]
 ) -> float | None:
     """When a state, which lasts until the next one, first held in the window."""
     for index, state in enumerate(states):
-        ends_s = at(states[index + 1]) if index + 1 < len(states) else float("inf")
+        ends_s = at(states[index + 1]) if index + 1 < len(states) else INFINITY
         if at(state) <= when.to_s and ends_s > when.from_s and holds(state):
             return max(at(state), when.from_s)
     return None

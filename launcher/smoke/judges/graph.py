@@ -13,16 +13,12 @@ from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.expect.quantities import Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
-    Period,
+    Window,
     first_time,
     listed,
-    met,
-    not_yet,
     since,
-    so_far,
     times_text,
-    violated,
-    with_period,
+    with_window,
 )
 from launcher.smoke.observe.facts import Facts, GraphSeen
 
@@ -35,16 +31,16 @@ def _shown(seen: GraphSeen, pattern: str) -> list[str]:
     return [name for name in alive if fnmatch.fnmatchcase(name, pattern)]
 
 
-def _when(facts: Facts, holds: Callable[[GraphSeen], bool], when: Period) -> float | None:
+def _when(facts: Facts, holds: Callable[[GraphSeen], bool], when: Window) -> float | None:
     """When it first held, also in the part before `5` of `5 to 8 s`."""
     whole = replace(when, from_s=when.start_s)
     return first_time(facts.graphs, holds, whole, lambda seen: seen.at_s)
 
 
-def _held(when: Period, at_s: float, expected: str, word: str = "") -> Verdict:
+def _held(when: Window, at_s: float, word: str = "") -> Verdict:
     if when.is_too_early(at_s):
-        return violated(expected, seen=f"too early, {word}after {when.since(at_s)}", at_s=at_s)
-    return met(expected, seen=f"{word}after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
+        return when.violated(seen=f"too early, {word}after {when.since(at_s)}", at_s=at_s)
+    return when.met(seen=f"{word}after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
 
 
 # ---- nodes
@@ -55,36 +51,34 @@ def _node_text(expectation: Expectation) -> str:
     return f"node {expectation.subject} {verb}{times_text(expectation)}"
 
 
-@with_period(_node_text)
-def node(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_node_text)
+def node(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     pattern = expectation.subject
     if expectation.get("absent"):
-        return _absent(expectation, facts, when, expected)
+        return _absent(expectation, facts, when)
     at_s = _when(facts, lambda seen: bool(_shown(seen, pattern)), when)
     if at_s is not None:
-        return _held(when, at_s, expected)
+        return _held(when, at_s)
     process = facts.process_of(pattern)
-    return not_yet(
-        when,
-        expected,
+    return when.not_yet(
         seen=f"never; known nodes: {listed(facts.graph().nodes)}",
         about=(process,) if process else (),
         guess=explain.missing_node(pattern, facts),
     )
 
 
-def _absent(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+def _absent(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     """With `within`: it disappears in time; without: it never appears."""
     pattern = expectation.subject
     if expectation.within is not None:
         gone_s = _when(facts, lambda seen: not _shown(seen, pattern), when)
         if gone_s is None:
-            return not_yet(when, expected, seen="it stayed in the graph")
-        return _held(when, gone_s, expected, "gone ")
+            return when.not_yet(seen="it stayed in the graph")
+        return _held(when, gone_s, "gone ")
     at_s = _when(facts, lambda seen: bool(_shown(seen, pattern)), when)
     if at_s is not None:
-        return violated(expected, seen=f"it was there after {when.since(at_s)}", at_s=at_s)
-    return so_far(when, expected, seen="it never was")
+        return when.violated(seen=f"it was there after {when.since(at_s)}", at_s=at_s)
+    return when.so_far(seen="it never was")
 
 
 # ---- topics
@@ -103,31 +97,28 @@ def _topic_text(expectation: Expectation) -> str:
     return f"{parts[0]} {' and '.join(parts[1:])}{times_text(expectation)}"
 
 
-@with_period(_topic_text)
-def topic(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_topic_text)
+def topic(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     def guess() -> str | None:
         return explain.topic(expectation.subject, expectation.get("type"), facts)
 
-    return _without_faults(_topic_faults, expectation, facts, when, expected, guess)
+    return _without_faults(_topic_faults, expectation, facts, when, guess)
 
 
 def _without_faults(
     faults: Callable[[Expectation, GraphSeen], list[str]],
     expectation: Expectation,
     facts: Facts,
-    when: Period,
-    expected: str,
+    when: Window,
     guess: Callable[[], str | None],
 ) -> Verdict:
     """Met when a graph without faults was observed in time."""
     at_s = _when(facts, lambda seen: not faults(expectation, seen), when)
     if at_s is not None:
-        return _held(when, at_s, expected)
+        return _held(when, at_s)
     last = facts.last_graph()
     now = ["no graph was observed"] if last is None else faults(expectation, last)
-    return not_yet(
-        when,
-        expected,
+    return when.not_yet(
         seen="; ".join(now) or "it did hold, but not in time",
         at_s=since(facts, lambda graph: faults(expectation, graph)),
         guess=guess(),
@@ -170,12 +161,12 @@ def _word(value: Any) -> str:
     return f"{value:g} s" if isinstance(value, float) else str(value).upper()
 
 
-@with_period(_qos_text)
-def qos(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_qos_text)
+def qos(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     def guess() -> str | None:
         return explain.mismatch(expectation.subject, facts)
 
-    return _without_faults(_qos_faults, expectation, facts, when, expected, guess)
+    return _without_faults(_qos_faults, expectation, facts, when, guess)
 
 
 def _qos_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:

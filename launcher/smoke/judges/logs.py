@@ -9,14 +9,10 @@ from launcher.smoke.expect.expectation import STOP, Expectation, Verdict
 from launcher.smoke.expect.quantities import Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
-    Period,
-    met,
-    not_yet,
+    Window,
     shorten,
-    so_far,
     times_text,
-    violated,
-    with_period,
+    with_window,
 )
 from launcher.smoke.observe.facts import Facts, LogLine
 
@@ -37,8 +33,8 @@ def _log_text(expectation: Expectation) -> str:
     return f"{number}{level}{process} with '{pattern}'{times_text(expectation)}"
 
 
-@with_period(_log_text)
-def log(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_log_text)
+def log(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     span: Span = expectation.get("count") or _AT_LEAST_ONE
     level, process = expectation.get("level"), expectation.get("process")
     same = [
@@ -50,18 +46,16 @@ def log(expectation: Expectation, facts: Facts, when: Period, expected: str) -> 
     early = next((line for line in lines if when.is_too_early(line.at_s)), None)
     if early is not None:
         seen = f"too early, after {when.since(early.at_s)}: {_quoted(early)}"
-        return violated(expected, seen=seen, at_s=early.at_s)
+        return when.violated(seen=seen, at_s=early.at_s)
     found = [line for line in lines if line.at_s in when]
     if len(found) > span.high:
         extra = found[int(span.high)]
         seen = f"{len(found)}; one too many after {when.since(extra.at_s)}: {_quoted(extra)}"
         about = (extra.process,) if extra.process else ()
-        return violated(expected, seen=seen, at_s=extra.at_s, value=len(found), about=about)
-    if len(found) >= span.low and (span.high == float("inf") or when.closed):
-        return met(expected, **_seen(found, span, when))
-    return not_yet(
-        when,
-        expected,
+        return when.violated(seen=seen, at_s=extra.at_s, value=len(found), about=about)
+    if when.is_enough(len(found), span):
+        return when.met(**_seen(found, span, when))
+    return when.not_yet(
         seen=f"{len(found)}" if found else _nearest(same, lines, facts, process, when),
         guess=explain.missing_line(expectation.subject, process, level, when.start_s, facts)
         if when.closed
@@ -71,7 +65,7 @@ def log(expectation: Expectation, facts: Facts, when: Period, expected: str) -> 
     )
 
 
-def _seen(found: Sequence[LogLine], span: Span, when: Period) -> dict[str, object]:
+def _seen(found: Sequence[LogLine], span: Span, when: Window) -> dict[str, object]:
     if not found:
         return {"seen": "no such line", "value": 0.0}
     line = found[max(0, min(int(span.low), len(found)) - 1)]
@@ -85,7 +79,7 @@ def _nearest(
     lines: Sequence[LogLine],
     facts: Facts,
     process: str | None,
-    when: Period,
+    when: Window,
 ) -> str:
     """What came instead: `lines` at another time, `same` with another level."""
     if lines:
@@ -117,8 +111,8 @@ def _order_text(expectation: Expectation) -> str:
     return f"first lines{process} in this order: {patterns}{times_text(expectation)}"
 
 
-@with_period(_order_text)
-def order(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_order_text)
+def order(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     lines = [
         line
         for line in facts.lines
@@ -129,12 +123,12 @@ def order(expectation: Expectation, facts: Facts, when: Period, expected: str) -
         index = next((i for i, line in enumerate(lines) if pattern.search(line.plain)), None)
         if index is None:
             seen = f"no line with '{pattern.pattern}'"
-            return not_yet(when, expected, seen=seen, about=_abouts(expectation, facts))
+            return when.not_yet(seen=seen, about=_abouts(expectation, facts))
         if before is not None and index < before[0]:
             seen = f"'{pattern.pattern}' came before '{before[1]}': {_quoted(lines[index])}"
-            return violated(expected, seen=seen, at_s=lines[index].at_s)
+            return when.violated(seen=seen, at_s=lines[index].at_s)
         before = (index, pattern.pattern)
-    return met(expected, seen="in this order")
+    return when.met(seen="in this order")
 
 
 # ---- errors
@@ -156,8 +150,8 @@ def _of_subject(expectation: Expectation, facts: Facts) -> Iterator[LogLine]:
             yield line
 
 
-@with_period(_no_errors_text)
-def no_errors(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_no_errors_text)
+def no_errors(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     excepted = expectation.get("except", ())
     bad = [
         line
@@ -166,16 +160,15 @@ def no_errors(expectation: Expectation, facts: Facts, when: Period, expected: st
         and line.level in ("ERROR", "FATAL")
         and not any(pattern.search(line.plain) for pattern in excepted)
     ]
-    return _none_of(bad, when, expected)
+    return _none_of(bad, when)
 
 
-def _none_of(bad: Sequence[LogLine], when: Period, expected: str) -> Verdict:
+def _none_of(bad: Sequence[LogLine], when: Window) -> Verdict:
     if not bad:
-        return so_far(when, expected, seen="none", value=0.0)
+        return when.so_far(seen="none", value=0.0)
     first = bad[0]
     number = "" if len(bad) == 1 else f"{len(bad)}, the first "
-    return violated(
-        expected,
+    return when.violated(
         seen=f"{number}after {when.since(first.at_s)}: {_quoted(first)}",
         at_s=first.at_s,
         value=len(bad),
@@ -187,8 +180,8 @@ def _no_tracebacks_text(expectation: Expectation) -> str:
     return f"no traceback from {_whom(expectation)}{times_text(expectation)}"
 
 
-@with_period(_no_tracebacks_text)
-def no_tracebacks(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_no_tracebacks_text)
+def no_tracebacks(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     lines = list(_of_subject(expectation, facts))
     stopped_s = facts.steps.get(STOP, float("inf"))
     bad = []
@@ -198,7 +191,7 @@ def no_tracebacks(expectation: Expectation, facts: Facts, when: Period, expected
         last = _last_line(lines, index)
         if not (line.at_s >= stopped_s and last and _OF_A_STOP.match(last.plain)):
             bad.append(last or line)
-    return _none_of(bad, when, expected)
+    return _none_of(bad, when)
 
 
 def _last_line(lines: Sequence[LogLine], index: int) -> LogLine | None:

@@ -10,15 +10,11 @@ from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.expect.quantities import Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
-    Period,
+    Window,
     listed,
-    met,
-    not_yet,
     several,
-    so_far,
     times_text,
-    violated,
-    with_period,
+    with_window,
 )
 from launcher.smoke.observe.facts import Facts, ProcessEvent, Sample
 
@@ -52,45 +48,43 @@ def _process_text(expectation: Expectation) -> str:
     return f"process {pattern} {' and '.join(parts)}{times_text(expectation)}"
 
 
-@with_period(_process_text)
-def process(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_process_text)
+def process(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     names = facts.named(expectation.subject)
     if not names:
         seen = f"no such process; there are: {listed(facts.processes())}"
-        return not_yet(when, expected, seen=seen)
-    verdicts = [v for name in names for v in _verdicts(expectation, facts, name, when, expected)]
+        return when.not_yet(seen=seen)
+    verdicts = [v for name in names for v in _verdicts(expectation, facts, name, when)]
     return max(verdicts, key=lambda verdict: _RANK[verdict.outcome])
 
 
 _RANK = {Outcome.MET: 0, Outcome.OPEN: 1, Outcome.VIOLATED: 2}
 
 
-def _verdicts(
-    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
-) -> Iterator[Verdict]:
+def _verdicts(expectation: Expectation, facts: Facts, name: str, when: Window) -> Iterator[Verdict]:
     exits, restarts, alive = (expectation.get(key) for key in ("exits", "restarts", "alive"))
     if exits is not None:
-        yield _exits(exits, facts, name, when, expected)
+        yield _exits(exits, facts, name, when)
     if restarts is not None:
-        yield _restarts(restarts, facts, name, when, expected)
+        yield _restarts(restarts, facts, name, when)
     if alive is not None or (exits is None and restarts is None):
-        yield _alive(facts, name, alive is not False, expected)
+        yield _alive(facts, name, alive is not False, when)
 
 
-def _exits(wanted: int, facts: Facts, name: str, when: Period, expected: str) -> Verdict:
+def _exits(wanted: int, facts: Facts, name: str, when: Window) -> Verdict:
     ends = [e for e in facts.of("ended", name) if e.at_s in when]
     for end in ends:
         if end.details.get("returncode") == wanted:
             seen = f"{name} after {when.since(end.at_s)}"
-            return met(expected, seen=seen, at_s=end.at_s, value=end.at_s, unit="s")
+            return when.met(seen=seen, at_s=end.at_s, value=end.at_s, unit="s")
     if ends:
         seen = f"{name} ended with {_end_text(ends[-1])} after {when.since(ends[-1].at_s)}"
     else:
         seen = f"{name} did not end" + _later(facts, name, when)
-    return not_yet(when, expected, seen=seen, about=(name,))
+    return when.not_yet(seen=seen, about=(name,))
 
 
-def _later(facts: Facts, name: str, when: Period) -> str:
+def _later(facts: Facts, name: str, when: Window) -> str:
     later = [e for e in facts.of("ended", name) if e.at_s > when.to_s]
     return f" in time, but after {when.since(later[0].at_s)}" if later else ""
 
@@ -99,30 +93,30 @@ def _end_text(event: ProcessEvent) -> str:
     return exit_text(int(event.details.get("returncode", 0)))
 
 
-def _restarts(span: Span, facts: Facts, name: str, when: Period, expected: str) -> Verdict:
+def _restarts(span: Span, facts: Facts, name: str, when: Window) -> Verdict:
     starts = [e for e in facts.of("started", name) if e.at_s in when]
     first = next(facts.of("started", name), None)
     count = sum(event is not first for event in starts)
-    if count > span.high:
-        return violated(expected, seen=f"{name}: {count} restarts", value=count, about=(name,))
-    if count >= span.low and (span.high == float("inf") or when.closed):
-        return met(expected, seen=f"{name}: {count} restarts", value=count)
-    return not_yet(when, expected, seen=f"{name}: {count} restarts", value=count, about=(name,))
+    seen = f"{name}: {count} restarts"
+    if when.is_enough(count, span):
+        return when.met(seen=seen, value=count)
+    make = when.violated if count > span.high else when.not_yet
+    return make(seen=seen, value=count, about=(name,))
 
 
-def _alive(facts: Facts, name: str, alive: bool, expected: str) -> Verdict:
+def _alive(facts: Facts, name: str, alive: bool, when: Window) -> Verdict:
     """At the end, when the system is stopped."""
     if not facts.is_over:
-        return Verdict(outcome=Outcome.OPEN, expected=expected)
+        return when.open()
     if facts.lives(name, facts.stop_s) is alive:
-        return met(expected, seen=f"{name} {'ran' if alive else 'did not run'}")
+        return when.met(seen=f"{name} {'ran' if alive else 'did not run'}")
     if not alive:
-        return violated(expected, seen=f"{name} still ran", about=(name,))
+        return when.violated(seen=f"{name} still ran", about=(name,))
     last = facts.last_end(name)
     if last is None:
-        return violated(expected, seen=f"{name} could not be started", about=(name,))
+        return when.violated(seen=f"{name} could not be started", about=(name,))
     seen = f"{name} ended at {last.at_s:.1f} s of the run with {_end_text(last)}"
-    return violated(expected, seen=seen, at_s=last.at_s, about=(name,))
+    return when.violated(seen=seen, at_s=last.at_s, about=(name,))
 
 
 # ---- unexpected exits
@@ -132,8 +126,8 @@ def _no_deaths_text(expectation: Expectation) -> str:
     return "no process exits unexpectedly" + times_text(expectation)
 
 
-@with_period(_no_deaths_text)
-def no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_no_deaths_text)
+def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     """`but`: patterns of processes that are expected to exit."""
     expected_exits = expectation.get("but", ())
     bad = [
@@ -146,11 +140,10 @@ def no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: st
         and not any(facts.is_named(event.process, pattern) for pattern in expected_exits)
     ]
     if not bad:
-        return so_far(when, expected, seen="none did")
+        return when.so_far(seen="none did")
     first = bad[0]
     names = [event.process for event in bad if event.process]
-    return violated(
-        expected,
+    return when.violated(
         seen=several(_death_text(event) for event in bad),
         at_s=first.at_s,
         about=tuple(dict.fromkeys(names)),
@@ -186,13 +179,13 @@ def _cpu_text(expectation: Expectation) -> str:
     return f"CPU of {expectation.subject} {' and '.join(parts)}{times_text(expectation)}"
 
 
-@with_period(_cpu_text)
-def cpu(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_cpu_text)
+def cpu(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     by_name = _samples(expectation, facts, when)
     loads = {n: [s.cpu_percent for s in found if s.cpu_percent is not None] for n, found in by_name}
     loads = {name: values for name, values in loads.items() if values}
     if not when.closed or not loads:
-        return not_yet(when, expected, seen="nothing was measured")
+        return when.not_yet(seen="nothing was measured")
     below, peak = expectation.get("below"), expectation.get("peak")
     means = {name: sum(values) / len(values) for name, values in loads.items()}
     name = max(means, key=lambda n: means[n])
@@ -201,12 +194,12 @@ def cpu(expectation: Expectation, facts: Facts, when: Period, expected: str) -> 
     is_over = (below is not None and means[name] >= below) or (
         peak is not None and max(loads[most]) >= peak
     )
-    make = violated if is_over else met
-    return make(expected, seen=seen, value=means[name], unit="%", about=(name,) * is_over)
+    make = when.violated if is_over else when.met
+    return make(seen=seen, value=means[name], unit="%", about=(name,) * is_over)
 
 
 def _samples(
-    expectation: Expectation, facts: Facts, when: Period
+    expectation: Expectation, facts: Facts, when: Window
 ) -> Sequence[tuple[str, list[Sample]]]:
     names = facts.named(expectation.subject)
     return [(n, [s for s in facts.samples if s.process == n and s.at_s in when]) for n in names]
@@ -217,8 +210,8 @@ def _memory_text(expectation: Expectation) -> str:
     return f"memory of {expectation.subject} below {limit:g} MB{times_text(expectation)}"
 
 
-@with_period(_memory_text)
-def memory(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_memory_text)
+def memory(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     sizes = [
         (sample.memory_bytes, sample)
         for _, samples in _samples(expectation, facts, when)
@@ -226,10 +219,10 @@ def memory(expectation: Expectation, facts: Facts, when: Period, expected: str) 
         if sample.memory_bytes is not None
     ]
     if not sizes:
-        return not_yet(when, expected, seen="nothing was measured")
+        return when.not_yet(seen="nothing was measured")
     size, sample = max(sizes, key=lambda pair: pair[0])
     seen = f"{sample.process} {size / _MB:.1f} MB at {sample.at_s:.1f} s of the run"
     details: dict[str, Any] = {"seen": seen, "value": size / _MB, "unit": "MB"}
     if size >= expectation.get("below"):
-        return violated(expected, at_s=sample.at_s, about=(sample.process,), **details)
-    return so_far(when, expected, **details)
+        return when.violated(at_s=sample.at_s, about=(sample.process,), **details)
+    return when.so_far(**details)

@@ -5,20 +5,16 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import START, Expectation, Verdict
 from launcher.smoke.expect.quantities import Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
-    Period,
+    Window,
     condition_text,
     holds,
-    met,
-    not_yet,
     shorten,
-    so_far,
     times_text,
-    violated,
-    with_period,
+    with_window,
 )
 from launcher.smoke.observe.facts import Facts, Message
 
@@ -35,18 +31,17 @@ def _rate_text(expectation: Expectation) -> str:
     return f"rate of {what} is {text if 'Hz' in text else f'{text} Hz'}{times_text(expectation)}"
 
 
-@with_period(_rate_text)
-def rate(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_rate_text)
+def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     heard = [m for m in facts.heard(expectation.subject) if holds(expectation, m.content)[0]]
     times = sorted(_sent(m) for m in heard if _sent(m) in when)
     if not when.closed:
-        return Verdict(outcome=Outcome.OPEN, expected=expected, seen=f"{len(times)} messages")
+        return when.open(seen=f"{len(times)} messages")
     span: Span = expectation.get("is")
     if len(times) < MIN_MESSAGES:
         if span.low == 0 and not times:
-            return met(expected, seen="no message", value=0.0, unit="Hz")
-        return violated(
-            expected,
+            return when.met(seen="no message", value=0.0, unit="Hz")
+        return when.violated(
             seen=f"{len(times)} messages are too few for a rate",
             guess=explain.silence(expectation.subject, facts),
             about=explain.processes_on(expectation.subject, facts),
@@ -55,9 +50,8 @@ def rate(expectation: Expectation, facts: Facts, when: Period, expected: str) ->
     seen = f"{rate_hz:.3g} Hz ({len(times)} messages in {seconds:.1f} s)"
     silent_s = times[-1] if _fell_silent(times, when) else None
     if rate_hz in span:
-        return met(expected, seen=seen, value=rate_hz, unit="Hz")
-    return violated(
-        expected,
+        return when.met(seen=seen, value=rate_hz, unit="Hz")
+    return when.violated(
         seen=seen + ("" if silent_s is None else f", silent since {silent_s:.1f} s of the run"),
         at_s=silent_s,
         value=rate_hz,
@@ -67,7 +61,7 @@ def rate(expectation: Expectation, facts: Facts, when: Period, expected: str) ->
     )
 
 
-def measured(times: Sequence[float], when: Period, *, counts_start: bool) -> tuple[float, float]:
+def measured(times: Sequence[float], when: Window, *, counts_start: bool) -> tuple[float, float]:
     """(rate, time it was measured over), from the intervals between messages.
 
     A topic that fell silent is measured up to the end of the window; with `counts_start`, one that
@@ -84,7 +78,7 @@ def measured(times: Sequence[float], when: Period, *, counts_start: bool) -> tup
     return intervals / seconds, seconds
 
 
-def _fell_silent(times: Sequence[float], when: Period) -> bool:
+def _fell_silent(times: Sequence[float], when: Window) -> bool:
     longest = max(b - a for a, b in itertools.pairwise(times))
     return when.to_s - times[-1] > SILENT_INTERVALS * longest
 
@@ -106,32 +100,30 @@ def _message_text(expectation: Expectation) -> str:
     return f"{number} on {expectation.subject}{condition}{times_text(expectation)}"
 
 
-@with_period(_message_text)
-def message(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_message_text)
+def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     known = facts.heard(expectation.subject, expectation.get("watch"))
     heard = [m for m in known if m.at_s in when]
     if expectation.get("all"):
-        return _all(expectation, facts, heard, when, expected)
+        return _all(expectation, facts, heard, when)
     count: Span | None = expectation.get("count")
     span = count or Span(low=1, high=float("inf"), text=">= 1")
     for early in (m for m in known if when.is_too_early(m.at_s)):
         if holds(expectation, early.content)[0]:
             seen = f"too early, after {when.since(early.at_s)}: {_short(early)}"
-            return violated(expected, seen=seen, at_s=early.at_s)
+            return when.violated(seen=seen, at_s=early.at_s)
     judged = [(m, *holds(expectation, m.content)) for m in heard]
     fitting = [m for m, fits, _ in judged if fits]
     reasons = [why for _, _, why in judged if why]
     if len(fitting) > span.high:
         at_s = fitting[int(span.high)].at_s
         seen = f"{len(fitting)}, one too many after {when.since(at_s)}: {_short(fitting[-1])}"
-        return violated(expected, seen=seen, at_s=at_s, value=len(fitting))
-    if len(fitting) >= span.low and (span.high == float("inf") or when.closed):
+        return when.violated(seen=seen, at_s=at_s, value=len(fitting))
+    if when.is_enough(len(fitting), span):
         enough_s = fitting[int(span.low) - 1].at_s if fitting and span.low else None
         seen = f"{len(fitting)}" + ("" if enough_s is None else f", after {when.since(enough_s)}")
-        return met(expected, seen=seen, at_s=enough_s, value=len(fitting))
-    return not_yet(
-        when,
-        expected,
+        return when.met(seen=seen, at_s=enough_s, value=len(fitting))
+    return when.not_yet(
         seen=_missing(heard, fitting, reasons),
         guess=None if heard else _silence(expectation, facts),
         about=explain.processes_on(expectation.subject, facts),
@@ -150,19 +142,17 @@ def _silence(expectation: Expectation, facts: Facts) -> str | None:
     return explain.silence(expectation.subject, facts, expectation.get("qos"))
 
 
-def _all(
-    expectation: Expectation, facts: Facts, heard: list[Message], when: Period, expected: str
-) -> Verdict:
+def _all(expectation: Expectation, facts: Facts, heard: list[Message], when: Window) -> Verdict:
     for number, message in enumerate(heard, 1):
         fits, why = holds(expectation, message.content)
         if not fits:
             reason = f" ({why})" if why else ""
             seen = f"message {number} after {when.since(message.at_s)}: {_short(message)}{reason}"
-            return violated(expected, seen=seen, at_s=message.at_s)
+            return when.violated(seen=seen, at_s=message.at_s)
     if not heard:
         guess = _silence(expectation, facts)
-        return not_yet(when, expected, seen="no message", guess=guess)
-    return so_far(when, expected, seen=f"{len(heard)} messages")
+        return when.not_yet(seen="no message", guess=guess)
+    return when.so_far(seen=f"{len(heard)} messages")
 
 
 def _short(message: Message) -> str:

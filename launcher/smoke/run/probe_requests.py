@@ -10,7 +10,7 @@ from dataclasses import replace
 from launcher.errors import LauncherError
 from launcher.smoke.expect.expectation import Expectation, Outcome
 from launcher.smoke.judges import judge
-from launcher.smoke.judges.common import period
+from launcher.smoke.judges.common import window
 from launcher.smoke.observe.facts import Answer
 from launcher.smoke.observe.probe_client import ProbeClient
 from launcher.smoke.run.system import System
@@ -62,7 +62,7 @@ class AnswerPoller:
         recorder = self._system.recorder
         while not self._is_over.is_set():
             facts = self._system.facts()
-            when = period(expectation, facts)
+            when = window(expectation, facts)
             if when is not None and facts.now_s >= when.from_s:
                 recorder.add_answer(expectation.key, self._answer(expectation))
                 verdict = judge(expectation, self._system.facts())
