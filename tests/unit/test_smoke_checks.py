@@ -172,7 +172,7 @@ def test_mistakes_of_all_sorts_are_told_at_once_in_order_of_their_lines():
 )
 def test_an_expression_is_followed_to_the_fields(text: str, fault: str | None):
     found = fault_of_expression(Expression.parse(text), geometry_msgs.msg.PoseArray)
-    assert found is None if fault is None else found is not None and fault in found[0]
+    assert found is None if fault is None else found is not None and fault in found.message
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_an_expression_is_followed_to_the_fields(text: str, fault: str | None):
 )
 def test_a_path_is_followed_to_the_field(path: str, fault: str | None):
     conditions = Conditions.parse({path: 1})
-    found = [one[0] for _, one in faults_of_fields(conditions, geometry_msgs.msg.PoseArray)]
+    found = [one.message for _, one in faults_of_fields(conditions, geometry_msgs.msg.PoseArray)]
     assert found == [] if fault is None else fault in found[0]
     assert not list(faults_of_fields(conditions, std_msgs.msg.String))  # it may be JSON
 

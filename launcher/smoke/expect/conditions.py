@@ -62,10 +62,6 @@ def _no_field(path: str, known: Collection[str]) -> str:
     return f"{sentence}; known: {shown}"
 
 
-def _names(content: Any) -> Collection[str]:
-    return list(content) if isinstance(content, Mapping | Fields) else ()
-
-
 def viewed(value: Any) -> Any:
     """Plain JSON with attributes for its fields."""
     if isinstance(value, Mapping):
@@ -104,8 +100,7 @@ class Expression:
         except (SyntaxError, ValueError) as error:
             reason = error.msg if isinstance(error, SyntaxError) else str(error)
             raise ValueError(f"'{text}' is not a Python expression: {reason}") from None
-        _refuse_private(tree)
-        _refuse_unknown(tree)
+        _check_names(tree)
         return Expression(text, compile(tree, "<expectation>", "eval"))
 
     def holds(self, content: Any) -> tuple[bool, str | None]:
@@ -117,20 +112,18 @@ class Expression:
             return False, f"{type(error).__name__}: {error}"
 
 
-def _refuse_private(tree: ast.AST) -> None:
-    for node in ast.walk(tree):
+def _check_names(tree: ast.AST) -> None:
+    nodes = list(ast.walk(tree))
+    for node in nodes:
         name = getattr(node, "attr", None) or getattr(node, "id", None)
         if isinstance(name, str) and name.startswith("_"):
             raise ValueError(f"'{name}' has a leading underscore, which is not allowed here")
-
-
-def _refuse_unknown(tree: ast.AST) -> None:
-    names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    names = [node for node in nodes if isinstance(node, ast.Name)]
     known = {"m", "json", *_BUILTINS} | {n.id for n in names if isinstance(n.ctx, ast.Store)}
-    known |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
-    for node in names:
-        if node.id not in known:
-            raise ValueError(f"unknown name '{node.id}': use m (the message) and json (its data)")
+    known |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    for used in names:
+        if used.id not in known:
+            raise ValueError(f"unknown name '{used.id}': use m (the message) and json (its data)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +153,8 @@ class Conditions:
             if found is _MISSING and data is not None:
                 found = _look_up(data, path)
             if found is _MISSING:
-                return False, _no_field(path, [*_names(content), *_names(data)])
+                parts = [part for part in (content, data) if isinstance(part, Mapping | Fields)]
+                return False, _no_field(path, [name for part in parts for name in part])
             if not fits(found, wanted):
                 return False, f"{path} is {found!r}"
         return True, None

@@ -139,7 +139,7 @@ def record(noun: str, **entries: FieldType) -> FieldType:
         errors: list[FieldError] = []
         for key, one in value.items():
             if key not in entries:
-                hint = near(key, list(entries))
+                hint = near(key, entries)
                 errors.append(FieldError(f"{noun} has no '{key}'", (key,), hint, key=True))
                 continue
             try:

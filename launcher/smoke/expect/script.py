@@ -33,10 +33,9 @@ class Script:
     options: tuple[str, ...] = ()
     path: str | None = None
 
-    def known_steps(self) -> tuple[str, ...]:
-        """What `after` may name."""
-        moments = (moment for step in self.steps for moment in step.moments)
-        return (*ALWAYS, *moments)
+    def moments(self) -> list[str]:
+        """What `after` may name, besides the moments of every run."""
+        return [moment for step in self.steps for moment in step.moments]
 
     def presence(self) -> tuple[Expectation, ...]:
         """Expectations that have to be met before the system is ready."""

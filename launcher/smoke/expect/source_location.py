@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import yaml
@@ -14,30 +14,40 @@ _Entry = tuple[yaml.Node | None, yaml.Node]  # node of the key, node of the valu
 
 
 class SourceMap:
-    """Finds the lines of key paths in a text that was read as YAML; `root` None: an empty text.
+    """Finds the lines of key paths in a YAML text, of which `root` is the node.
 
     The children of a node are indexed once, however many paths are looked up.
     """
 
-    def __init__(self, lines: Sequence[str], path: str, root: yaml.Node | None) -> None:
-        self._lines = lines
+    def __init__(self, text: str, path: str) -> None:
+        self.lines = text.splitlines()
+        self.root: yaml.Node | None = None
         self._path = path
-        self._root = root
         self._children: dict[int, dict[object, _Entry]] = {}
+
+    def error_at(self, mark: yaml.Mark, message: str, hint: str | None = None) -> LauncherError:
+        """A mistake at a position that YAML's reader gives."""
+        return LaunchFileError(
+            message,
+            hint=hint,
+            where=f"{self._path}:{mark.line + 1}",
+            source_line=self.lines[mark.line] if mark.line < len(self.lines) else "",
+            column=mark.column + 1,
+        )
 
     def error(
         self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
     ) -> LauncherError:
         """A mistake at the key (or the value) of the path, or at its nearest existing parent."""
-        return at_mark(self._lines, self._path, self._mark(path, value=value), message, hint)
+        return self.error_at(self._mark(path, value=value), message, hint)
 
     def origin(self, path: KeyPath) -> Origin:
         line = self._mark(path, value=False).line + 1
         return Origin(text=self._path, line=line, map=self, path=path)
 
     def _mark(self, path: KeyPath, *, value: bool) -> yaml.Mark:
-        assert self._root is not None
-        node, mark = self._root, self._root.start_mark
+        assert self.root is not None
+        node, mark = self.root, self.root.start_mark
         for key in path:
             found = self._inside(node).get(key)
             if found is None:
@@ -71,19 +81,6 @@ class Origin:
         if self.map is not None:
             return self.map.error((*self.path, *keys), message, hint, value=bool(keys))
         return UsageError(f"{self.text}: {message}", hint=hint)
-
-
-def at_mark(
-    lines: Sequence[str], path: str, mark: yaml.Mark, message: str, hint: str | None = None
-) -> LauncherError:
-    """A mistake at a position that YAML's reader gives."""
-    return LaunchFileError(
-        message,
-        hint=hint,
-        where=f"{path}:{mark.line + 1}",
-        source_line=lines[mark.line] if mark.line < len(lines) else "",
-        column=mark.column + 1,
-    )
 
 
 def entries_of(node: yaml.Node) -> Iterator[tuple[object, yaml.Node | None, yaml.Node]]:

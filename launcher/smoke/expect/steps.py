@@ -7,6 +7,8 @@ import signal
 from dataclasses import dataclass, field
 from typing import Any
 
+import yaml
+
 from launcher.smoke.expect.expectation import COMMAND_LINE, START
 from launcher.smoke.expect.fields import FieldError, FieldType, near
 from launcher.smoke.expect.quantities import DURATION, DURATION_PATTERN, for_editors
@@ -92,7 +94,7 @@ def _parse_command(value: object) -> Command:
         raise FieldError(f"invalid command {value!r}: expected one such as 'kill robot_2'")
     verb, _, rest = value.strip().partition(" ")
     if verb not in _VERBS:
-        raise FieldError(f"unknown command '{verb}'", hint=near(verb, list(_VERBS)))
+        raise FieldError(f"unknown command '{verb}'", hint=near(verb, _VERBS))
     pattern, example = _VERBS[verb]
     match = re.fullmatch(pattern, rest.strip())
     if match is None:
@@ -115,8 +117,6 @@ def _signal(name: str) -> str:
 
 
 def _yaml(text: str) -> Any:
-    import yaml
-
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError as error:

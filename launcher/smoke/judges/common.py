@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
 from launcher.smoke.expect.quantities import INFINITY, Span, seconds_text
-from launcher.smoke.observe.facts import Facts, GraphSeen
+from launcher.smoke.observe.facts import Facts
 
-T = TypeVar("T")
 # An event at the very end of a window may be reported this much later.
 EVENT_LATENCY_S = 0.5
 
@@ -113,28 +112,6 @@ def met(expected: str, **details: Any) -> Verdict:
 
 def violated(expected: str, **details: Any) -> Verdict:
     return Verdict(outcome=Outcome.VIOLATED, expected=expected, **details)
-
-
-def first_time(
-    states: Sequence[T], holds: Callable[[T], bool], when: Window, at: Callable[[T], float]
-) -> float | None:
-    """When a state, which lasts until the next one, first held in the window."""
-    for index, state in enumerate(states):
-        ends_s = at(states[index + 1]) if index + 1 < len(states) else INFINITY
-        if at(state) <= when.to_s and ends_s > when.from_s and holds(state):
-            return max(at(state), when.from_s)
-    return None
-
-
-def since(facts: Facts, describe: Callable[[GraphSeen], object]) -> float | None:
-    """When the graph became what `describe` says of it now."""
-    seen = [graph for graph in facts.graphs if graph.at_s <= facts.stop_s]
-    begin_s = None
-    for graph in reversed(seen):
-        if describe(graph) != describe(seen[-1]):
-            break
-        begin_s = graph.at_s
-    return begin_s
 
 
 def holds(expectation: Expectation, content: Any) -> tuple[bool, str | None]:

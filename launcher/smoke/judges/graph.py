@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Callable
-from dataclasses import replace
+import itertools
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from launcher.graph.matching import mismatches
 from launcher.graph.snapshot import INFINITE_NS, Endpoint
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.expect.quantities import Span
+from launcher.smoke.expect.quantities import INFINITY
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,
-    first_time,
     listed,
-    since,
     times_text,
     with_window,
 )
@@ -32,9 +30,23 @@ def _shown(seen: GraphSeen, pattern: str) -> list[str]:
 
 
 def _when(facts: Facts, holds: Callable[[GraphSeen], bool], when: Window) -> float | None:
-    """When it first held, also in the part before `5` of `5 to 8 s`."""
-    whole = replace(when, from_s=when.start_s)
-    return first_time(facts.graphs, holds, whole, lambda seen: seen.at_s)
+    """When a graph, which lasts until the next one, first held, also before `5` of `5 to 8 s`."""
+    for seen, following in itertools.zip_longest(facts.graphs, facts.graphs[1:]):
+        ends_s = INFINITY if following is None else following.at_s
+        if seen.at_s <= when.to_s and ends_s > when.start_s and holds(seen):
+            return max(seen.at_s, when.start_s)
+    return None
+
+
+def _since(facts: Facts, describe: Callable[[GraphSeen], object]) -> float | None:
+    """When the graph became what `describe` says of it now."""
+    seen = [graph for graph in facts.graphs if graph.at_s <= facts.stop_s]
+    begin_s = None
+    for graph in reversed(seen):
+        if describe(graph) != describe(seen[-1]):
+            break
+        begin_s = graph.at_s
+    return begin_s
 
 
 def _held(when: Window, at_s: float, word: str = "") -> Verdict:
@@ -88,10 +100,7 @@ def _topic_text(expectation: Expectation) -> str:
     parts = [f"topic {expectation.subject}"]
     if expectation.get("type"):
         parts.append(f"has type {expectation.get('type')}")
-    for side in ("publishers", "subscriptions"):
-        span: Span | None = expectation.get(side)
-        if span is not None:
-            parts.append(f"has {span.text} {side}")
+    parts += [f"has {span.text} {side}" for side, span, _ in _sides(expectation, ())]
     if len(parts) == 1:
         parts.append("exists")
     return f"{parts[0]} {' and '.join(parts[1:])}{times_text(expectation)}"
@@ -120,7 +129,7 @@ def _without_faults(
     now = ["no graph was observed"] if last is None else faults(expectation, last)
     return when.not_yet(
         seen="; ".join(now) or "it did hold, but not in time",
-        at_s=since(facts, lambda graph: faults(expectation, graph)),
+        at_s=_since(facts, lambda graph: faults(expectation, graph)),
         guess=guess(),
         about=explain.processes_on(expectation.subject, facts),
     )
@@ -134,12 +143,20 @@ def _topic_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
     wanted = expectation.get("type")
     if types and wanted is not None and types != {wanted}:
         faults.append(f"its type is {listed(types)}")
-    for side, is_publisher in (("publishers", True), ("subscriptions", False)):
-        span: Span | None = expectation.get(side)
-        nodes = [e.node for e in endpoints if e.is_publisher is is_publisher]
-        if span is not None and len(nodes) not in span:
-            faults.append(f"{len(nodes)} {side}: {listed(nodes)}")
+    for side, span, ends in _sides(expectation, endpoints):
+        if len(ends) not in span:
+            faults.append(f"{len(ends)} {side}: {listed(end.node for end in ends)}")
     return faults
+
+
+def _sides(
+    expectation: Expectation, endpoints: Iterable[Endpoint]
+) -> Iterator[tuple[str, Any, list[Endpoint]]]:
+    """(side, what is wanted of it, its endpoints) of the sides that an expectation names."""
+    for side in ("publishers", "subscriptions"):
+        wanted = expectation.get(side)
+        if wanted is not None:
+            yield side, wanted, [e for e in endpoints if e.is_publisher is (side == "publishers")]
 
 
 # ---- quality of service
@@ -147,10 +164,8 @@ def _topic_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
 
 def _qos_text(expectation: Expectation) -> str:
     parts = []
-    for side in ("publishers", "subscriptions"):
-        wanted = expectation.get(side)
-        if wanted:
-            parts.append(f"{side} are {', '.join(f'{n} {_word(v)}' for n, v in wanted.items())}")
+    for side, wanted, _ in _sides(expectation, ()):
+        parts.append(f"{side} are {', '.join(f'{n} {_word(v)}' for n, v in wanted.items())}")
     compatible = expectation.get("compatible")
     if compatible is not None:
         parts.append("all pairs match" if compatible else "a pair does not match")
@@ -174,11 +189,7 @@ def _qos_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
     endpoints = seen.snapshot.on(expectation.subject)
     chosen = [e for e in endpoints if fnmatch.fnmatchcase(e.node, pattern)]
     faults: list[str] = []
-    for side, is_publisher in (("publishers", True), ("subscriptions", False)):
-        wanted = expectation.get(side)
-        if not wanted:
-            continue
-        ends = [e for e in chosen if e.is_publisher is is_publisher]
+    for side, wanted, ends in _sides(expectation, chosen):
         faults += [] if ends else [f"it has no {side}" + ("" if pattern == "*" else " there")]
         faults += [fault for end in ends for fault in _differences(end, wanted)]
     return faults + _pair_faults(expectation.get("compatible"), endpoints)
@@ -194,11 +205,10 @@ def _differences(end: Endpoint, wanted: dict[str, Any]) -> list[str]:
 
 
 def _offered(end: Endpoint, name: str) -> Any:
-    if name == "deadline":
-        return "infinite" if end.deadline_ns >= INFINITE_NS else end.deadline_ns / _NANOS
-    if name == "lease":
-        return "infinite" if end.lease_ns >= INFINITE_NS else end.lease_ns / _NANOS
-    return getattr(end, name)
+    nanos = {"deadline": end.deadline_ns, "lease": end.lease_ns}.get(name)
+    if nanos is None:
+        return getattr(end, name)
+    return "infinite" if nanos >= INFINITE_NS else nanos / _NANOS
 
 
 def _pair_faults(compatible: bool | None, endpoints: tuple[Endpoint, ...]) -> list[str]:

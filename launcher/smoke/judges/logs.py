@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from launcher.smoke.expect.expectation import STOP, Expectation, Verdict
-from launcher.smoke.expect.quantities import Span
+from launcher.smoke.expect.quantities import INFINITY, Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,
@@ -18,7 +18,7 @@ from launcher.smoke.observe.facts import Facts, LogLine
 
 _TRACEBACK = "Traceback (most recent call last):"
 _OF_A_STOP = re.compile(r"^(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b")
-_AT_LEAST_ONE = Span(low=1, high=float("inf"), text=">= 1")
+_AT_LEAST_ONE = Span(low=1, high=INFINITY, text=">= 1")
 
 
 # ---- lines
@@ -183,7 +183,7 @@ def _no_tracebacks_text(expectation: Expectation) -> str:
 @with_window(_no_tracebacks_text)
 def no_tracebacks(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     lines = list(_of_subject(expectation, facts))
-    stopped_s = facts.steps.get(STOP, float("inf"))
+    stopped_s = facts.steps.get(STOP, INFINITY)
     bad = []
     for index, line in enumerate(lines):
         if _TRACEBACK not in line.plain or line.at_s not in when:

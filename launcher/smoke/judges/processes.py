@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator, Sequence
+import statistics
+from collections.abc import Iterator
 from typing import Any
 
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.expect.quantities import Span
+from launcher.smoke.expect.quantities import INFINITY, Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,
@@ -80,13 +81,10 @@ def _exits(wanted: int, facts: Facts, name: str, when: Window) -> Verdict:
     if ends:
         seen = f"{name} ended with {_end_text(ends[-1])} after {when.since(ends[-1].at_s)}"
     else:
-        seen = f"{name} did not end" + _later(facts, name, when)
+        later = next((e for e in facts.of("ended", name) if e.at_s > when.to_s), None)
+        seen = f"{name} did not end"
+        seen += f" in time, but after {when.since(later.at_s)}" if later else ""
     return when.not_yet(seen=seen, about=(name,))
-
-
-def _later(facts: Facts, name: str, when: Window) -> str:
-    later = [e for e in facts.of("ended", name) if e.at_s > when.to_s]
-    return f" in time, but after {when.since(later[0].at_s)}" if later else ""
 
 
 def _end_text(event: ProcessEvent) -> str:
@@ -181,28 +179,24 @@ def _cpu_text(expectation: Expectation) -> str:
 
 @with_window(_cpu_text)
 def cpu(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
-    by_name = _samples(expectation, facts, when)
-    loads = {n: [s.cpu_percent for s in found if s.cpu_percent is not None] for n, found in by_name}
-    loads = {name: values for name, values in loads.items() if values}
+    loads: dict[str, list[float]] = {}
+    for sample in _samples(expectation, facts, when):
+        if sample.cpu_percent is not None:
+            loads.setdefault(sample.process, []).append(sample.cpu_percent)
     if not when.closed or not loads:
         return when.not_yet(seen="nothing was measured")
-    below, peak = expectation.get("below"), expectation.get("peak")
-    means = {name: sum(values) / len(values) for name, values in loads.items()}
-    name = max(means, key=lambda n: means[n])
-    most = max(loads, key=lambda n: max(loads[n]))
-    seen = f"{name} {means[name]:.1f} % on average, {most} {max(loads[most]):.1f} % at most"
-    is_over = (below is not None and means[name] >= below) or (
-        peak is not None and max(loads[most]) >= peak
-    )
+    below, peak = (expectation.get(key, INFINITY) for key in ("below", "peak"))
+    mean, name = max((statistics.fmean(values), name) for name, values in loads.items())
+    most, peak_name = max((max(values), name) for name, values in loads.items())
+    seen = f"{name} {mean:.1f} % on average, {peak_name} {most:.1f} % at most"
+    is_over = mean >= below or most >= peak
     make = when.violated if is_over else when.met
-    return make(seen=seen, value=means[name], unit="%", about=(name,) * is_over)
+    return make(seen=seen, value=mean, unit="%", about=(name,) * is_over)
 
 
-def _samples(
-    expectation: Expectation, facts: Facts, when: Window
-) -> Sequence[tuple[str, list[Sample]]]:
+def _samples(expectation: Expectation, facts: Facts, when: Window) -> list[Sample]:
     names = facts.named(expectation.subject)
-    return [(n, [s for s in facts.samples if s.process == n and s.at_s in when]) for n in names]
+    return [s for s in facts.samples if s.process in names and s.at_s in when]
 
 
 def _memory_text(expectation: Expectation) -> str:
@@ -212,17 +206,13 @@ def _memory_text(expectation: Expectation) -> str:
 
 @with_window(_memory_text)
 def memory(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
-    sizes = [
-        (sample.memory_bytes, sample)
-        for _, samples in _samples(expectation, facts, when)
-        for sample in samples
-        if sample.memory_bytes is not None
-    ]
-    if not sizes:
+    samples = [s for s in _samples(expectation, facts, when) if s.memory_bytes is not None]
+    if not samples:
         return when.not_yet(seen="nothing was measured")
-    size, sample = max(sizes, key=lambda pair: pair[0])
-    seen = f"{sample.process} {size / _MB:.1f} MB at {sample.at_s:.1f} s of the run"
+    largest = max(samples, key=lambda sample: sample.memory_bytes or 0)
+    size, process = largest.memory_bytes or 0, largest.process
+    seen = f"{process} {size / _MB:.1f} MB at {largest.at_s:.1f} s of the run"
     details: dict[str, Any] = {"seen": seen, "value": size / _MB, "unit": "MB"}
     if size >= expectation.get("below"):
-        return when.violated(at_s=sample.at_s, about=(sample.process,), **details)
+        return when.violated(at_s=largest.at_s, about=(process,), **details)
     return when.so_far(**details)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
 from typing import Any
 
 from launcher.smoke.expect.expectation import STOP, Expectation, Outcome, Verdict
-from launcher.smoke.expect.quantities import seconds_text
+from launcher.smoke.expect.quantities import INFINITY, seconds_text
 from launcher.smoke.judges.common import listed, met, several, violated
 from launcher.smoke.judges.processes import exit_text
 from launcher.smoke.observe.facts import Facts, ProcessEvent
 
 _HARD = {int(signal.SIGTERM): "SIGTERM", int(signal.SIGKILL): "SIGKILL"}
+# Exit codes after a stop: success, or by one of the launcher's signals.
+_ORDERLY = {0, -int(signal.SIGINT), 128 + int(signal.SIGINT), *(-signum for signum in _HARD)}
 
 
 def start_up(expectation: Expectation, facts: Facts) -> Verdict:
@@ -36,7 +37,9 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
     took_s = ending.down_s - facts.stop_s
     harder = {e.process: e for e in facts.of("signal") if _is_harder(e, facts)}
     faults = [f"{name} needed {_HARD[int(e.details['signal'])]}" for name, e in harder.items()]
-    crashes = dict(_crashes(facts))
+    ends = [e for e in facts.of("ended") if e.at_s >= facts.stop_s]
+    codes = [(e.process, int(e.details.get("returncode", 0))) for e in ends]
+    crashes = {name: code for name, code in codes if code not in _ORDERLY}
     faults += [f"{name} ended with {exit_text(code)}" for name, code in crashes.items()]
     if ending.returncode is None:
         faults.append("the launcher had to be killed")
@@ -67,17 +70,8 @@ def forced_stop(facts: Facts) -> Verdict | None:
     )
 
 
-def _crashes(facts: Facts) -> Iterator[tuple[str | None, int]]:
-    """Processes that exited after the stop with an error or by a signal of their own."""
-    in_order = {0, -int(signal.SIGINT), 128 + int(signal.SIGINT), *(-signum for signum in _HARD)}
-    for event in facts.of("ended"):
-        code = int(event.details.get("returncode", 0))
-        if event.at_s >= facts.stop_s and code not in in_order:
-            yield event.process, code
-
-
 def _is_harder(event: ProcessEvent, facts: Facts) -> bool:
-    stopped_s = facts.steps.get(STOP, float("inf"))
+    stopped_s = facts.steps.get(STOP, INFINITY)
     return event.at_s >= stopped_s and event.details.get("signal") in _HARD
 
 

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 
 from launcher.smoke.expect.expectation import START, Expectation, Verdict
-from launcher.smoke.expect.quantities import Span
+from launcher.smoke.expect.quantities import INFINITY, Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,
@@ -46,7 +46,7 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
             guess=explain.silence(expectation.subject, facts),
             about=explain.processes_on(expectation.subject, facts),
         )
-    rate_hz, seconds = measured(times, when, counts_start=expectation.after != START)
+    rate_hz, seconds = _measured(times, when, counts_start=expectation.after != START)
     seen = f"{rate_hz:.3g} Hz ({len(times)} messages in {seconds:.1f} s)"
     silent_s = times[-1] if _fell_silent(times, when) else None
     if rate_hz in span:
@@ -61,26 +61,26 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     )
 
 
-def measured(times: Sequence[float], when: Window, *, counts_start: bool) -> tuple[float, float]:
+def _measured(times: Sequence[float], when: Window, *, counts_start: bool) -> tuple[float, float]:
     """(rate, time it was measured over), from the intervals between messages.
 
     A topic that fell silent is measured up to the end of the window; with `counts_start`, one that
     began late is measured from its start.
     """
-    first_s, last_s = times[0], times[-1]
-    longest = max(b - a for a, b in itertools.pairwise(times))
-    intervals = len(times) - 1
-    if _fell_silent(times, when):
-        last_s = when.to_s
-    if counts_start and first_s - when.from_s > SILENT_INTERVALS * longest:
+    first_s = times[0]
+    last_s = when.to_s if _fell_silent(times, when) else times[-1]
+    if counts_start and first_s - when.from_s > _max_pause_s(times):
         first_s = when.from_s
     seconds = max(last_s - first_s, 1e-9)
-    return intervals / seconds, seconds
+    return (len(times) - 1) / seconds, seconds
 
 
 def _fell_silent(times: Sequence[float], when: Window) -> bool:
-    longest = max(b - a for a, b in itertools.pairwise(times))
-    return when.to_s - times[-1] > SILENT_INTERVALS * longest
+    return when.to_s - times[-1] > _max_pause_s(times)
+
+
+def _max_pause_s(times: Sequence[float]) -> float:
+    return SILENT_INTERVALS * max(b - a for a, b in itertools.pairwise(times))
 
 
 def _sent(message: Message) -> float:
@@ -107,7 +107,7 @@ def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     if expectation.get("all"):
         return _all(expectation, facts, heard, when)
     count: Span | None = expectation.get("count")
-    span = count or Span(low=1, high=float("inf"), text=">= 1")
+    span = count or Span(low=1, high=INFINITY, text=">= 1")
     for early in (m for m in known if when.is_too_early(m.at_s)):
         if holds(expectation, early.content)[0]:
             seen = f"too early, after {when.since(early.at_s)}: {_short(early)}"

@@ -48,8 +48,6 @@ class Message:
     at_s: float
     topic: str
     content: Any
-    type: str = ""
-    publisher: str | None = None
     sent_s: float | None = None
     watch: str = ""
 
@@ -73,7 +71,7 @@ class ProcessEvent:
     details: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Sample:
     """Resource usage of a process; None where it is not known."""
 

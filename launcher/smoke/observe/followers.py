@@ -42,8 +42,9 @@ class Followers:
         self._start(self._connect)
         self._start(self._note_memory)
 
-    def _start(self, work: Callable[[], None]) -> None:
-        thread = threading.Thread(target=work, daemon=True, name=work.__name__)
+    def _start(self, work: Callable[..., None], *args: Any, **options: Any) -> None:
+        name = " ".join([work.__name__, *map(str, args[:1])])
+        thread = threading.Thread(target=work, args=args, kwargs=options, daemon=True, name=name)
         self._threads.append(thread)
         thread.start()
 
@@ -71,15 +72,10 @@ class Followers:
             except ControlError:
                 continue  # not yet
         if self.run is not None:
-            for work in (self._follow_events, self._follow_log, self._sample):
-                self._start(work)
+            self._start(self._follow, "events", self._event, history=True)
+            self._start(self._follow, "logs", self._line, lines=WHOLE_LOG)
+            self._start(self._sample)
         self._listens.set()
-
-    def _follow_events(self) -> None:
-        self._follow("events", self._event, history=True)
-
-    def _follow_log(self) -> None:
-        self._follow("logs", self._line, lines=WHOLE_LOG)
 
     def _follow(self, verb: str, take: Callable[[Mapping[str, Any]], None], **options: Any) -> None:
         assert self.run is not None
@@ -121,12 +117,7 @@ class Followers:
         rows = connection.ask("ps", patience_s=ANSWER_S).result["processes"]
         at_s = self._recorder.now_s
         samples = [
-            Sample(
-                at_s=at_s,
-                process=row["name"],
-                cpu_percent=row["cpu_percent"],
-                memory_bytes=row["memory_bytes"],
-            )
+            Sample(at_s, row["name"], row["cpu_percent"], row["memory_bytes"])
             for row in rows
             if row["pid"] is not None
         ]

@@ -7,7 +7,6 @@ import os
 import re
 import signal
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from launcher import proc
@@ -33,12 +32,10 @@ def is_of_run(pid: int, launcher_pid: int) -> bool:
     return run_id is not None and run_id.partition("-")[0] == str(launcher_pid)
 
 
-def end_processes(
-    launcher_pid: int, *, clock: Callable[[], float] = time.monotonic
-) -> tuple[str, ...]:
+def end_processes(launcher_pid: int) -> tuple[str, ...]:
     """Kill the processes that are left after a moment; `command [pid]` of each."""
-    deadline_s = clock() + SETTLE_S
-    while (left := processes_of(launcher_pid)) and clock() < deadline_s:
+    deadline_s = time.monotonic() + SETTLE_S
+    while (left := processes_of(launcher_pid)) and time.monotonic() < deadline_s:
         time.sleep(POLL_S)
     for pid in left:
         _kill(pid, launcher_pid)
@@ -63,13 +60,12 @@ def _kill(pid: int, launcher_pid: int) -> None:
 class SharedMemory:
     """Notes which files in /dev/shm the processes of a run have mapped."""
 
-    def __init__(self, domain_id: int, *, folder: Path = SHARED_MEMORY) -> None:
+    def __init__(self, domain_id: int) -> None:
         first = _FIRST_PORT + _PORTS_PER_DOMAIN * domain_id
         self._ports = range(first, first + _PORTS_PER_DOMAIN)
-        self._folder = folder
         self._names: set[str] = set()
         # Existing files are not of this run, even if its processes use them.
-        self._before = frozenset(path.name for path in folder.iterdir()) if folder.exists() else ()
+        self._before = frozenset(path.name for path in SHARED_MEMORY.glob("*"))
 
     def note(self, launcher_pid: int) -> None:
         """Note the current files; takes a few milliseconds."""
@@ -82,15 +78,15 @@ class SharedMemory:
         Sending to a node that has just exited creates its port file again, and the launcher keeps
         ports that another process on the machine might use. The lease excludes that.
         """
-        ours = {path.name for path in self._folder.glob("*fast*_port*")}
+        ours = {path.name for path in SHARED_MEMORY.glob("*fast*_port*")}
         for name in filter(self._is_private, ours - self._in_use(ours)):
             with contextlib.suppress(OSError):
-                (self._folder / name).unlink()
+                (SHARED_MEMORY / name).unlink()
 
     def left(self) -> tuple[str, ...]:
         """The noted files that still exist and that no process has mapped, except ports."""
         names = {name for name in self._names if not _PORT.search(name)}
-        there = {name for name in names if (self._folder / name).exists()}
+        there = {name for name in names if (SHARED_MEMORY / name).exists()}
         return tuple(sorted(there - self._in_use(there)))
 
     def _in_use(self, names: set[str]) -> set[str]:

@@ -43,7 +43,6 @@ class ProbeClient:
         self._changed = threading.Condition()
         self._is_ready = False
         self._has_ended = False
-        self._last_graph: dict[str, Any] = {}
         with stderr.open("wb") as errors:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "launcher.graph.probe"],
@@ -56,10 +55,10 @@ class ProbeClient:
         self._reader = threading.Thread(target=self._read, daemon=True, name="probe")
         self._reader.start()
 
-    def wait_until_ready(self, within_s: float = READY_S) -> None:
+    def wait_until_ready(self) -> None:
         """ProbeError if it does not start."""
         with self._changed:
-            self._changed.wait_for(lambda: self._is_ready or self._has_ended, within_s)
+            self._changed.wait_for(lambda: self._is_ready or self._has_ended, READY_S)
             if not self._is_ready:
                 raise ProbeError("the ROS probe did not start", hint=self._last_words())
 
@@ -122,76 +121,76 @@ class ProbeClient:
         assert self._process.stdout is not None
         for line in self._process.stdout:
             try:
-                told = json.loads(line)
+                report = json.loads(line)
             except ValueError:
                 continue  # a library has printed to the stream
-            if isinstance(told, dict):
-                self._take(told)
+            if isinstance(report, dict):
+                self._take(report)
         with self._changed:
             self._has_ended = True
             self._changed.notify_all()
 
-    def _take(self, told: dict[str, Any]) -> None:
-        event = told.get("event")
+    def _take(self, report: dict[str, Any]) -> None:
+        event = report.get("event")
         if event is None:
             with self._changed:
-                self._answers[told.get("id", 0)] = told
+                self._answers[report.get("id", 0)] = report
                 self._changed.notify_all()
         elif event == "ready":
             with self._changed:
                 self._is_ready = True
                 self._changed.notify_all()
         else:
-            self._record(event, told)
+            self._record(event, report)
 
-    def _record(self, event: str, told: dict[str, Any]) -> None:
+    def _record(self, event: str, report: dict[str, Any]) -> None:
         recorder = self._recorder
         if event == "graph":
-            self._record_graph(told)
+            self._record_graph(report)
         elif event == "message":
-            self._record_message(told)
+            self._record_message(report)
         elif event == "failed":
-            hint = f" ({told['hint']})" if told.get("hint") else ""
-            topic = told.get("topic") or told["sub"]
-            recorder.add_trouble(f"cannot subscribe to {topic}: {told['message']}{hint}")
+            hint = f" ({report['hint']})" if report.get("hint") else ""
+            topic = report.get("topic") or report["sub"]
+            recorder.add_trouble(f"cannot subscribe to {topic}: {report['message']}{hint}")
         elif event == "mismatch":
-            recorder.add_trouble(f"{told['topic']}: {told['text']}")
+            recorder.add_trouble(f"{report['topic']}: {report['text']}")
         elif event == "dropped":
-            recorder.add_lost_messages(int(told["messages"]))
+            recorder.add_lost_messages(int(report["messages"]))
 
-    def _record_graph(self, told: dict[str, Any]) -> None:
-        topics = {topic["name"]: tuple(topic["types"]) for topic in told["topics"]}
+    def _record_graph(self, report: dict[str, Any]) -> None:
+        topics = {topic["name"]: tuple(topic["types"]) for topic in report["topics"]}
         self._recorder.add(
             GraphSeen(
-                at_s=self._recorder.of_monotonic(told["mono"]),
-                snapshot=snapshot_of(told),
+                at_s=self._recorder.of_monotonic(report["mono"]),
+                snapshot=snapshot_of(report),
                 topics=topics,
             )
         )
 
-    def _record_message(self, told: dict[str, Any]) -> None:
-        sent = told.get("sent")
+    def _record_message(self, report: dict[str, Any]) -> None:
+        sent = report.get("sent")
         self._recorder.add(
             Message(
-                at_s=self._recorder.of_monotonic(told["mono"]),
-                topic=told["topic"],
-                content=told.get("data"),
+                at_s=self._recorder.of_monotonic(report["mono"]),
+                topic=report["topic"],
+                content=report.get("data"),
                 sent_s=None if sent is None else self._recorder.of_wall(sent),
-                watch=told["sub"],
+                watch=report["sub"],
             )
         )
 
 
-def snapshot_of(told: Mapping[str, Any]) -> Snapshot:
+def snapshot_of(report: Mapping[str, Any]) -> Snapshot:
     """The graph in a report of the probe."""
     known = set(Endpoint.__dataclass_fields__)
     endpoints = [
         Endpoint(**{name: value for name, value in entry.items() if name in known})
-        for entry in told["endpoints"]
+        for entry in report["endpoints"]
         if not entry.get("ghost")
     ]
-    names = [node["name"] for node in told["nodes"] for _ in range(node.get("count", 1))]
-    ghosts = [node["name"] for node in told["nodes"] if node.get("ghost")]
+    names = [node["name"] for node in report["nodes"] for _ in range(node.get("count", 1))]
+    ghosts = [node["name"] for node in report["nodes"] if node.get("ghost")]
     return Snapshot(
         nodes=tuple(sorted(names)), endpoints=tuple(sorted(endpoints)), ghosts=tuple(sorted(ghosts))
     )

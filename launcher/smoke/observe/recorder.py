@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from launcher.smoke.expect.expectation import START
@@ -65,59 +66,58 @@ class Recorder:
     # ---- adding
 
     def add(self, observed: LogLine | Message | GraphSeen | ProcessEvent) -> None:
-        self._update(lambda: self._observed[type(observed)].append(observed))
+        with self._change():
+            self._observed[type(observed)].append(observed)
 
     def replace(self, kind: type[LogLine | ProcessEvent], observed: Iterable[object]) -> None:
         """Everything of a kind, from the files of the run."""
-
-        def replace() -> None:
+        with self._change():
             self._observed[kind] = list(observed)
             self._sorted = ()
 
-        self._update(replace)
-
     def add_samples(self, samples: Iterable[Sample], nodes: Mapping[str, tuple[str, ...]]) -> None:
         """`nodes` are the node names of each process."""
-        with self._changed:
+        with self._change():
             self._samples.extend(samples)
             self._nodes.update(nodes)
-            self._changed.notify_all()
 
     def add_answer(self, key: str, answer: Answer) -> None:
-        self._update(lambda: self._answers.setdefault(key, []).append(answer))
+        with self._change():
+            self._answers.setdefault(key, []).append(answer)
 
     def set_services(self, names: Iterable[str]) -> None:
-        with self._changed:
+        with self._change():
             self._services = tuple(names)
 
     def add_trouble(self, text: str) -> None:
         """Something that kept us from observing."""
-        self._update(lambda: self._troubles.append(text))
+        with self._change():
+            self._troubles.append(text)
 
     def add_lost_messages(self, count: int) -> None:
-        with self._changed:
+        with self._change():
             self._lost_messages += count
 
     def step(self, name: str) -> None:
         """A step happens now; only its first time counts."""
         at_s = self.now_s
-        self._update(lambda: self._steps.setdefault(name, at_s))
+        with self._change():
+            self._steps.setdefault(name, at_s)
 
     def expect_exit(self, process: str) -> None:
         """A step ends this process: its exit is not unexpected."""
-        self._update(lambda: self._asked.add(process))
+        with self._change():
+            self._asked.add(process)
 
     def end(self, ending: Ending) -> None:
         """Nothing more will be recorded."""
-
-        def end() -> None:
+        with self._change():
             self._ending = ending
 
-        self._update(end)
-
-    def _update(self, change: Callable[[], object]) -> None:
+    @contextlib.contextmanager
+    def _change(self) -> Iterator[None]:
         with self._changed:
-            change()
+            yield
             self._changed.notify_all()
 
     # ---- reading

@@ -9,6 +9,7 @@ from typing import Any
 from launcher.errors import LauncherError, SeveralErrors, UsageError
 from launcher.smoke.expect.expectation import STOP, Expectation
 from launcher.smoke.expect.script import Script
+from launcher.smoke.expect.source_location import Origin
 from launcher.smoke.expect.steps import Step
 from launcher.smoke.preflight.interface_types import (
     UnknownTypeError,
@@ -109,7 +110,7 @@ class _Types:
             if "did you mean" in (error.hint or ""):
                 self.warnings.append(f"{expectation.origin}: {error.message}; {error.hint}")
             return
-        self.errors.append(expectation.origin.error(error.message, error.hint, "type"))
+        self._note(expectation.origin, error, "type")
 
     def _service(self, expectation: Expectation) -> None:
         name = expectation.get("type")
@@ -123,8 +124,7 @@ class _Types:
         if service is not None:
             self._conditions(expectation, service.Response)
             fault = _misfit(service.Request, expectation.get("request"))
-            if fault is not None:
-                self.errors.append(expectation.origin.error(*fault, "request"))
+            self._note(expectation.origin, fault, "request")
 
     def _conditions(self, expectation: Expectation, message: Any) -> None:
         where, fields = expectation.get("where"), expectation.get("fields")
@@ -134,12 +134,11 @@ class _Types:
 
         if where is not None:
             fault = message_fields.fault_of_expression(where, message)
-            if fault is not None:
-                self.errors.append(expectation.origin.error(*fault, "where"))
+            self._note(expectation.origin, fault, "where")
         for path, fault in (
             () if fields is None else message_fields.faults_of_fields(fields, message)
         ):
-            self.errors.append(expectation.origin.error(*fault, "fields", path))
+            self._note(expectation.origin, fault, "fields", path)
 
     def _step(self, step: Step) -> None:
         words, verb = step.command.words, step.command.verb
@@ -149,23 +148,26 @@ class _Types:
         try:
             found = load(full_name(words["type"], kind), kind)
         except UnknownTypeError as error:
-            self.errors.append(step.origin.error(error.message, error.hint, "do"))
+            self._note(step.origin, error, "do")
             return
         message = getattr(found, "Request", None) if kind == "srv" else found
-        fault = None if message is None else _misfit(message, words.get("value"))
-        if fault is not None:
-            self.errors.append(step.origin.error(*fault, "do"))
+        if message is not None:
+            self._note(step.origin, _misfit(message, words.get("value")), "do")
+
+    def _note(self, origin: Origin, error: LauncherError | None, *keys: object) -> None:
+        if error is not None:
+            self.errors.append(origin.error(error.message, error.hint, *keys))
 
 
-def _misfit(message: Any, values: Any) -> tuple[str, str | None] | None:
-    """(error, hint) if the values do not fit the message."""
+def _misfit(message: Any, values: Any) -> LauncherError | None:
+    """The error if the values do not fit the message."""
     from launcher.graph.errors import VerbError
     from launcher.graph.from_yaml import fill
 
     try:
         fill(message(), {} if values is None else values)
     except VerbError as error:
-        return error.message, error.hint
+        return error
     return None
 
 

@@ -43,34 +43,24 @@ class Forecast:
             for one in self.processes
         )
 
-    def names(self) -> list[str]:
-        return list(dict.fromkeys(one.label for one in self.processes))
 
+def mentions(script: Script) -> Iterator[tuple[str, Origin, tuple[str, ...]]]:
+    """(word, origin, keys) of every word of a script that must match a process.
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Mention:
-    """A word for processes; `keys` lead to it from the entry at `origin`."""
-
-    word: str
-    origin: Origin
-    keys: tuple[str, ...]
-
-
-def mentions(script: Script) -> Iterator[Mention]:
-    """Every word of a script that must match a process."""
+    `keys` lead to the word from the entry at `origin`.
+    """
     for step in script.steps:
         if "name" in step.command.words:
-            yield Mention(word=step.command.words["name"], origin=step.origin, keys=("do",))
+            yield step.command.words["name"], step.origin, ("do",)
         if step.process is not None:
-            yield Mention(word=step.process, origin=step.origin, keys=("process",))
+            yield step.process, step.origin, ("process",)
     if script.chaos is not None:
-        origin = Origin(text=f"chaos '{script.chaos.text}'")
-        yield Mention(word=script.chaos.pattern, origin=origin, keys=())
+        yield script.chaos.pattern, Origin(text=f"chaos '{script.chaos.text}'"), ()
     for e in script.expectations:
         of_process = BY_NAME[e.kind].of_process
         word, key = (e.subject, e.kind) if of_process else (e.get("process"), "process")
         if isinstance(word, str) and word != "*" and (key, word) != ("process", LAUNCHER):
-            yield Mention(word=word, origin=e.origin, keys=(key,))
+            yield word, e.origin, (key,)
 
 
 def ask(words: Sequence[str]) -> Forecast | None:
@@ -87,7 +77,7 @@ def ask(words: Sequence[str]) -> Forecast | None:
         start_new_session=True,
     ) as process:
         try:
-            told = json.loads(process.communicate(timeout=PLAN_S)[0])
+            answer = json.loads(process.communicate(timeout=PLAN_S)[0])
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)  # its pid is valid until it is waited for
             return None
@@ -96,24 +86,23 @@ def ask(words: Sequence[str]) -> Forecast | None:
     return Forecast(
         processes=tuple(
             Named(one["name"], one["label"], tuple(one["nodes"]), one["namespace"])
-            for one in told["processes"]
+            for one in answer["processes"]
         ),
-        is_certain=told["is_certain"],
+        is_certain=answer["is_certain"],
     )
 
 
 def compare(script: Script, forecast: Forecast) -> Findings:
     """Words that match no process: errors if the forecast is certain, else warnings."""
     errors, warnings = [], []
-    for mention in mentions(script):
-        if forecast.knows(mention.word):
+    for word, origin, keys in mentions(script):
+        if forecast.knows(word):
             continue
-        message = f"the launch file starts no process '{mention.word}'"
-        hint = near(mention.word, forecast.names()) or "it starts none"
-        origin = mention.origin
+        message = f"the launch file starts no process '{word}'"
+        labels = dict.fromkeys(one.label for one in forecast.processes)
+        hint = near(word, labels) or "it starts none"
         if forecast.is_certain:
-            errors.append(origin.error(message, hint, *mention.keys))
+            errors.append(origin.error(message, hint, *keys))
         else:
-            later = "unless an event makes it do so"
-            warnings.append(f"{origin}: {message}, {later}; {hint}")
+            warnings.append(f"{origin}: {message}, unless an event makes it do so; {hint}")
     return Findings(errors=tuple(errors), warnings=tuple(warnings))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
+from launcher.errors import LauncherError
 from launcher.graph import interfaces
 from launcher.graph.errors import VerbError
 from launcher.smoke.expect.expectation import Expectation
@@ -12,13 +12,11 @@ from launcher.smoke.expect.script import Script
 from launcher.text import suggest
 
 
-class UnknownTypeError(Exception):
+class UnknownTypeError(LauncherError):
     """`is_missing`: the package is not installed, so that the type may exist elsewhere."""
 
     def __init__(self, message: str, hint: str | None, *, is_missing: bool) -> None:
-        super().__init__(message)
-        self.message = message
-        self.hint = hint
+        super().__init__(message, hint=hint)
         self.is_missing = is_missing
 
 
@@ -56,19 +54,16 @@ def _offers(package: str, kind: str) -> str | None:
 
 def of_topics(script: Script) -> dict[str, str]:
     """Topic -> type, where the script names exactly one."""
-    said: dict[str, set[str]] = {}
-    for topic, name in _said(script):
-        said.setdefault(topic, set()).add(name)
-    return {topic: min(names) for topic, names in said.items() if len(names) == 1}
-
-
-def _said(script: Script) -> Iterable[tuple[str, str]]:
-    for expectation in script.expectations:
-        if is_of_topic(expectation) and expectation.get("type"):
-            yield expectation.subject, expectation.get("type")
+    named = [(e.subject, e.get("type")) for e in script.expectations if is_of_topic(e)]
     for step in script.steps:
+        words = step.command.words
         if step.command.verb == "publish":
-            yield step.command.words["topic"], full_name(step.command.words["type"], "msg")
+            named.append((words["topic"], full_name(words["type"], "msg")))
+    types: dict[str, set[str]] = {}
+    for topic, name in named:
+        if name is not None:
+            types.setdefault(topic, set()).add(name)
+    return {topic: min(names) for topic, names in types.items() if len(names) == 1}
 
 
 def is_of_topic(expectation: Expectation) -> bool:

@@ -16,7 +16,7 @@ from launcher.smoke.expect.expectation_kinds import BY_NAME, Kind
 from launcher.smoke.expect.fields import Field, FieldType, near
 from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
 from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.source_location import KeyPath, Origin, SourceMap, at_mark, entries_of
+from launcher.smoke.expect.source_location import KeyPath, Origin, SourceMap, entries_of
 from launcher.smoke.expect.steps import Command, Step
 from launcher.smoke.preflight import checks
 from launcher.smoke.preflight.checks import together
@@ -69,10 +69,9 @@ def parse(text: str, path: str) -> Script:
 class _Reader:
     def __init__(self, text: str, path: str) -> None:
         self._text = text
-        self._lines = text.splitlines()
         self._path = path
+        self._source = SourceMap(text, path)
         self._errors: list[LauncherError] = []
-        self._places = SourceMap(self._lines, path, None)
 
     def script(self) -> Script:
         document = self._document()
@@ -89,7 +88,7 @@ class _Reader:
             if root is None:
                 return None
             self._refuse_duplicates(root)
-            self._places = SourceMap(self._lines, self._path, root)
+            self._source.root = root
             document = loader.construct_document(root)
         except (yaml.YAMLError, ValueError, TypeError) as error:
             raise self._yaml_error(error) from None
@@ -107,13 +106,14 @@ class _Reader:
             message = f"{getattr(error, 'context', None)}, {message}"
         if mark is None:
             return LaunchFileError(f"invalid YAML: {message}", where=self._path)
-        line = self._lines[mark.line] if mark.line < len(self._lines) else ""
+        lines = self._source.lines
+        line = lines[mark.line] if mark.line < len(lines) else ""
         hint = None
         if "\t" in line[: mark.column + 1]:
             hint = "indent YAML with spaces, not with tabs"
         elif "expected" in message or "not allowed" in message:
             hint = QUOTES
-        return at_mark(self._lines, self._path, mark, f"invalid YAML: {message}", hint)
+        return self._source.error_at(mark, f"invalid YAML: {message}", hint)
 
     def _refuse_duplicates(self, root: yaml.Node) -> None:
         """Duplicate keys, of which YAML's reader silently takes the last one."""
@@ -122,7 +122,7 @@ class _Reader:
 
         def visit(node: yaml.Node) -> None:
             if id(node) in open_nodes:
-                self._errors.append(self._error(node.start_mark, "recursive alias"))
+                self._errors.append(self._source.error_at(node.start_mark, "recursive alias"))
                 raise SeveralErrors(self._errors)
             if id(node) in visited:
                 return
@@ -131,7 +131,8 @@ class _Reader:
             keys: set[object] = set()
             for name, key, value in entries_of(node):
                 if name in keys and key is not None and name != "<<":
-                    self._errors.append(self._error(key.start_mark, f"duplicate key '{name}'"))
+                    message = f"duplicate key '{name}'"
+                    self._errors.append(self._source.error_at(key.start_mark, message))
                 keys.add(name)
                 visit(value)
             open_nodes.discard(id(node))
@@ -156,26 +157,26 @@ class _Reader:
         self._check_names(script)
         return script
 
-    def _list(self, value: object, key: str, example: str) -> Sequence[object]:
-        if value is None:
-            return ()
-        if not isinstance(value, list):
+    def _entries(
+        self, value: object, key: str, noun: str, example: str
+    ) -> Iterator[tuple[KeyPath, Mapping[object, object]]]:
+        """(path, entry) of the mappings in a list."""
+        if value is not None and not isinstance(value, list):
             self._wrong((key,), f"'{key}' must be a list", f"as in '- {example}'")
-            return ()
-        return value
+            return
+        for index, entry in enumerate(value or ()):
+            if isinstance(entry, Mapping) and entry:
+                yield (key, index), entry
+            else:
+                shown = f"{entry}: ..." if str(entry) in BY_NAME else example
+                self._wrong((key, index), f"{noun} must be a mapping", f"as in '- {shown}'")
 
     def _steps(self, value: object) -> Iterator[Step]:
-        entries = self._list(value, "scenario", "{at: 8 s, do: kill robot_2}")
-        for index, entry in enumerate(entries):
-            path: KeyPath = ("scenario", index)
-            if not isinstance(entry, Mapping):
-                self._wrong(
-                    path, "a step must be a mapping", "as in '- {at: 8 s, do: kill robot_2}'"
-                )
-                continue
+        example = "{at: 8 s, do: kill robot_2}"
+        for path, entry in self._entries(value, "scenario", "a step", example):
             values = self._fields(entry, STEP_FIELDS, path, "a step")
             if "do" in values or self._errors:
-                command = values.get("do", Command(verb="", text=f"step {index + 1}"))
+                command = values.get("do", Command(verb="", text=f"step {path[1]!s}"))
                 yield Step(
                     name=values.get("name", command.text),
                     command=command,
@@ -183,16 +184,11 @@ class _Reader:
                     after=values.get("after", START),
                     after_log=values.get("after_log"),
                     process=values.get("process"),
-                    origin=self._origin(path),
+                    origin=self._source.origin(path),
                 )
 
     def _expectations(self, value: object) -> Iterator[Expectation]:
-        for index, entry in enumerate(self._list(value, "expect", "node: /robot_1")):
-            path: KeyPath = ("expect", index)
-            if not isinstance(entry, Mapping) or not entry:
-                example = f"{entry}: ..." if str(entry) in BY_NAME else "node: /robot_1"
-                self._wrong(path, "an expectation must be a mapping", f"as in '- {example}'")
-                continue
+        for path, entry in self._entries(value, "expect", "an expectation", "node: /robot_1"):
             kind = self._kind(entry, path)
             if kind is not None:
                 yield from self._expectation(kind, entry, path)
@@ -209,7 +205,7 @@ class _Reader:
             self._wrong(path, f"{names} are two expectations", "write them as two entries")
             return None
         first = next(iter(entry))
-        hint = near(first, list(BY_NAME))
+        hint = near(first, BY_NAME)
         self._wrong((*path, first), f"unknown kind of expectation '{first}'", hint)
         return None
 
@@ -233,12 +229,11 @@ class _Reader:
             within=values.pop("within", None if values.get("absent") else kind.default_within),
             after=values.pop("after", START),
             values=values,
-            origin=self._origin(path),
+            origin=self._source.origin(path),
         )
 
     def _check_names(self, script: Script) -> None:
-        known = script.known_steps()
-        counts = Counter(known)
+        counts = Counter([*ALWAYS, *script.moments()])
         earlier = dict.fromkeys(ALWAYS)
         for step in script.steps:
             if counts[step.name] > 1:
@@ -253,7 +248,7 @@ class _Reader:
     def _check_name(self, name: str, known: Mapping[str, object], origin: Origin) -> None:
         if name not in known:
             text = f"unknown step '{name}'"
-            self._errors.append(origin.error(text, near(name, list(known)), "after"))
+            self._errors.append(origin.error(text, near(name, known), "after"))
 
     # ---- fields
 
@@ -264,7 +259,7 @@ class _Reader:
         values: dict[str, Any] = {}
         for name, value in entry.items():
             if name not in types:
-                hint = near(name, list(types))
+                hint = near(name, types)
                 self._wrong((*path, name), f"unknown key '{name}' of {what}", hint)
             else:
                 values[str(name)] = self._parsed(types[name], value, (*path, name))
@@ -288,13 +283,7 @@ class _Reader:
     def _wrong(
         self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
     ) -> None:
-        self._errors.append(self._places.error(path, message, hint, value=value))
-
-    def _error(self, mark: yaml.Mark, message: str) -> LauncherError:
-        return at_mark(self._lines, self._path, mark, message)
-
-    def _origin(self, path: KeyPath) -> Origin:
-        return self._places.origin(path)
+        self._errors.append(self._source.error(path, message, hint, value=value))
 
 
 _BAD = object()

@@ -13,10 +13,10 @@ from typing import Any
 
 from rosidl_parser import definition
 
+from launcher.errors import LauncherError
 from launcher.smoke.expect.conditions import STEP, Conditions, Expression
 from launcher.smoke.expect.fields import near
 
-Fault = tuple[str, str | None]  # error and hint
 _BASIC = {"boolean": bool, "float": float, "double": float, "long double": float, "octet": None}
 
 
@@ -63,118 +63,109 @@ def _has_json(message: Any) -> bool:
     return isinstance(kind, definition.AbstractGenericString)
 
 
-def _field(shape: Any, name: str) -> tuple[Any, Fault | None]:
-    """(shape, None) of a field, or (None, fault)."""
+def _field(shape: Any, name: str) -> Any:
+    """The shape of a field; LauncherError if there is none."""
     fields = fields_of(shape) or {}
-    if name in fields:
-        return shape_of(fields[name]), None
-    return None, (f"{title(shape)} has no field '{name}'", near(name, list(fields)))
+    if name not in fields:
+        raise LauncherError(f"{title(shape)} has no field '{name}'", hint=near(name, fields))
+    return shape_of(fields[name])
 
 
 # ---- paths of fields
 
 
-def faults_of_fields(conditions: Conditions, message: Any) -> Iterator[tuple[str, Fault]]:
+def faults_of_fields(conditions: Conditions, message: Any) -> Iterator[tuple[str, LauncherError]]:
     """(path, fault) of the conditions that no such message can satisfy."""
     for path, _ in conditions.fields:
-        fault = _fault_of_path(path, message)
-        if fault is not None:
+        try:
+            _follow_path(path, message)
+        except LauncherError as fault:
             yield path, fault
 
 
-def _fault_of_path(path: str, message: Any) -> Fault | None:
+def _follow_path(path: str, message: Any) -> None:
     shape = message
     fields = fields_of(message) or {}
     for name, index in STEP.findall(path):
         if shape is message and name and _has_json(message) and name not in fields:
-            return None  # looked up in the JSON
+            return  # looked up in the JSON
         if fields_of(shape) is not None and name:
-            shape, fault = _field(shape, name)
-            if fault is not None:
-                return fault
+            shape = _field(shape, name)
         elif isinstance(shape, Several) and index:
             shape = shape.element
         elif shape is None:
-            return None
+            return
         else:
             asked = f"field '{name}'" if name else f"index [{index}]"
-            return f"'{path}': {title(shape)} has no {asked}", None
-    return None
+            raise LauncherError(f"'{path}': {title(shape)} has no {asked}")
 
 
 # ---- expressions
 
 
-def fault_of_expression(expression: Expression, message: Any) -> Fault | None:
+def fault_of_expression(expression: Expression, message: Any) -> LauncherError | None:
     """The first unknown field of the message in an expression."""
     tree = ast.parse(expression.text.strip(), mode="eval").body
     names = {name.id for name in ast.walk(tree) if isinstance(name, ast.Name)}
     if "json" in names and not _has_json(message):
         hint = f"use m: {', '.join(fields_of(message) or ())}"
-        return f"{title(message)} has no string 'data' for JSON", hint
+        return LauncherError(f"{title(message)} has no string 'data' for JSON", hint=hint)
     if any(isinstance(part, ast.NamedExpr) for part in ast.walk(tree)):
         return None  # from where on the name has the new meaning is hard to find out
-    reader = _Reader()
-    reader.shape(tree, {"m": message})
-    return reader.faults[0] if reader.faults else None
+    try:
+        _shape(tree, {"m": message})
+    except LauncherError as fault:
+        return fault
+    return None
 
 
-class _Reader:
-    """Infers the shapes of the parts of an expression."""
-
-    def __init__(self) -> None:
-        self.faults: list[Fault] = []
-
-    def shape(self, node: ast.AST, names: Mapping[str, Any]) -> Any:
-        """The shape of a part of the expression."""
-        match node:
-            case ast.Name(id=name):
-                return names.get(name)
-            case ast.Attribute(value=value, attr=attr):
-                return self._attribute(self.shape(value, names), attr)
-            case ast.Subscript(value=value, slice=index):
-                self.shape(index, names)
-                return self._entry(self.shape(value, names), index)
-            case ast.ListComp() | ast.SetComp() | ast.GeneratorExp() | ast.DictComp():
-                return self._comprehension(node, dict(names))
-            case ast.Lambda(args=args, body=body):
-                own = {arg.arg: None for arg in ast.walk(args) if isinstance(arg, ast.arg)}
-                self.shape(body, {**names, **own})
-                return None
-        for child in ast.iter_child_nodes(node):
-            self.shape(child, names)
-        return None
-
-    def _attribute(self, shape: Any, name: str) -> Any:
-        if fields_of(shape) is not None:
-            return self._noted(_field(shape, name))
-        example: Any = [] if isinstance(shape, Several) else shape
-        if shape is not None and not hasattr(example, name):
-            self.faults.append((f"{title(shape)} has no '{name}'", None))
-        return None
-
-    def _entry(self, shape: Any, index: ast.AST) -> Any:
-        if isinstance(shape, Several):
-            return shape if isinstance(index, ast.Slice) else shape.element
-        if fields_of(shape) is None or not isinstance(index, ast.Constant):
+def _shape(node: ast.AST, names: Mapping[str, Any]) -> Any:
+    """The shape of a part of an expression; LauncherError for an unknown field."""
+    match node:
+        case ast.Name(id=name):
+            return names.get(name)
+        case ast.Attribute(value=value, attr=attr):
+            return _attribute(_shape(value, names), attr)
+        case ast.Subscript(value=value, slice=index):
+            _shape(index, names)
+            return _entry(_shape(value, names), index)
+        case ast.ListComp() | ast.SetComp() | ast.GeneratorExp() | ast.DictComp():
+            return _comprehension(node, dict(names))
+        case ast.Lambda(args=args, body=body):
+            own = {arg.arg: None for arg in ast.walk(args) if isinstance(arg, ast.arg)}
+            _shape(body, {**names, **own})
             return None
-        return self._noted(_field(shape, str(index.value)))
+    for child in ast.iter_child_nodes(node):
+        _shape(child, names)
+    return None
 
-    def _noted(self, found: tuple[Any, Fault | None]) -> Any:
-        shape, fault = found
-        if fault is not None:
-            self.faults.append(fault)
-        return shape
 
-    def _comprehension(self, node: Any, names: dict[str, Any]) -> None:
-        for part in node.generators:
-            many = self.shape(part.iter, names)
-            stored = (n.id for n in ast.walk(part.target) if isinstance(n, ast.Name))
-            names |= dict.fromkeys(stored)
-            if isinstance(part.target, ast.Name) and isinstance(many, Several):
-                names[part.target.id] = many.element
-            for condition in part.ifs:
-                self.shape(condition, names)
-        results = [node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]
-        for result in results:
-            self.shape(result, names)
+def _attribute(shape: Any, name: str) -> Any:
+    if fields_of(shape) is not None:
+        return _field(shape, name)
+    example: Any = [] if isinstance(shape, Several) else shape
+    if shape is not None and not hasattr(example, name):
+        raise LauncherError(f"{title(shape)} has no '{name}'")
+    return None
+
+
+def _entry(shape: Any, index: ast.AST) -> Any:
+    if isinstance(shape, Several):
+        return shape if isinstance(index, ast.Slice) else shape.element
+    if fields_of(shape) is None or not isinstance(index, ast.Constant):
+        return None
+    return _field(shape, str(index.value))
+
+
+def _comprehension(node: Any, names: dict[str, Any]) -> None:
+    for part in node.generators:
+        many = _shape(part.iter, names)
+        stored = (n.id for n in ast.walk(part.target) if isinstance(n, ast.Name))
+        names |= dict.fromkeys(stored)
+        if isinstance(part.target, ast.Name) and isinstance(many, Several):
+            names[part.target.id] = many.element
+        for condition in part.ifs:
+            _shape(condition, names)
+    results = [node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]
+    for result in results:
+        _shape(result, names)

@@ -72,11 +72,11 @@ def _locked(folder: Path) -> Iterator[None]:
     (folder / _LOCK).unlink(missing_ok=True)
 
 
-def prune(root: Path, keep: int = KEPT) -> None:
-    """Remove the oldest folders beyond `keep`, except those in use."""
+def prune(root: Path) -> None:
+    """Remove the oldest folders beyond `KEPT`, except those in use."""
     with contextlib.suppress(FileNotFoundError):
         folders = sorted(path for path in root.iterdir() if path.is_dir())
-        for old in folders[: max(0, len(folders) - keep)]:
+        for old in folders[: max(0, len(folders) - KEPT)]:
             if not _is_locked(old):
                 shutil.rmtree(old, ignore_errors=True)
 

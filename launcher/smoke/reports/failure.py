@@ -12,10 +12,10 @@ LINES = 10
 PROCESSES = 3  # whose last lines are shown
 
 
-def describe(one: Judged, facts: Facts, told: dict[str, str] | None = None) -> list[str]:
+def describe(one: Judged, facts: Facts, described: dict[str, str] | None = None) -> list[str]:
     """The lines about an expectation that is not met.
 
-    `told`: processes whose last lines are already shown, with the name of that expectation.
+    `described`: processes whose last lines are already shown, with the name of that expectation.
     """
     verdict, expectation = one.verdict, one.expectation
     lines = [
@@ -28,12 +28,12 @@ def describe(one: Judged, facts: Facts, told: dict[str, str] | None = None) -> l
     if verdict.guess:
         lines.append(f"    maybe:    {verdict.guess}")
     for process in verdict.about[:PROCESSES]:
-        if told is not None and process in told:
-            lines.append(f"    last lines of {process}: above, under '{told[process]}'")
+        if described is not None and process in described:
+            lines.append(f"    last lines of {process}: above, under '{described[process]}'")
             continue
         lines += _last_lines(process, facts)
-        if told is not None:
-            told[process] = expectation.name
+        if described is not None:
+            described[process] = expectation.name
     return [escape(line) for line in lines]
 
 

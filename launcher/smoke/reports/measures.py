@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from launcher.errors import UsageError
@@ -19,7 +19,7 @@ VERSION = 1
 _MB = 1024 * 1024
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Measure:
     """A number with its unit; `kind` decides its tolerance."""
 
@@ -29,7 +29,7 @@ class Measure:
     unit: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Tolerance:
     """How much a value may exceed the baseline, in percent and at least by `least`.
 
@@ -58,23 +58,21 @@ TOLERANCES = {
 def of_result(result: Result) -> list[Measure]:
     facts = result.facts
     found = [
-        Measure(name=one.expectation.name, kind="rate", value=one.verdict.value, unit="Hz")
+        Measure(one.expectation.name, "rate", one.verdict.value, "Hz")
         for one in result.judged
         if one.expectation.kind == "rate" and one.verdict.value is not None
     ]
     if facts.ready_s is not None:
-        found.append(Measure(name="start_up", kind="start_up", value=facts.ready_s, unit="s"))
+        found.append(Measure("start_up", "start_up", facts.ready_s, "s"))
     for name in facts.processes():
         label = label_of(name)
         samples = [s for s in facts.samples if s.process == name and s.at_s <= facts.stop_s]
         loads = [s.cpu_percent for s in samples if s.cpu_percent is not None]
         sizes = [s.memory_bytes for s in samples if s.memory_bytes is not None]
         if loads:
-            load = sum(loads) / len(loads)
-            found.append(Measure(name=f"cpu {label}", kind="cpu", value=load, unit="%"))
+            found.append(Measure(f"cpu {label}", "cpu", statistics.fmean(loads), "%"))
         if sizes:
-            size = max(sizes) / _MB
-            found.append(Measure(name=f"memory {label}", kind="memory", value=size, unit="MB"))
+            found.append(Measure(f"memory {label}", "memory", max(sizes) / _MB, "MB"))
     return found
 
 
@@ -84,13 +82,8 @@ def medians(runs: Sequence[Iterable[Measure]]) -> list[Measure]:
     for measure in (measure for run in runs for measure in run):
         known.setdefault(measure.name, []).append(measure)
     return [
-        Measure(
-            name=name,
-            kind=found[0].kind,
-            value=statistics.median(m.value for m in found),
-            unit=found[0].unit,
-        )
-        for name, found in known.items()
+        replace(found[0], value=statistics.median(m.value for m in found))
+        for found in known.values()
     ]
 
 
@@ -149,9 +142,11 @@ def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
         document = json.loads(path.read_text(encoding="utf-8"))
         tolerances = dict(TOLERANCES)
         for kind, given in document.get("tolerances", {}).items():
-            tolerances[kind] = _tolerance(kind, given)
+            base = TOLERANCES[kind]
+            percent, least = given.get("percent", base.percent), given.get("least", base.least)
+            tolerances[kind] = Tolerance(float(percent), float(least), base.both)
         measures = [
-            Measure(name=name, kind=m["kind"], value=float(m["value"]), unit=m["unit"])
+            Measure(name, m["kind"], float(m["value"]), m["unit"])
             for name, m in document["measures"].items()
         ]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -161,12 +156,3 @@ def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
     if unknown:
         raise UsageError(f"{path}: unknown kind of measure '{min(unknown)}'")
     return tolerances, measures
-
-
-def _tolerance(kind: str, given: Mapping[str, float]) -> Tolerance:
-    base = TOLERANCES[kind]
-    return Tolerance(
-        percent=float(given.get("percent", base.percent)),
-        least=float(given.get("least", base.least)),
-        both=base.both,
-    )

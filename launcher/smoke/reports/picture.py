@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 # Limits for a busy machine and a graph of many nodes; usually it takes a second or two.
 LOOK_S = 20.0
 DRAW_S = 60.0
-_LOOK = ("graph", "--json", "--debug-topics", "--hidden")
+_LOOK = ("-m", "launcher", "graph", "--json", "--debug-topics", "--hidden")
+_DRAW = ("-m", "launcher.smoke.reports.picture")
 
 
 class Picture:
@@ -49,7 +50,7 @@ class Picture:
         if self._system.is_alive and self._system.domain_id in busy_domains():
             with self._json.open("wb") as file:
                 self._look = subprocess.Popen(
-                    [sys.executable, "-m", "launcher", *_LOOK],
+                    [sys.executable, *_LOOK],
                     stdin=subprocess.DEVNULL,
                     stdout=file,
                     stderr=subprocess.DEVNULL,
@@ -57,12 +58,12 @@ class Picture:
                     start_new_session=True,
                 )
 
-    def finish_look(self, within_s: float = LOOK_S) -> None:
+    def finish_look(self) -> None:
         """Wait until the graph is recorded; afterwards the system may be stopped."""
         if self._look is None:
             return
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._look.wait(within_s)
+            self._look.wait(LOOK_S)
         if self._look.poll() is None:
             self._look.kill()
             self._look.wait()
@@ -104,16 +105,9 @@ class Picture:
         return "no ROS node was observed"
 
     def _draw_svg(self) -> str | None:
-        command = [
-            sys.executable,
-            "-m",
-            "launcher.smoke.reports.picture",
-            str(self._json),
-            str(self._svg),
-        ]
         try:
             done = subprocess.run(
-                command,
+                [sys.executable, *_DRAW, str(self._json), str(self._svg)],
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
                 text=True,

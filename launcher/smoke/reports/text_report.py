@@ -36,14 +36,17 @@ def console_for(stream: IO[str], *, colour: bool) -> Console:
 def show(console: Console, result: Result) -> None:
     rows = result.judged if len(result.judged) <= ROWS else result.failures[:ROWS]
     if rows:
-        console.print(_table(rows))
+        table = _table("", "expectation", "seen")
+        for one in rows:
+            table.add_row(_mark(one), _shown(one.expectation.name), _shown(one.verdict.seen))
+        console.print(table)
     if len(rows) < len(result.judged):
         met = len(result.judged) - len(result.failures)
         console.print(Text(f"... and {_others(met, len(result.failures) - len(rows))}"))
-    told: dict[str, str] = {}
+    described: dict[str, str] = {}
     for one in result.failures[:ROWS]:
         console.print()
-        console.print(Text("\n".join(describe(one, result.facts, told))), soft_wrap=True)
+        console.print(Text("\n".join(describe(one, result.facts, described))), soft_wrap=True)
     for trouble in result.facts.troubles:
         console.print(_shown(f"note: {trouble}"), soft_wrap=True)
     console.print()
@@ -51,12 +54,10 @@ def show(console: Console, result: Result) -> None:
     console.print(Text(summary(result), style=style), soft_wrap=True)
 
 
-def _table(rows: Sequence[Judged]) -> Table:
+def _table(*heads: str) -> Table:
     table = Table(box=SIMPLE, show_edge=False, pad_edge=False)
-    for head in ("", "expectation", "seen"):
+    for head in heads:
         table.add_column(head, overflow="fold")
-    for one in rows:
-        table.add_row(_mark(one), _shown(one.expectation.name), _shown(one.verdict.seen))
     return table
 
 
@@ -90,9 +91,7 @@ def summary(result: Result) -> str:
 
 def show_flakes(console: Console, results: Sequence[Result]) -> None:
     """How often each expectation was met, and the spread of its values."""
-    table = Table(box=SIMPLE, show_edge=False, pad_edge=False)
-    for head in ("", "met", "expectation", "min / median / max"):
-        table.add_column(head, overflow="fold")
+    table = _table("", "met", "expectation", "min / median / max")
     for row in flake_rows(results):
         style = "green" if row.met == row.runs else "bold red"
         table.add_row(

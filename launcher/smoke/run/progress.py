@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from launcher.smoke.run.system import System
 
 _GREEN, _RED, _DIM, _PLAIN = "\x1b[32m", "\x1b[31m", "\x1b[2m", "\x1b[0m"
-_COLOURS = {Outcome.MET: _GREEN, Outcome.VIOLATED: _RED, Outcome.OPEN: ""}
 
 
 class Progress:
@@ -69,9 +68,11 @@ class Progress:
         self.say(0.0, f"started in ROS domain {system.domain_id}, evidence in {system.folder}")
 
     def decided(self, at_s: float, expectation: Expectation, verdict: Verdict) -> None:
-        word = "met     " if verdict.outcome is Outcome.MET else "NOT MET "
+        word, colour = (
+            ("met     ", _GREEN) if verdict.outcome is Outcome.MET else ("NOT MET ", _RED)
+        )
         seen = f": {verdict.seen}" if verdict.seen else ""
-        self.say(at_s, f"{word} {expectation.name}{seen}", _COLOURS[verdict.outcome])
+        self.say(at_s, f"{word} {expectation.name}{seen}", colour)
 
     def ended(self, at_s: float, ending: Ending, facts: Facts) -> None:
         code = "killed" if ending.returncode is None else f"exit code {ending.returncode}"

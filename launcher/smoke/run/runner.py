@@ -195,7 +195,7 @@ class Runner:
         is_open = (e for e in script.expectations if e.name not in self._decided)
         return (
             facts.ready_s is not None
-            and all(moment in facts.steps for step in script.steps for moment in step.moments)
+            and all(moment in facts.steps for moment in script.moments())
             and all(e.kind in UNTIL_THE_END and e.within is None for e in is_open)
         )
 

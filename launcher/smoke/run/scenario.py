@@ -166,9 +166,8 @@ def _line_s(step: Step, facts: Facts, begin_s: float) -> float | None:
     """When the line that a step waits for was printed."""
     assert step.after_log is not None
     for line in facts.lines:
-        if line.at_s < begin_s or line.process is None or not step.after_log.search(line.plain):
-            continue
-        if facts.is_from(line, step.process):
+        is_after = line.at_s >= begin_s and line.process is not None
+        if is_after and step.after_log.search(line.plain) and facts.is_from(line, step.process):
             return line.at_s
     return None
 

@@ -14,15 +14,7 @@ from typing import IO, cast
 
 from launcher.errors import ExitCode
 from launcher.smoke.expect.script import Script
-from launcher.smoke.reports import github, json_report, junit, measures, text_report
-from launcher.smoke.reports.artifacts import (
-    COPIED,
-    MADE,
-    evidence,
-    refuse_unwritable,
-    runs_in,
-    save,
-)
+from launcher.smoke.reports import artifacts, github, json_report, junit, measures, text_report
 from launcher.smoke.reports.result import Judged, Result, worst
 from launcher.smoke.run.progress import PipeSafeStdout, Progress
 from launcher.smoke.run.runner import Runner, code_of, terminable
@@ -50,7 +42,7 @@ class Options:
         """LauncherError if a result could not be written, or the baseline not be read."""
         base = self.baseline
         is_read = base is not None and base.exists() and not self.update_baseline
-        refuse_unwritable(
+        artifacts.refuse_unwritable(
             artifacts=self.artifacts,
             junit=self.junit,
             baseline=None if is_read else base,
@@ -73,7 +65,7 @@ class Session:
         """The exit code of the worst run."""
         with (
             contextlib.redirect_stdout(self._stdout),
-            evidence(self._options.artifacts) as folder,
+            artifacts.evidence(self._options.artifacts) as folder,
             terminable(),
         ):
             code = self._all(folder.path)
@@ -106,7 +98,7 @@ class Session:
         return code
 
     def _runs(self, folder: Path, results: list[Result]) -> None:
-        folders = [*runs_in(folder, self._options.repeat)]
+        folders = [*artifacts.runs_in(folder, self._options.repeat)]
         for number, path in enumerate(folders, 1):
             if len(folders) > 1:
                 print(f"--- run {number} of {len(folders)}", flush=True)
@@ -116,7 +108,7 @@ class Session:
 
     def _run(self, folder: Path) -> Result:
         folder.mkdir(parents=True, exist_ok=True)
-        for name in MADE:
+        for name in artifacts.MADE:
             (folder / name).unlink(missing_ok=True)  # of a run before
         progress = Progress(folder, cast("IO[str]", self._stdout), colour=self._colour)
         limit_s = self._script.run_time_s() + self._script.ready_limit_s() + HARD_ROOM_S
@@ -148,10 +140,10 @@ class Session:
     def _keep(self, result: Result) -> None:
         folder = result.folder
         text = json.dumps(json_report.of_result(result), indent=2, ensure_ascii=False)
-        save(folder / "report.json", f"{text}\n")
+        artifacts.save(folder / "report.json", f"{text}\n")
         if self._script.path is not None:
             shutil.copyfile(self._script.path, folder / "expectations.yaml")
-        for name in COPIED:
+        for name in artifacts.COPIED:
             found = sorted((folder / "log").glob(f"*-*/{name}"))
             if found:
                 shutil.copyfile(found[-1], folder / name)

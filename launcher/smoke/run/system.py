@@ -8,7 +8,6 @@ import os
 import signal
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from launcher.control.folder import ControlError
@@ -54,7 +53,8 @@ class System(Waits):
         self.folder = folder
         self.log_root = folder / "log"
         super().__init__(Recorder())
-        self._base = dict(os.environ if environment is None else environment)
+        given = os.environ if environment is None else environment
+        self._environment = {k: v for k, v in given.items() if k not in _NOT_INHERITED}
         self._wants_probe = probe
         self._longest_s = longest_s
         self._stack = contextlib.ExitStack()
@@ -67,12 +67,7 @@ class System(Waits):
         self.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.stop()
 
     # ---- start and stop
@@ -82,7 +77,12 @@ class System(Waits):
         self.folder.mkdir(parents=True, exist_ok=True)
         with contextlib.ExitStack() as stack:
             self.domain_id = stack.enter_context(leased_domain())
-            self.environment = self._environment()
+            self.environment = {
+                **self._environment,
+                "ROS_DOMAIN_ID": str(self.domain_id),
+                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+                "ROS_LOG_DIR": str(self.log_root.absolute()),
+            }
             self._memory = SharedMemory(self.domain_id)
             stack.callback(self._memory.free_ports)  # before the lease goes to somebody else
             if self._wants_probe:
@@ -92,15 +92,6 @@ class System(Waits):
             self._launcher = LauncherProcess(words, self.environment, self.folder / "launcher.out")
             self._followers = Followers(self._launcher, self.recorder, self._memory)
             self._stack = stack.pop_all()
-
-    def _environment(self) -> dict[str, str]:
-        kept = {k: v for k, v in self._base.items() if k not in _NOT_INHERITED}
-        return {
-            **kept,
-            "ROS_DOMAIN_ID": str(self.domain_id),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "ROS_LOG_DIR": str(self.log_root.absolute()),
-        }
 
     def _start_probe(self, stack: contextlib.ExitStack) -> None:
         probe = ProbeClient(self.environment, self.recorder, self.folder / "probe.log")
@@ -288,7 +279,8 @@ class System(Waits):
         """The value of a parameter; ProbeError if the node does not have it."""
         answer = self._ask_node(node, "get_parameters", timeout_s, names=[name])
         if name in answer["missing"]:
-            raise self._no_parameter(node, name, timeout_s)
+            known = self._parameters(node, timeout_s)
+            raise ProbeError(f"{node} has no parameter '{name}'", hint=near(name, known))
         return answer["values"][name]
 
     def _ask_node(self, node: str, do: str, timeout_s: float, **fields: Any) -> dict[str, Any]:
@@ -297,13 +289,8 @@ class System(Waits):
         except ProbeError:
             nodes = self.facts().graph().nodes
             if nodes and node not in nodes:
-                hint = near(node, list(nodes))
-                raise ProbeError(f"no node {node}", hint=hint) from None
+                raise ProbeError(f"no node {node}", hint=near(node, nodes)) from None
             raise
-
-    def _no_parameter(self, node: str, name: str, timeout_s: float) -> ProbeError:
-        known = self._parameters(node, timeout_s)
-        return ProbeError(f"{node} has no parameter '{name}'", hint=near(name, known))
 
     def _parameters(self, node: str, timeout_s: float) -> list[str]:
         """The names of a node's parameters; none if it does not answer."""
@@ -323,7 +310,7 @@ class System(Waits):
             return
         known = self._parameters(node, SET_S)
         if known and name not in known:
-            raise self._no_parameter(node, name, SET_S)
+            raise ProbeError(f"{node} has no parameter '{name}'", hint=near(name, known))
         raise ProbeError(f"{node} rejected {name}: {result['reason'] or 'no reason given'}")
 
     def _probed(self) -> ProbeClient:

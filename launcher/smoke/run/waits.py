@@ -49,11 +49,15 @@ class Waits:
 
     def wait_for_expectation(self, expectation: Expectation, within_s: float) -> Verdict:
         """Until it is met."""
-        verdict = self.recorder.wait_for(
-            lambda facts: _if_met(judge(expectation, facts)), within_s
-        ) or judge(expectation, self.facts())
-        if verdict.outcome is Outcome.MET:
-            return verdict
+
+        def if_met(facts: Facts) -> Verdict | None:
+            verdict = judge(expectation, facts)
+            return verdict if verdict.outcome is Outcome.MET else None
+
+        found = self.recorder.wait_for(if_met, within_s)
+        if found is not None:
+            return found
+        verdict = judge(expectation, self.facts())
         guess = f"\nmaybe: {verdict.guess}" if verdict.guess else ""
         raise NotSeenError(
             f"not within {within_s:g} s: {verdict.expected}\nseen: {verdict.seen}{guess}"
@@ -125,7 +129,3 @@ class Waits:
             return explain.unknown_process(process, facts)
 
         return self.wait_for(found, f"{process} exits", within_s, guess)
-
-
-def _if_met(verdict: Verdict) -> Verdict | None:
-    return verdict if verdict.outcome is Outcome.MET else None
