@@ -91,7 +91,7 @@ CASES = {
         "topic: /fleet/tasks",
         graphs(graph(publisher("/fleet/tasks"))),
         graphs(graph(publisher("/tasks"))),
-        "there is no topic /fleet/tasks",
+        "no topic /fleet/tasks",
         "there is a topic of that name elsewhere: /tasks",
     ),
     "qos of publishers": Case(

@@ -176,7 +176,7 @@ def test_junit_tells_why_a_launch_file_was_not_launched(tmp_path: Path):
     path = tmp_path / "out.xml"
     words = ("error: x.launch.py:1: NameError: name 'a' is not defined", "    a()")
     facts = seen(events=(), ending=Ending(asked_s=None, down_s=1, returncode=2))
-    bad = result(judged("a", Outcome.MET), facts=facts, trouble="no", last_words=words)
+    bad = result(judged("a", Outcome.MET), facts=facts, trouble="no", last_lines=words)
     junit.write(path, [bad], "x.launch.py")
     (case,) = ElementTree.parse(path).getroot().iter("testcase")
     assert case[0].tag == "error" and (case[0].text or "").splitlines() == ["no", *words]

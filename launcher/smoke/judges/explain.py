@@ -34,7 +34,7 @@ def death(process: str, facts: Facts) -> str | None:
 def _ended(process: str, facts: Facts) -> str | None:
     """`ended at 3.0 s (exit code 1); it raised ...` of a process that does not run any more."""
     end = facts.last_end(process)
-    if end is None or facts.lives(process, facts.stop_s):
+    if end is None or facts.was_running(process, facts.stop_s):
         return None
     why = death(process, facts)
     code = end.details.get("returncode")

@@ -139,7 +139,7 @@ def _topic_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
     topic = expectation.subject
     endpoints = seen.snapshot.on(topic)
     types = set(seen.topics.get(topic, ())) | {e.type for e in endpoints}
-    faults = [] if types else [f"there is no topic {topic}"]
+    faults = [] if types else [f"no topic {topic}"]
     wanted = expectation.get("type")
     if types and wanted is not None and types != {wanted}:
         faults.append(f"its type is {listed(types)}")
@@ -215,7 +215,7 @@ def _pair_faults(compatible: bool | None, endpoints: tuple[Endpoint, ...]) -> li
     if compatible is None:
         return []
     if len({e.is_publisher for e in endpoints}) < 2:
-        return ["there is no pair of publisher and subscription"]
+        return ["no pair of publisher and subscription"]
     bad = mismatches(endpoints)
     if compatible and bad:
         return [f"{m.subscription.node} receives nothing from {m.publishers[0].node}" for m in bad]

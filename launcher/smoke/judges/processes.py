@@ -106,7 +106,7 @@ def _alive(facts: Facts, name: str, alive: bool, when: Window) -> Verdict:
     """At the end, when the system is stopped."""
     if not facts.is_over:
         return when.open()
-    if facts.lives(name, facts.stop_s) is alive:
+    if facts.was_running(name, facts.stop_s) is alive:
         return when.met(seen=f"{name} {'ran' if alive else 'did not run'}")
     if not alive:
         return when.violated(seen=f"{name} still ran", about=(name,))

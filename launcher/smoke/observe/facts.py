@@ -174,7 +174,7 @@ class Facts:
             if event.kind == kind and process in (None, event.process):
                 yield event
 
-    def lives(self, process: str, at_s: float) -> bool:
+    def was_running(self, process: str, at_s: float) -> bool:
         """Whether a process was running at this time."""
         alive = False
         for event in self.events:

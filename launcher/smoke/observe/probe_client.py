@@ -21,7 +21,7 @@ from launcher.smoke.observe.facts import GraphSeen, Message
 from launcher.smoke.observe.recorder import Recorder
 
 READY_S = 20.0  # importing rclpy on a busy machine
-GOODBYE_S = 5.0
+EXIT_S = 5.0
 ANSWER_ROOM_S = 2.0  # the probe itself reports timeouts; only a dead one takes longer
 
 
@@ -60,7 +60,7 @@ class ProbeClient:
         with self._changed:
             self._changed.wait_for(lambda: self._is_ready or self._has_ended, READY_S)
             if not self._is_ready:
-                raise ProbeError("the ROS probe did not start", hint=self._last_words())
+                raise ProbeError("the ROS probe did not start", hint=self._last_line())
 
     @property
     def is_alive(self) -> bool:
@@ -77,7 +77,7 @@ class ProbeClient:
             )
             answer = self._answers.pop(number, None)
         if answer is None:
-            raise ProbeError(f"the ROS probe did not answer '{do}'", hint=self._last_words())
+            raise ProbeError(f"the ROS probe did not answer '{do}'", hint=self._last_line())
         if not answer.get("ok"):
             error = answer.get("error") or {}
             raise ProbeError(str(error.get("message", "refused")), hint=error.get("hint"))
@@ -94,7 +94,7 @@ class ProbeClient:
             self._process.stdin.write(json.dumps(request).encode() + b"\n")
             self._process.stdin.flush()
         except (BrokenPipeError, ValueError):
-            raise ProbeError("the ROS probe has ended", hint=self._last_words()) from None
+            raise ProbeError("the ROS probe has ended", hint=self._last_line()) from None
 
     def close(self) -> None:
         """End the probe; kill it if it does not exit."""
@@ -102,13 +102,13 @@ class ProbeClient:
             with contextlib.suppress(BrokenPipeError):
                 self._process.stdin.close()
         try:
-            self._process.wait(GOODBYE_S)
+            self._process.wait(EXIT_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        self._reader.join(GOODBYE_S)
+        self._reader.join(EXIT_S)
 
-    def _last_words(self) -> str | None:
+    def _last_line(self) -> str | None:
         with contextlib.suppress(OSError):
             text = self._stderr.read_text(encoding="utf-8", errors="replace")
             lines = [line for line in text.splitlines() if line.strip()]

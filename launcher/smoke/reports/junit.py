@@ -47,7 +47,7 @@ def _of_run(result: Result, name: str, target: str) -> ElementTree.Element:
     reasons = ["interrupted"] * bool(result.interrupted) + ["not ready in time"] * result.gave_up
     reasons += [result.trouble] if result.trouble else []
     if reasons:
-        cases.append(_error_case(target, reasons[0], "\n".join([*reasons, *result.last_words])))
+        cases.append(_error_case(target, reasons[0], "\n".join([*reasons, *result.last_lines])))
     failures = sum(not one.is_met for one in judged)
     now = time.strftime("%Y-%m-%dT%H:%M:%S")
     suite = _suite(name, cases, failures, bool(reasons), result.facts.now_s)

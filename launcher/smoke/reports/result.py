@@ -25,7 +25,7 @@ class Judged:
 class Result:
     """`trouble`: why the run failed as a whole; `gave_up`: the system was not ready in time.
 
-    `interrupted`: the exit code of an interrupted run; `last_words`: the last lines of a launcher
+    `interrupted`: the exit code of an interrupted run; `last_lines`: of the output of a launcher
     that has started nothing.
     """
 
@@ -37,7 +37,7 @@ class Result:
     gave_up: bool = False
     trouble: str | None = None
     interrupted: ExitCode | None = None
-    last_words: tuple[str, ...] = ()
+    last_lines: tuple[str, ...] = ()
 
     @property
     def failures(self) -> tuple[Judged, ...]:

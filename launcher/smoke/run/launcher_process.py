@@ -23,7 +23,7 @@ DONE = b"."
 class LauncherProcess:
     """`python -m launcher WORDS` without a terminal, in a session of its own.
 
-    Its output goes to the file `output`. Ctrl-C in our terminal does not reach it.
+    Its output goes to the file `output`. Ctrl-C in the terminal does not reach it.
     """
 
     def __init__(self, words: Sequence[str], environment: Mapping[str, str], output: Path) -> None:
@@ -66,7 +66,7 @@ class LauncherProcess:
                 self._process.wait()
         self._watchdog.close()
 
-    def last_words(self, count: int) -> list[str]:
+    def last_lines(self, count: int) -> list[str]:
         """The last lines of its output."""
         with contextlib.suppress(OSError):
             return self._output.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]

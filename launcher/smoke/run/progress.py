@@ -86,7 +86,7 @@ class Progress:
 class PipeSafeStdout(io.TextIOBase):
     """Writes to a stream until that fails, then discards the rest, so that a run ends in order.
 
-    A closed pipe (`smoke ... | head`) is no failure; `trouble` is set for any other error.
+    `trouble` is set for an error other than a closed pipe (`smoke ... | head`).
     """
 
     def __init__(self, stream: TextIO) -> None:

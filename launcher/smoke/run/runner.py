@@ -254,7 +254,7 @@ class Runner:
             domain_id=self._system.domain_id,
             gave_up=self._gave_up,
             interrupted=self._interrupted,
-            last_words=() if facts.processes() else tuple(self._system.last_words(LAST_LINES)),
+            last_lines=() if facts.processes() else tuple(self._system.last_words(LAST_LINES)),
             trouble=self._trouble(facts),
         )
 

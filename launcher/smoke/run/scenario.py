@@ -43,7 +43,7 @@ class Scenario:
             self._run_step(step)
         for action in () if self._chaos is None else self._chaos.due(facts):
             text = f"chaos {action.number}: {action.command.text}"
-            if action.process is None or not facts.lives(action.process, facts.now_s):
+            if action.process is None or not facts.was_running(action.process, facts.now_s):
                 self._say(f"{text}: not running")
                 continue
             self._say(text)

@@ -132,7 +132,7 @@ class Session:
             self._keep(result)
         if result.exit_code == ExitCode.USAGE:
             # There was nothing to judge; the launcher has printed the error.
-            print("\n".join(result.last_words), file=sys.stderr)
+            print("\n".join(result.last_lines), file=sys.stderr)
         else:
             text_report.show(self._console, result)
         return result

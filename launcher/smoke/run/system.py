@@ -84,7 +84,7 @@ class System(Waits):
                 "ROS_LOG_DIR": str(self.log_root.absolute()),
             }
             self._memory = SharedMemory(self.domain_id)
-            stack.callback(self._memory.free_ports)  # before the lease goes to somebody else
+            stack.callback(self._memory.free_ports)  # before the lease ends
             if self._wants_probe:
                 self._start_probe(stack)
             self.recorder.begin()
@@ -160,7 +160,7 @@ class System(Waits):
 
     def last_words(self, count: int = 15) -> list[str]:
         """The last lines of the launcher's output."""
-        return self._launcher.last_words(count)
+        return self._launcher.last_lines(count)
 
     # ---- messages
 
