@@ -12,6 +12,7 @@ from types import FrameType
 
 from launcher.errors import ExitCode, LauncherError
 from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.expect.quantities import INFINITY, seconds_text
 from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
 from launcher.smoke.judges import judge
@@ -33,16 +34,8 @@ EMPTY_STOP_S = 5.0  # a launcher without processes has nothing to wait for
 PROBE_ANSWER_S = 5.0
 LAST_LINES = 200  # of a launcher that has started nothing: they have the reason
 # Without a time limit, these are decided by the end, whenever that is.
-UNTIL_THE_END = (
-    "process",
-    "no_deaths",
-    "no_errors",
-    "no_tracebacks",
-    "cpu",
-    "memory",
-    "clean_shutdown",
-    "shared_memory",
-)
+UNTIL_THE_END = {"no_deaths", "clean_shutdown", "shared_memory"}
+UNTIL_THE_END |= {kind.name for kind in KINDS if kind.of_process}
 
 
 class Terminated(KeyboardInterrupt):
