@@ -159,7 +159,7 @@ class _Reader:
 
     def _entries(
         self, value: object, key: str, noun: str, example: str
-    ) -> Iterator[tuple[KeyPath, Mapping[object, object]]]:
+    ) -> Iterator[tuple[tuple[str, int], Mapping[object, object]]]:
         """(path, entry) of the mappings in a list."""
         if value is not None and not isinstance(value, list):
             self._wrong((key,), f"'{key}' must be a list", f"as in '- {example}'")
@@ -176,7 +176,7 @@ class _Reader:
         for path, entry in self._entries(value, "scenario", "a step", example):
             values = self._fields(entry, STEP_FIELDS, path, "a step")
             if "do" in values or self._errors:
-                command = values.get("do", Command(verb="", text=f"step {path[1]!s}"))
+                command = values.get("do", Command(verb="", text=f"step {path[1] + 1}"))
                 yield Step(
                     name=values.get("name", command.text),
                     command=command,
