@@ -25,9 +25,9 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from launcher.smoke.expectation import Verdict
-    from launcher.smoke.facts import Ending, Facts, LogLine, Message, ProcessEvent
-    from launcher.smoke.system import System
+    from launcher.smoke.expect.expectation import Verdict
+    from launcher.smoke.observe.facts import Ending, Facts, LogLine, Message, ProcessEvent
+    from launcher.smoke.run.system import System
 
 TIMEOUT_S = 60.0
 REFUSAL_S = 2.0  # how long the reading of a launch file, which may be wrong, is waited for
@@ -268,7 +268,7 @@ def launched_system(
         probe: bool = True,
         **arguments: object,
     ) -> LaunchedSystem:
-        from launcher.smoke.system import System
+        from launcher.smoke.run.system import System
 
         words = [_located(target, request.config.rootpath), *options, *_assignments(arguments)]
         folder = tmp_path_factory.mktemp("launched_system")
@@ -329,7 +329,7 @@ def _take_down(one: LaunchedSystem, request: pytest.FixtureRequest) -> list[str]
 
 
 def _draw(system: System) -> None:
-    from launcher.smoke.probe_client import ProbeError
+    from launcher.smoke.observe.probe_client import ProbeError
 
     assert system.probe is not None
     files = {kind: str(system.folder / f"graph.{kind}") for kind in ("json", "svg")}

@@ -17,15 +17,16 @@ from launcher.commands.run_options import HELP as RUN_HELP
 from launcher.commands.run_options import take_run_options
 from launcher.engine.screen import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke import checks, flags, forecast, loader
-from launcher.smoke.expectation import Expectation
-from launcher.smoke.fields import near
-from launcher.smoke.quantities import DURATION
-from launcher.smoke.script import Script
-from launcher.smoke.steps import Chaos, ChaosType
+from launcher.smoke import flags
+from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.expect.fields import near
+from launcher.smoke.expect.quantities import DURATION
+from launcher.smoke.expect.script import Script
+from launcher.smoke.expect.steps import Chaos, chaos_type
+from launcher.smoke.preflight import checks, forecast, loader
 
 if TYPE_CHECKING:
-    from launcher.smoke.session import Session
+    from launcher.smoke.run.session import Session
 
 USAGE = f"""usage: python -m launcher smoke TARGET [name:=value ...] [options]
 
@@ -174,7 +175,7 @@ def _session(given: _Words) -> Session:
     more = {n: v for n, v in script.arguments.items() if n not in dict(request.arguments)}
     arguments = [f"{name}:={value}" for name, value in more.items()]
     words = (*given.rest, *arguments, *script.options)
-    from launcher.smoke.session import Options, Session
+    from launcher.smoke.run.session import Options, Session
 
     options = Options(
         words=words,
@@ -231,7 +232,7 @@ def _refuse_mistyped(rest: Sequence[str]) -> None:
 def _print_schema() -> int:
     import json
 
-    from launcher.smoke.grammar import json_schema
+    from launcher.smoke.expect.grammar import json_schema
 
     print(json.dumps(json_schema(), indent=2, ensure_ascii=False))
     return ExitCode.OK
@@ -260,7 +261,7 @@ def _script(given: _Words, launch_file: str) -> Script:
 
 
 def _chaos(given: _Words, script: Script) -> Chaos | None:
-    chaos: Chaos | None = _parsed("--chaos", ChaosType().parse, given.values.get("--chaos"))
+    chaos: Chaos | None = _parsed("--chaos", chaos_type().parse, given.values.get("--chaos"))
     chaos = chaos or script.chaos
     if given.has("--seed"):
         if chaos is None:

@@ -1,10 +1,9 @@
-"""Smoke: a launch file as a test. Starts a system as a user would, looks at it from outside,
-takes it down, and says whether what was expected was seen.
+"""Smoke tests of launch files: start a system, observe it from outside, stop it, judge.
 
-Never imports rclpy: a process of its own looks at the ROS graph (`launcher.graph.probe`).
+Never imports rclpy: a process of its own observes ROS (`launcher.graph.probe`).
 """
 
-from launcher.smoke.observed import NotSeenError
-from launcher.smoke.system import System
+from launcher.smoke.run.system import System
+from launcher.smoke.run.waits import NotSeenError
 
 __all__ = ["NotSeenError", "System"]

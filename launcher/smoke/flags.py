@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 
 from launcher.errors import UsageError
-from launcher.smoke.expectation import Expectation
-from launcher.smoke.loader import parse_entry
+from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.preflight.loader import parse_entry
 
 Entry = dict[str, object]
 

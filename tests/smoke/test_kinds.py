@@ -81,7 +81,7 @@ def test_use_of_resources(bench: Bench):
         "cpu patient": "met",
         "memory large": "violated",
         "memory patient": "met",
-        "no process dies unasked": "met",
+        "no unexpected exits": "met",
     }
 
 

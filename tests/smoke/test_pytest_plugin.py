@@ -152,7 +152,7 @@ def test_what_ros_knows_is_waited_for_and_asked(folder: pytest.Pytester):
     folder.makepyfile(
         """
         import contextlib
-        from launcher.smoke.probe_client import ProbeError
+        from launcher.smoke.observe.probe_client import ProbeError
 
         def test_it(launched_system):
             system = launched_system("talker.launch.py", timeout_s=5)
@@ -228,9 +228,11 @@ def test_a_misspelt_name_is_told_with_those_that_there_are(folder: pytest.Pytest
     )
     result = folder.runpytest_subprocess("-q")
     result.assert_outcomes(failed=3)
-    result.stdout.fnmatch_lines(["*no process 'tellr' runs", "there are: teller-1, counter-2"])
+    result.stdout.fnmatch_lines(
+        ["*no process 'tellr' is running", "there are: teller-1, counter-2"]
+    )
     result.stdout.fnmatch_lines(["*maybe: teller-1 printed such a line, at *"])
-    result.stdout.fnmatch_lines(["*maybe: no process is called tellr; there are: teller-1, *"])
+    result.stdout.fnmatch_lines(["*maybe: no process is named tellr; there are: teller-1, *"])
 
 
 @pytest.mark.thorough

@@ -59,7 +59,7 @@ def test_the_evidence_is_complete(bench: Bench):
     bench.write(PATIENT)
     bench.expect("{expect: [{name: heard, log: here, within: 60 s}]}")
     done = bench.smoke()
-    assert "note: no picture of the ROS graph: no ROS node was seen" in done.stdout
+    assert "note: no picture of the ROS graph: no ROS node was observed" in done.stdout
     names = {path.name for path in bench.evidence.iterdir()}
     assert names >= {
         "smoke.log",
@@ -87,7 +87,7 @@ def test_evidence_that_nobody_asked_for_is_kept_of_a_bad_run_alone(bench: Bench,
     (kept,) = tmp_path.glob("smoke/*")
     assert bad.returncode == 3 and f"the evidence is in {kept}" in bad.stdout
     assert (kept / "report.json").exists()
-    assert "--junit /dev/full could not be written: No space left on device" in bad.stdout
+    assert "cannot write --junit /dev/full: No space left on device" in bad.stdout
 
 
 @pytest.mark.thorough

@@ -76,7 +76,7 @@ def test_a_kind_is_met_or_not(judged: Bench, name: str):
     ("name", "guess"),
     [
         ("bad type", "the topic has another type: /talker uses std_msgs/msg/String"),
-        ("bad qos", "reliability is BEST_EFFORT, but RELIABLE is asked for"),
+        ("bad qos", "reliability is BEST_EFFORT, but RELIABLE is requested"),
         ("bad reliable", "BEST_EFFORT"),
         ("bad service", "did you mean '/switch'?"),
         ("bad spelling", "did you mean 'speed'?"),

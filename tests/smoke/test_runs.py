@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.smoke.remains import processes_of
+from launcher.smoke.observe.leftovers import processes_of
 from tests.smoke.bench import BRIEF, DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
 from tests.support.waiting import wait_until
 
@@ -39,7 +39,7 @@ def test_a_death_that_nobody_expected_is_one(bench: Bench):
     bench.write(DONE, SHORT)
     done = bench.smoke("--for=60", "--expect-log=done")
     assert done.returncode == 1
-    assert "short-2 died at" in done.stdout
+    assert "short-2 exited at" in done.stdout
 
 
 @pytest.mark.thorough
@@ -92,7 +92,7 @@ def test_a_launch_file_that_hangs_and_hears_no_signal(bench: Bench):
     )
     done = bench.smoke("--ready-within=10")  # by then it ignores the signals
     assert done.returncode == 124
-    assert "the launcher did not end and had to be killed" in done.stdout
+    assert "the launcher did not exit and was killed" in done.stdout
 
 
 @pytest.mark.thorough
@@ -111,7 +111,7 @@ def test_force_at_the_stop_is_told_even_if_nobody_asks(bench: Bench):
     done = bench.smoke(*IMPATIENT)
     assert done.returncode == 1
     assert re.search(
-        r"^NOT MET +nothing is stopped by force +killed by force after .*: deaf-1",
+        r"^NOT MET +no process is killed at the stop +killed after .*: deaf-1",
         done.stdout,
         re.M,
     )

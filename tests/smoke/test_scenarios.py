@@ -92,7 +92,7 @@ def test_a_step_that_fails_and_one_that_never_comes_fail_the_run(bench: Bench):
     )
     done = bench.smoke()
     assert done.returncode == 3
-    assert "no process 'done' runs" in bench.judged("step wrong")["seen"]
+    assert "no process 'done' is running" in bench.judged("step wrong")["seen"]
     assert bench.judged("step waiting")["seen"] == "no line with 'never' came"
 
 

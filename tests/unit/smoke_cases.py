@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.smoke.expectation import Outcome
-from launcher.smoke.facts import Answer
+from launcher.smoke.expect.expectation import Outcome
+from launcher.smoke.observe.facts import Answer
 from tests.unit.smoke_facts import EMPTY, lines, verdict
 
 STEPS = {"steps": {"kill": 5.0}}

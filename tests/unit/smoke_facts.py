@@ -6,8 +6,9 @@ import json
 from typing import Any
 
 from launcher.graph.snapshot import Endpoint, Snapshot
-from launcher.smoke.expectation import Expectation, Verdict
-from launcher.smoke.facts import (
+from launcher.smoke.expect.expectation import Expectation, Verdict
+from launcher.smoke.judges import judge
+from launcher.smoke.observe.facts import (
     Ending,
     Facts,
     GraphSeen,
@@ -16,8 +17,7 @@ from launcher.smoke.facts import (
     ProcessEvent,
     Sample,
 )
-from launcher.smoke.kinds import judge
-from launcher.smoke.loader import parse
+from launcher.smoke.preflight.loader import parse
 
 STRING = "std_msgs/msg/String"
 MB = 1024 * 1024

@@ -8,8 +8,8 @@ import jsonschema
 import pytest
 import yaml
 
-from launcher.smoke import loader
-from launcher.smoke.grammar import json_schema
+from launcher.smoke.expect.grammar import json_schema
+from launcher.smoke.preflight import loader
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "launch").glob("*.expect.yaml"))

@@ -14,12 +14,13 @@ from launcher.commands.patience import Patience
 from launcher.commands.smoke_forecast import is_certain
 from launcher.control.selection import ProcessNames
 from launcher.errors import UsageError
-from launcher.smoke import checks, flags
-from launcher.smoke.conditions import Conditions, Expression
-from launcher.smoke.forecast import Forecast, compare
-from launcher.smoke.loader import parse
-from launcher.smoke.script import Script
-from launcher.smoke.shapes import fault_of_expression, faults_of_fields
+from launcher.smoke import flags
+from launcher.smoke.expect.conditions import Conditions, Expression
+from launcher.smoke.expect.script import Script
+from launcher.smoke.preflight import checks
+from launcher.smoke.preflight.forecast import Forecast, compare
+from launcher.smoke.preflight.loader import parse
+from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
 
 
 def told(text: str) -> list[str]:
@@ -29,7 +30,7 @@ def told(text: str) -> list[str]:
 BAD = {
     "a message that is not there": (
         "expect: [{message: /a,\n type: std_msgs/msg/Strin}]",
-        ("x.yaml:2: there is no type std_msgs/msg/Strin", "std_msgs/msg/String"),
+        ("x.yaml:2: unknown type std_msgs/msg/Strin", "std_msgs/msg/String"),
     ),
     "a topic's type of an installed package": (
         "expect: [{topic: /a, type: std_msgs/msg/Strin}]",
@@ -65,7 +66,7 @@ BAD = {
     ),
     "a type to publish": (
         "scenario: [{do: 'publish /a std_msgs/msg/Strin {data: x}'}]",
-        ("there is no type std_msgs/msg/Strin",),
+        ("unknown type std_msgs/msg/Strin",),
     ),
     "a value to publish": (
         "scenario: [{do: 'publish /a std_msgs/msg/Int32 {data: x}'}]",
@@ -73,11 +74,11 @@ BAD = {
     ),
     "a service to call": (
         "scenario: [{do: 'call /a std_srvs/srv/SetBoll {data: true}'}]",
-        ("there is no type std_srvs/srv/SetBoll", "SetBool"),
+        ("unknown type std_srvs/srv/SetBoll", "SetBool"),
     ),
     "a step after the end": (
         "for: 5 s\nscenario: [{at: 5 s, do: kill a}]",
-        ("x.yaml:2: the system is watched for 5 s only, and 'kill a' comes after 5 s",),
+        ("x.yaml:2: the system is observed for 5 s only, and 'kill a' comes after 5 s",),
     ),
     "a step after a step": (
         "for: 5 s\nscenario: [{at: 3 s, do: kill a, name: k}, {after: k, at: 3 s, do: start a}]",
@@ -93,7 +94,7 @@ BAD = {
     ),
     "chaos after the end": (
         "for: 5 s\nchaos: kill one of a every 5 s",
-        ("'kill one of a every 5 s' strikes later",),
+        ("'kill one of a every 5 s' starts later",),
     ),
 }
 GOOD = {
@@ -144,7 +145,7 @@ def test_mistakes_of_all_sorts_are_told_at_once_in_order_of_their_lines():
     with pytest.raises(Exception) as raised:
         parse(text, "x.yaml")
     rendered = raised.value.render()
-    assert 0 <= rendered.find("x.yaml:3: there is no type") < rendered.find("x.yaml:4: there is no")
+    assert 0 <= rendered.find("x.yaml:3: unknown type") < rendered.find("x.yaml:4: unknown")
 
 
 # ---- shapes
@@ -161,8 +162,8 @@ def test_mistakes_of_all_sorts_are_told_at_once_in_order_of_their_lines():
         ("m.poses[1:][0].positon", "geometry_msgs/msg/Pose has no field 'positon'"),
         ("m['header'].stamp.sec > m.header.stamp.seconds", "Time has no field 'seconds'"),
         ("m.poses.x", "a list has no 'x'"),
-        ("m.header.frame_id.x", "a text has no 'x'"),
-        ("json.x", "has no text 'data' that could be JSON"),
+        ("m.header.frame_id.x", "a string has no 'x'"),
+        ("json.x", "has no string 'data' for JSON"),
         ("sorted(m.poses, key=lambda m: m.position.x)", None),
         ("[m for m in range(3) if m.x]", None),
         ("(n := m) and n.whatever", None),
@@ -171,7 +172,7 @@ def test_mistakes_of_all_sorts_are_told_at_once_in_order_of_their_lines():
 )
 def test_an_expression_is_followed_to_the_fields(text: str, fault: str | None):
     found = fault_of_expression(Expression.parse(text), geometry_msgs.msg.PoseArray)
-    assert found is None if fault is None else found is not None and fault in found[0]
+    assert found is None if fault is None else found is not None and fault in found.message
 
 
 @pytest.mark.parametrize(
@@ -179,13 +180,13 @@ def test_an_expression_is_followed_to_the_fields(text: str, fault: str | None):
     [
         ("poses[0].position.x", None),
         ("poses[0].positon.x", "geometry_msgs/msg/Pose has no field 'positon'"),
-        ("poses.position", "asks a list for a field 'position'"),
-        ("header.frame_id[0]", "asks a text for an entry [0]"),
+        ("poses.position", "a list has no field 'position'"),
+        ("header.frame_id[0]", "a string has no index [0]"),
     ],
 )
 def test_a_path_is_followed_to_the_field(path: str, fault: str | None):
     conditions = Conditions.parse({path: 1})
-    found = [one[0] for _, one in faults_of_fields(conditions, geometry_msgs.msg.PoseArray)]
+    found = [one.message for _, one in faults_of_fields(conditions, geometry_msgs.msg.PoseArray)]
     assert found == [] if fault is None else fault in found[0]
     assert not list(faults_of_fields(conditions, std_msgs.msg.String))  # it may be JSON
 

@@ -9,15 +9,17 @@ from typing import Any
 import pytest
 
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke import flags, quantities
-from launcher.smoke.conditions import Conditions, Expression
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import Ending, Facts
-from launcher.smoke.loader import parse
+from launcher.smoke import flags
+from launcher.smoke.expect import quantities
+from launcher.smoke.expect.conditions import Conditions, Expression
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.fields import FieldType
+from launcher.smoke.observe.facts import Ending, Facts
+from launcher.smoke.preflight.loader import parse
 from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
-from launcher.smoke.result import Judged, Result, worst
-from launcher.smoke.timeline import Strokes, Timeline
+from launcher.smoke.reports.result import Judged, Result, worst
+from launcher.smoke.run.scenario import ChaosTimeline, Timeline
 from tests.unit.smoke_facts import OVER, lines, running, seen, started
 
 # ---- how things are written
@@ -41,7 +43,7 @@ from tests.unit.smoke_facts import OVER, lines, running, seen, started
     ],
 )
 def test_a_span_is_what_is_written(
-    quantity: quantities.Quantity, text: object, inside: list[float], outside: list[float]
+    quantity: FieldType, text: object, inside: list[float], outside: list[float]
 ):
     span = quantity.parse(text)
     assert all(value in span for value in inside)
@@ -61,7 +63,7 @@ def test_a_span_is_what_is_written(
         (quantities.EXIT, 3, 3),
     ],
 )
-def test_a_value_is_what_is_written(quantity: quantities.Quantity, text: object, value: float):
+def test_a_value_is_what_is_written(quantity: FieldType, text: object, value: float):
     assert quantity.parse(text) == pytest.approx(value)
 
 
@@ -75,7 +77,7 @@ def test_a_bad_time_is_told_with_an_example(text: object):
     "text", ["m.__class__", "__import__('os')", "open('x')", "().__class__", "x", "m.a =", "1;2"]
 )
 def test_an_expression_reaches_nothing_but_the_message(text: str):
-    with pytest.raises(ValueError, match=r"underscore|there is no|no Python expression"):
+    with pytest.raises(ValueError, match=r"underscore|unknown name|not a Python expression"):
         Expression.parse(text)
 
 
@@ -98,7 +100,7 @@ def test_conditions_look_into_lists_and_into_json():
     content: dict[str, Any] = {"poses": [{"x": 1}, {"x": 2.0}], "data": '{"robot": "robot_1"}'}
     assert found.holds(content) == (True, None)
     content["poses"].pop()
-    assert found.holds(content) == (False, "there is no field 'poses[1].x'")
+    assert found.holds(content) == (False, "unknown field 'poses[1].x'")
 
 
 # ---- flags
@@ -133,10 +135,10 @@ def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[
     ("flag", "text", "words"),
     [
         ("--expect-rate", "/a", "'='"),
-        ("--expect-rate", "/a=fast", "no rate"),
-        ("--expect-node", "/a=soon", "no time"),
+        ("--expect-rate", "/a=fast", "invalid rate"),
+        ("--expect-node", "/a=soon", "invalid time"),
         ("--expect-qos", "/a=reliabilty:reliable", "reliability"),
-        ("--expect-log", "(", "no regular expression"),
+        ("--expect-log", "(", "not a regular expression"),
     ],
 )
 def test_a_bad_flag_is_told_by_its_name(flag: str, text: str, words: str):
@@ -220,7 +222,7 @@ def test_chaos_chooses_by_its_seed_alone(seed: int):
     script = parse(f"{{chaos: kill one of robot_* every 2 s, seed: {seed}}}", "x.yaml")
     facts = running(9.0, steps={"ready": 1.0}, events=started("robot_1-1", "robot_2-2", "x-3"))
     assert script.chaos is not None
-    once, again = ([s.process for s in Strokes(script.chaos).due(facts)] for _ in range(2))
+    once, again = ([s.process for s in ChaosTimeline(script.chaos).due(facts)] for _ in range(2))
     assert once == again and len(once) == 4
     assert set(once) <= {"robot_1-1", "robot_2-2"}
 
@@ -306,7 +308,7 @@ def test_a_measure_that_is_missing_is_worse_and_tolerances_may_be_changed(tmp_pa
 def test_a_file_that_is_no_baseline_is_told(tmp_path: Path, text: str):
     path = tmp_path / "baseline.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(UsageError, match="no baseline"):
+    with pytest.raises(UsageError, match="not a baseline"):
         measures.compare(path, [])
 
 

@@ -10,9 +10,10 @@ import pytest
 import yaml
 
 from launcher.errors import LauncherError
-from launcher.smoke import flags, loader
-from launcher.smoke.grammar import json_schema
-from launcher.smoke.kinds import KINDS
+from launcher.smoke import flags
+from launcher.smoke.expect.expectation_kinds import KINDS
+from launcher.smoke.expect.grammar import json_schema
+from launcher.smoke.preflight import loader
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = json_schema()

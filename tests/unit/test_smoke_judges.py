@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
-from launcher.smoke.expectation import Outcome
-from launcher.smoke.facts import Ending
-from launcher.smoke.kinds import KINDS, judge
+from launcher.smoke.expect.expectation import Outcome
+from launcher.smoke.expect.expectation_kinds import KINDS
+from launcher.smoke.judges import judge
+from launcher.smoke.observe.facts import Ending
 from tests.unit.smoke_cases import STEPS, Case, log
 from tests.unit.smoke_facts import (
     END_S,
@@ -38,14 +39,14 @@ CASES = {
         log("task"),
         {"lines": lines("task", process="robot_2-2"), "events": TWO},
         "no such line among 0",
-        "robot_1-1 printed nothing at all",
+        "robot_1-1 printed nothing",
     ),
     "log of a process that is not there": Case(
         "log: task, process: robot_1",
         log("task"),
         {"lines": lines("task", process="robot_2-2"), "events": started("robot_2-2")},
         "no such line among 0",
-        "no process is called robot_1; there are: robot_2-2",
+        "no process is named robot_1; there are: robot_2-2",
     ),
     "log of the launcher": Case(
         "log: process started, process: launch",
@@ -153,7 +154,7 @@ CASES = {
         "no_deaths: '*'",
         {"events": (*TWO, ended("robot_1-1", 0, 4.0), ended("robot_2-2", -9, 4.0, asked=True))},
         {"events": (*TWO, ended("robot_1-1", 1, 4.0))},
-        "robot_1-1 died at 4.0 s of the run with exit code 1",
+        "robot_1-1 exited at 4.0 s of the run with exit code 1",
     ),
     "cpu": Case(
         "cpu: robot_*, below: 50 %, peak: 90 %",
@@ -224,7 +225,7 @@ CASES = {
         {},
         {"ending": Ending(asked_s=END_S, down_s=END_S, returncode=0, left_memory=("fastrtps_0",))},
         "1: fastrtps_0",
-        "a process that is killed cannot free its shared memory",
+        "a killed process cannot free its shared memory",
     ),
 }
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from launcher.smoke.expectation import Outcome
-from launcher.smoke.facts import Answer
-from launcher.smoke.kinds import KINDS
+from launcher.smoke.expect.expectation import Outcome
+from launcher.smoke.expect.expectation_kinds import KINDS
+from launcher.smoke.observe.facts import Answer
 from tests.unit.smoke_cases import STEPS, Case, answers, graphs
 from tests.unit.smoke_facts import (
     ended,
@@ -31,13 +31,13 @@ CASES = {
         "node: /robot_1",
         graphs(graph(nodes=("/robot_1",))),
         graphs(graph(nodes=("/robot_2",)), graph(nodes=("/robot_1",), at_s=11)),
-        "never; nodes there: /robot_1",
+        "never; known nodes: /robot_1",
     ),
     "node by pattern": Case(
         "node: '*/robot_?'",
         graphs(graph(nodes=("/site/robot_1",))),
         graphs(graph(nodes=("/robot",))),
-        "never; nodes there: /robot",
+        "never; known nodes: /robot",
     ),
     "node whose process is gone": Case(
         "node: /robot_1, after: kill, within: 3 s",
@@ -91,7 +91,7 @@ CASES = {
         "topic: /fleet/tasks",
         graphs(graph(publisher("/fleet/tasks"))),
         graphs(graph(publisher("/tasks"))),
-        "there is no topic /fleet/tasks",
+        "no topic /fleet/tasks",
         "there is a topic of that name elsewhere: /tasks",
     ),
     "qos of publishers": Case(
@@ -99,7 +99,7 @@ CASES = {
         graphs(graph(*PAIR)),
         graphs(graph(WEAK, subscription("/t"))),
         "/talker has reliability BEST_EFFORT",
-        "/listener gets nothing from /talker: reliability is BEST_EFFORT, but RELIABLE is asked",
+        "receives nothing from /talker: reliability is BEST_EFFORT, but RELIABLE is requested",
     ),
     "deadline of publishers": Case(
         "qos: /t, publishers: {deadline: 2 s}",
@@ -117,7 +117,7 @@ CASES = {
         "qos: /t, compatible: true",
         graphs(graph(*PAIR)),
         graphs(graph(WEAK, subscription("/t"))),
-        "/listener gets nothing from /talker",
+        "/listener receives nothing from /talker",
     ),
     "a pair does not match": Case(
         "qos: /t, compatible: false",
@@ -178,13 +178,13 @@ CASES = {
         "message: /t, where: \"json['a'] == 1 and json.b > 2\", within: 5 s",
         {"messages": texts("/t", {"a": 0}, {"a": 1, "b": 3})},
         {"messages": texts("/t", {"a": 1, "b": 2})},
-        "0 of 1 messages fit; the last one was",
+        "0 of 1 messages match; the last one was",
     ),
     "message that came too late": Case(
         "message: /t, within: 5 s",
         {"messages": texts("/t", 1)},
         {"messages": texts("/t", 1, at_s=6.0)},
-        "no message at all",
+        "no message",
     ),
     "message that came too early": Case(
         "message: /t, fields: {n: 1}, within: 5 to 8 s",
@@ -202,13 +202,13 @@ CASES = {
         "message: /t, count: 2 to 3",
         {"messages": texts("/t", 1, 2, 3)},
         {"messages": texts("/t", 1, 2, 3, 4)},
-        "4, the one too many after 5.0 s: 4",
+        "4, one too many after 5.0 s: 4",
     ),
     "too few messages": Case(
         "message: /t, count: '>= 2'",
         {"messages": texts("/t", 1, 2)},
         {"messages": texts("/t", 1)},
-        "1 of 1 messages fit",
+        "1 of 1 messages match",
     ),
     "no message": Case(
         "message: /t, count: 0",
@@ -226,21 +226,21 @@ CASES = {
         "message: /t, all: true, where: m.data",
         {"messages": texts("/t", 1)},
         {**graphs(), "messages": ()},
-        "no message at all",
-        "nobody publishes it",
+        "no message",
+        "it has no publisher",
     ),
     "a broken expression": Case(
         "message: /t, where: 'json.n.x'",
         {"messages": texts("/t", {"n": {"x": True}})},
         {"messages": texts("/t", {"n": {}})},
-        "AttributeError: there is no field 'x'",
+        "AttributeError: unknown field 'x'",
     ),
     "message with another quality": Case(
         "message: /t, qos: {reliability: reliable}",
         {"messages": texts("/t", 1)},
         {**graphs(graph(WEAK)), "messages": ()},
-        "no message at all",
-        "reliability is BEST_EFFORT, while the expectation asks for RELIABLE",
+        "no message",
+        "reliability is BEST_EFFORT, while the expectation requests RELIABLE",
     ),
     "parameter": Case(
         "name: p, parameter: speed, node: /talker, is: 1.5",
@@ -251,8 +251,8 @@ CASES = {
     "parameter within limits": Case(
         "name: p, parameter: speed, node: /talker, is: {min: 1}",
         answers("parameter p", Answer(at_s=3, value=1.5)),
-        answers("parameter p", Answer(at_s=3, error="there is no node /talker")),
-        "there is no node /talker",
+        answers("parameter p", Answer(at_s=3, error="no node /talker")),
+        "no node /talker",
     ),
     "service": Case(
         "name: s, service: /switch, fields: {success: true}",

@@ -13,17 +13,15 @@ from xml.etree import ElementTree
 import pytest
 
 from launcher.errors import ExitCode, LauncherError, LaunchFileError, SeveralErrors
-from launcher.smoke.evidence import KEPT, evidence, prune
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import Ending
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.judges.run import forced_stop
-from launcher.smoke.narrator import Narrator
-from launcher.smoke.outputs import refuse_unwritable, save
-from launcher.smoke.reports import flakes, github, junit
+from launcher.smoke.observe.facts import Ending
+from launcher.smoke.reports import github, junit, text_report
+from launcher.smoke.reports.artifacts import KEPT, evidence, prune, refuse_unwritable, save
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.result import Judged, Result
-from launcher.smoke.session import Options
-from launcher.smoke.voice import Voice
+from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.run.progress import PipeSafeStdout, Progress
+from launcher.smoke.run.session import Options
 from tests.unit.smoke_facts import lines, seen, signalled
 
 # ---- beforehand
@@ -44,7 +42,7 @@ def test_everything_that_cannot_be_written_is_told_at_once(tmp_path: Path):
         artifacts=tmp_path / "evidence", junit=tmp_path / "file" / "x.xml", baseline=tmp_path
     )
     assert "run-2/report.json" in told and "--artifacts" in told
-    assert "x.xml: File exists, and is no folder" in told
+    assert "x.xml: File exists, and is not a directory" in told
     assert f"--baseline {tmp_path}: Is a directory" in told
 
 
@@ -60,7 +58,7 @@ def test_trying_leaves_no_file_and_changes_none(tmp_path: Path):
 def test_a_baseline_that_cannot_be_read_is_refused_beforehand(tmp_path: Path):
     path = tmp_path / "base.json"
     path.write_text("{", encoding="utf-8")
-    with pytest.raises(LauncherError, match="is no baseline"):
+    with pytest.raises(LauncherError, match="is not a baseline"):
         Options(words=(), target="x", baseline=path).refuse_unwritable()
     Options(words=(), target="x", baseline=path, update_baseline=True).refuse_unwritable()
 
@@ -71,13 +69,13 @@ def test_a_baseline_that_cannot_be_read_is_refused_beforehand(tmp_path: Path):
 def test_a_full_disk_is_told_once_and_the_rest_goes_on(tmp_path: Path):
     os.symlink("/dev/full", tmp_path / "smoke.log")
     screen = io.StringIO()
-    narrator = Narrator(tmp_path, screen)
+    progress = Progress(tmp_path, screen)
     for text in ("one", "two"):
-        narrator.say(1.0, text)
-    narrator.close()
+        progress.say(1.0, text)
+    progress.close()
     told = screen.getvalue().splitlines()
     assert told == [
-        "smoke: smoke.log is not whole: No space left on device",
+        "smoke: smoke.log is incomplete: No space left on device",
         "[   1.0 s] one",
         "[   1.0 s] two",
     ]
@@ -87,14 +85,14 @@ def test_a_reader_that_goes_is_no_failure_and_a_full_disk_is_one():
     reading, writing = os.pipe()
     os.close(reading)
     with contextlib.suppress(BrokenPipeError), open(writing, "w", encoding="utf-8") as stream:
-        voice = Voice(stream)
-        print("one", file=voice, flush=True)
-        print("two", file=voice, flush=True)
-        assert voice.trouble is None
+        stdout = PipeSafeStdout(stream)
+        print("one", file=stdout, flush=True)
+        print("two", file=stdout, flush=True)
+        assert stdout.trouble is None
     with contextlib.suppress(OSError), open("/dev/full", "w", encoding="utf-8") as stream:
-        voice = Voice(stream)
-        print("one", file=voice, flush=True)
-        assert voice.trouble == "No space left on device"
+        stdout = PipeSafeStdout(stream)
+        print("one", file=stdout, flush=True)
+        assert stdout.trouble == "No space left on device"
 
 
 def test_half_a_file_is_none(tmp_path: Path):
@@ -161,7 +159,7 @@ def test_what_had_to_be_killed_at_the_stop_is_told():
     assert forced_stop(seen(events=(signalled("robot_1-1", 9, 10.0),))) is None  # before the stop
     verdict = forced_stop(seen(events=(*asked, signalled("robot_1-1", 9, 30.0))))
     assert verdict is not None and verdict.outcome is Outcome.VIOLATED
-    assert verdict.seen == "killed by force after 10.0 s: robot_1-1"
+    assert verdict.seen == "killed after 10.0 s: robot_1-1"
 
 
 def result(*found: Judged, **more: object) -> Result:
@@ -170,7 +168,7 @@ def result(*found: Judged, **more: object) -> Result:
 
 
 def test_what_is_told_only_where_it_is_not_met_is_flaky():
-    rows = flakes.rows([result(), result(judged("stop", Outcome.VIOLATED)), result()])
+    rows = text_report.flake_rows([result(), result(judged("stop", Outcome.VIOLATED)), result()])
     assert [(row.verdict, row.met) for row in rows] == [("FLAKY", 2)]
 
 
@@ -178,7 +176,7 @@ def test_junit_tells_why_a_launch_file_was_not_launched(tmp_path: Path):
     path = tmp_path / "out.xml"
     words = ("error: x.launch.py:1: NameError: name 'a' is not defined", "    a()")
     facts = seen(events=(), ending=Ending(asked_s=None, down_s=1, returncode=2))
-    bad = result(judged("a", Outcome.MET), facts=facts, trouble="no", last_words=words)
+    bad = result(judged("a", Outcome.MET), facts=facts, trouble="no", last_lines=words)
     junit.write(path, [bad], "x.launch.py")
     (case,) = ElementTree.parse(path).getroot().iter("testcase")
     assert case[0].tag == "error" and (case[0].text or "").splitlines() == ["no", *words]

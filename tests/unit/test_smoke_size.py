@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from launcher.smoke import loader
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import LogLine
-from launcher.smoke.recorder import Recorder
-from launcher.smoke.reports import screen
-from launcher.smoke.result import Judged, Result
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.observe.facts import LogLine
+from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.preflight import loader
+from launcher.smoke.reports import text_report
+from launcher.smoke.reports.result import Judged, Result
 from tests.unit.smoke_facts import seen
 
 FEW, MANY = 150, 3000
@@ -44,10 +44,10 @@ def test_the_time_to_read_a_file_grows_with_its_length():
 def test_lines_are_in_order_of_time_whenever_they_are_asked_for():
     recorder = Recorder()
     for at_s in (2.0, 1.0):
-        recorder.add_line(LogLine(at_s=at_s, process="a-1", text="x"))
+        recorder.add(LogLine(at_s=at_s, process="a-1", text="x"))
     assert [line.at_s for line in recorder.facts().lines] == [1.0, 2.0]
     assert recorder.facts().lines is recorder.facts().lines  # not sorted again and again
-    recorder.add_line(LogLine(at_s=0.0, process="a-1", text="x"))
+    recorder.add(LogLine(at_s=0.0, process="a-1", text="x"))
     assert [line.at_s for line in recorder.facts().lines] == [0.0, 1.0, 2.0]
 
 
@@ -59,15 +59,15 @@ def judged(name: str, outcome: Outcome) -> Judged:
 def shown(*found: Judged) -> str:
     stream = io.StringIO()
     result = Result(judged=found, facts=seen(), folder=Path(), words=(), domain_id=1)
-    screen.show(screen.console_for(stream, colour=False), result)
+    text_report.show(text_report.console_for(stream, colour=False), result)
     return stream.getvalue()
 
 
 def test_of_many_expectations_those_are_shown_that_are_not_met():
-    good = [judged(f"good{n}", Outcome.MET) for n in range(screen.ROWS)]
+    good = [judged(f"good{n}", Outcome.MET) for n in range(text_report.ROWS)]
     assert "good0" in shown(*good)
     text = shown(*good, judged("bad", Outcome.VIOLATED))
     assert "NOT MET   bad" in text
     assert "good" not in text
-    assert f"... and {screen.ROWS} that are met" in text
-    assert f"smoke: {screen.ROWS} of {screen.ROWS + 1} expectations met" in text
+    assert f"... and {text_report.ROWS} met" in text
+    assert f"smoke: {text_report.ROWS} of {text_report.ROWS + 1} expectations met" in text

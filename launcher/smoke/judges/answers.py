@@ -1,16 +1,35 @@
-"""Judges of answers: parameters and services."""
+"""Judges of parameters and services."""
 
 from __future__ import annotations
 
-from launcher.smoke import guesses
-from launcher.smoke.conditions import fits, wanted_text
-from launcher.smoke.expectation import Expectation, Period, Verdict, times_text
-from launcher.smoke.facts import Answer, Facts
-from launcher.smoke.judges.common import met, not_yet, violated, with_period
+from launcher.smoke.expect.conditions import fits, wanted_text
+from launcher.smoke.expect.expectation import Expectation, Verdict
+from launcher.smoke.judges import explain
+from launcher.smoke.judges.common import (
+    Window,
+    condition_text,
+    holds,
+    times_text,
+    with_window,
+)
+from launcher.smoke.observe.facts import Answer, Facts
 
 
-def _answers(expectation: Expectation, facts: Facts, when: Period) -> list[Answer]:
+def _answers(expectation: Expectation, facts: Facts, when: Window) -> list[Answer]:
     return [a for a in facts.answers.get(expectation.key, ()) if a.at_s in when]
+
+
+def _fits(answer: Answer, when: Window) -> Verdict:
+    seen = f"{answer.value!r} after {when.since(answer.at_s)}"
+    return when.met(seen=seen, at_s=answer.at_s)
+
+
+def _last(answers: list[Answer]) -> str:
+    """The last value rather than a later error, which there is for instance at the stop."""
+    if not answers:
+        return "there was no answer"
+    values = [answer.value for answer in answers if answer.error is None]
+    return f"the answer was {values[-1]!r}" if values else str(answers[-1].error)
 
 
 def _parameter_text(expectation: Expectation) -> str:
@@ -19,77 +38,48 @@ def _parameter_text(expectation: Expectation) -> str:
     return f"parameter {expectation.subject} of {node} {wanted}{times_text(expectation)}"
 
 
-def _parameter(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_parameter_text)
+def parameter(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     answers = _answers(expectation, facts, when)
-    for answer in answers:
-        if answer.error is None and fits(answer.value, expectation.get("is")):
-            seen = f"{answer.value!r} after {when.since(answer.at_s)}"
-            return met(expected, seen=seen, at_s=answer.at_s)
+    values = [answer for answer in answers if answer.error is None]
+    for answer in values:
+        if fits(answer.value, expectation.get("is")):
+            return _fits(answer, when)
     node = expectation.get("node")
-    return not_yet(
-        when,
-        expected,
+    process = facts.process_of(node)
+    return when.not_yet(
         seen=_last(answers),
-        guess=None if _is_answered(answers) else _unanswered(answers, node, facts),
-        about=tuple(filter(None, [facts.process_of(node)])),
+        guess=None if values else _unanswered(answers, node, facts),
+        about=() if process is None else (process,),
     )
 
 
 def _unanswered(answers: list[Answer], node: str, facts: Facts) -> str | None:
-    """A node that is there has said why it does not answer."""
+    """A running node has given the reason itself."""
     alive = set(facts.graph().nodes) - set(facts.graph().ghosts)
     if node in alive and answers:
         return answers[-1].hint
-    return guesses.missing_node(node, facts)
-
-
-def _last(answers: list[Answer]) -> str:
-    """The last real answer says more than that there was none later, at the stop for instance."""
-    if not answers:
-        return "there was no answer"
-    real = [answer for answer in answers if answer.error is None]
-    return f"the answer was {real[-1].value!r}" if real else str(answers[-1].error)
-
-
-def _is_answered(answers: list[Answer]) -> bool:
-    return any(answer.error is None for answer in answers)
+    return explain.missing_node(node, facts)
 
 
 def _service_text(expectation: Expectation) -> str:
-    conditions = [expectation.get(name) for name in ("where", "fields")]
-    texts = [condition.text for condition in conditions if condition is not None]
-    condition = f" with {' and '.join(texts)}" if texts else ""
-    return f"service {expectation.subject} answers{condition}{times_text(expectation)}"
+    condition = condition_text(expectation)
+    return f"service {expectation.subject} responds{condition}{times_text(expectation)}"
 
 
-def _service(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_service_text)
+def service(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     answers = _answers(expectation, facts, when)
     reasons = []
     for answer in answers:
-        holds, why = _fits(expectation, answer)
-        if holds:
-            seen = f"{answer.value!r} after {when.since(answer.at_s)}"
-            return met(expected, seen=seen, at_s=answer.at_s)
-        if answer.error is None:
-            reasons.append(why)
-    why = f" ({reasons[-1]})" if reasons and reasons[-1] else ""
+        if answer.error is not None:
+            continue
+        is_good, why = holds(expectation, answer.value)
+        if is_good:
+            return _fits(answer, when)
+        reasons.append(why)
+    seen = _last(answers) + (f" ({reasons[-1]})" if reasons and reasons[-1] else "")
     if reasons and expectation.get("once"):
-        return violated(expected, seen=_last(answers) + why, at_s=answers[-1].at_s)
-    guess = guesses.missing_service(expectation.subject, facts)
-    return not_yet(when, expected, seen=_last(answers) + why, guess=guess)
-
-
-def _fits(expectation: Expectation, answer: Answer) -> tuple[bool, str | None]:
-    if answer.error is not None:
-        return False, None
-    for name in ("where", "fields"):
-        condition = expectation.get(name)
-        if condition is not None:
-            holds, why = condition.holds(answer.value)
-            if not holds:
-                return False, why
-    return True, None
-
-
-parameter = with_period(_parameter, _parameter_text)
-service = with_period(_service, _service_text)
+        return when.violated(seen=seen, at_s=answers[-1].at_s)
+    guess = explain.missing_service(expectation.subject, facts)
+    return when.not_yet(seen=seen, guess=guess)

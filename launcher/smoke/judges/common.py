@@ -1,83 +1,133 @@
-"""What the judges share: looking for the first moment at which something held."""
+"""Shared by the judges: the time window of an expectation, and verdicts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
 
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, period
-from launcher.smoke.facts import START, Facts, GraphSeen
+from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
+from launcher.smoke.expect.quantities import INFINITY, Span, seconds_text
+from launcher.smoke.observe.facts import Facts
 
-T = TypeVar("T")
-
-
-def first_time(
-    states: Sequence[T], holds: Callable[[T], bool], when: Period, at: Callable[[T], float]
-) -> float | None:
-    """When a state that lasts until the next one first held in the period; None if it did not."""
-    for index, state in enumerate(states):
-        following = states[index + 1] if index + 1 < len(states) else None
-        ends_s = float("inf") if following is None else at(following)
-        if at(state) <= when.to_s and ends_s > when.from_s and holds(state):
-            return max(at(state), when.from_s)
-    return None
+# An event at the very end of a window may be reported this much later.
+EVENT_LATENCY_S = 0.5
 
 
-def since(facts: Facts, describe: Callable[[GraphSeen], object]) -> float | None:
-    """Since when the graph has been as it is now, as far as `describe` tells; None without one."""
-    seen = [graph for graph in facts.graphs if graph.at_s <= facts.stop_s]
-    if not seen:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """The time of an expectation, in time of the run; `closed`: all of it was observed.
+
+    Its methods make the verdicts; `expected` is their text.
+    """
+
+    expected: str
+    start_s: float
+    from_s: float
+    to_s: float
+    closed: bool
+
+    def __contains__(self, at_s: float) -> bool:
+        return self.from_s <= at_s <= self.to_s
+
+    def is_too_early(self, at_s: float) -> bool:
+        """Whether it is in the part before `5` of `5 to 8 s`."""
+        return self.start_s <= at_s < self.from_s
+
+    def since(self, at_s: float) -> str:
+        """A time of the run as time since the start of the window."""
+        return seconds_text(max(0.0, at_s - self.start_s))
+
+    def met(self, **details: Any) -> Verdict:
+        return met(self.expected, **details)
+
+    def violated(self, **details: Any) -> Verdict:
+        return violated(self.expected, **details)
+
+    def open(self, **details: Any) -> Verdict:
+        return Verdict(outcome=Outcome.OPEN, expected=self.expected, **details)
+
+    def not_yet(self, **details: Any) -> Verdict:
+        """Violated when the window is closed."""
+        return self.violated(**details) if self.closed else self.open(**details)
+
+    def so_far(self, **details: Any) -> Verdict:
+        """Met when the window is closed."""
+        return self.met(**details) if self.closed else self.open(**details)
+
+    def is_enough(self, number: int, span: Span) -> bool:
+        """Whether a number that can only grow is in a span for good."""
+        return number in span and (span.high == INFINITY or self.closed)
+
+
+def window(expectation: Expectation, facts: Facts, expected: str = "") -> Window | None:
+    """None if the step that the time counts from has not happened."""
+    start_s = facts.steps.get(expectation.after)
+    if start_s is None:
         return None
-    last = describe(seen[-1])
-    begin_s = seen[-1].at_s
-    for graph in reversed(seen):
-        if describe(graph) != last:
-            break
-        begin_s = graph.at_s
-    return begin_s
-
-
-def missed_step(expectation: Expectation, facts: Facts, expected: str) -> Verdict:
-    """The verdict where the step that the time counts from has not happened."""
-    if not facts.is_over:
-        return Verdict(outcome=Outcome.OPEN, expected=expected)
-    return Verdict(
-        outcome=Outcome.VIOLATED,
+    within = expectation.within
+    low, high = (0.0, INFINITY) if within is None else (within.low, within.high)
+    return Window(
         expected=expected,
-        seen=f"the step '{expectation.after}' never happened",
+        start_s=start_s,
+        from_s=start_s + low,
+        to_s=facts.stop_s if within is None else start_s + high,
+        closed=facts.is_over or facts.now_s >= start_s + high + EVENT_LATENCY_S,
     )
 
 
-def not_yet(when: Period, expected: str, **details: Any) -> Verdict:
-    """Open as long as there is time, then violated."""
-    outcome = Outcome.VIOLATED if when.closed else Outcome.OPEN
-    return Verdict(outcome=outcome, expected=expected, **details)
+def times_text(expectation: Expectation) -> str:
+    """` within 8 s after 'kill'` or ` within 5 to 8 s`."""
+    span, after = expectation.within, expectation.after
+    low = f"{span.low:g} to " if span is not None and span.low else ""
+    within = "" if span is None else f" within {low}{span.high:g} s"
+    return within + ("" if after == START else f" after '{after}'")
+
+
+Judge = Callable[[Expectation, Facts], Verdict]
+WindowJudge = Callable[[Expectation, Facts, Window], Verdict]
+
+
+def with_window(expected: Callable[[Expectation], str]) -> Callable[[WindowJudge], Judge]:
+    """Decorate a judge that takes a window; `expected` gives the text of what is expected."""
+
+    def decorate(judge: WindowJudge) -> Judge:
+        def judged(expectation: Expectation, facts: Facts) -> Verdict:
+            text = expected(expectation)
+            when = window(expectation, facts, text)
+            if when is not None:
+                return judge(expectation, facts, when)
+            if facts.is_over:
+                return violated(text, seen=f"the step '{expectation.after}' never happened")
+            return Verdict(outcome=Outcome.OPEN, expected=text)
+
+        return judged
+
+    return decorate
 
 
 def met(expected: str, **details: Any) -> Verdict:
-    """It holds."""
     return Verdict(outcome=Outcome.MET, expected=expected, **details)
 
 
 def violated(expected: str, **details: Any) -> Verdict:
-    """It does not, and no time will change that."""
     return Verdict(outcome=Outcome.VIOLATED, expected=expected, **details)
 
 
-def with_period(
-    judge: Callable[[Expectation, Facts, Period, str], Verdict],
-    expected: Callable[[Expectation], str],
-) -> Callable[[Expectation, Facts], Verdict]:
-    """A judge of a kind from one that needs the period and the sentence of what is expected."""
+def holds(expectation: Expectation, content: Any) -> tuple[bool, str | None]:
+    """Whether a content satisfies `where` and `fields`, and why not."""
+    for name in ("where", "fields"):
+        condition = expectation.get(name)
+        if condition is not None:
+            fits, why = condition.holds(content)
+            if not fits:
+                return False, why
+    return True, None
 
-    def judged(expectation: Expectation, facts: Facts) -> Verdict:
-        sentence = expected(expectation)
-        when = period(expectation, facts)
-        if when is None:
-            return missed_step(expectation, facts, sentence)
-        return judge(expectation, facts, when, sentence)
 
-    return judged
+def condition_text(expectation: Expectation) -> str:
+    texts = [expectation.get(name).text for name in ("where", "fields") if expectation.get(name)]
+    return f" with {' and '.join(texts)}" if texts else ""
 
 
 def several(names: Iterable[str], most: int = 4) -> str:
@@ -88,11 +138,9 @@ def several(names: Iterable[str], most: int = 4) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names for a sentence, or `none`."""
+    """Sorted unique names, or `none`."""
     return several(sorted(set(names)), most=8) or "none"
 
 
-def started_at(expectation: Expectation) -> str:
-    """`after the start` or `after 'kill'`."""
-    step = expectation.after
-    return "after the start" if step == START else f"after '{step}'"
+def shorten(text: str, length: int = 200) -> str:
+    return text if len(text) <= length else f"{text[: length - 3]}..."

@@ -1,48 +1,58 @@
-"""Judges of the ROS graph: nodes, topics, and the QoS of endpoints."""
+"""Judges of nodes, topics, and the QoS of endpoints."""
 
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Callable
-from dataclasses import replace
+import itertools
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from launcher.graph.matching import mismatches
 from launcher.graph.snapshot import INFINITE_NS, Endpoint
-from launcher.smoke import guesses
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
-from launcher.smoke.facts import Facts, GraphSeen
+from launcher.smoke.expect.expectation import Expectation, Verdict
+from launcher.smoke.expect.quantities import INFINITY
+from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
-    first_time,
+    Window,
     listed,
-    met,
-    not_yet,
-    since,
-    violated,
-    with_period,
+    times_text,
+    with_window,
 )
-from launcher.smoke.quantities import Span
+from launcher.smoke.observe.facts import Facts, GraphSeen
 
 _NANOS = 1e9
 
 
 def _shown(seen: GraphSeen, pattern: str) -> list[str]:
-    """Nodes whose process is gone are in the graph for some seconds, but they are not there."""
+    """Without ghosts: a node stays in the graph for some seconds after its process is gone."""
     alive = (n for n in seen.snapshot.nodes if n not in seen.snapshot.ghosts)
     return [name for name in alive if fnmatch.fnmatchcase(name, pattern)]
 
 
-def _when(facts: Facts, holds: Callable[[GraphSeen], bool], when: Period) -> float | None:
-    """When it first held, before the window of `5 to 8 s` as well."""
-    whole = replace(when, from_s=when.start_s)
-    return first_time(facts.graphs, holds, whole, lambda seen: seen.at_s)
+def _when(facts: Facts, holds: Callable[[GraphSeen], bool], when: Window) -> float | None:
+    """When a graph, which lasts until the next one, first held, also before `5` of `5 to 8 s`."""
+    for seen, following in itertools.zip_longest(facts.graphs, facts.graphs[1:]):
+        ends_s = INFINITY if following is None else following.at_s
+        if seen.at_s <= when.to_s and ends_s > when.start_s and holds(seen):
+            return max(seen.at_s, when.start_s)
+    return None
 
 
-def _held(when: Period, at_s: float, expected: str, word: str = "") -> Verdict:
-    """Met, or too early."""
+def _since(facts: Facts, describe: Callable[[GraphSeen], object]) -> float | None:
+    """When the graph became what `describe` says of it now."""
+    seen = [graph for graph in facts.graphs if graph.at_s <= facts.stop_s]
+    begin_s = None
+    for graph in reversed(seen):
+        if describe(graph) != describe(seen[-1]):
+            break
+        begin_s = graph.at_s
+    return begin_s
+
+
+def _held(when: Window, at_s: float, word: str = "") -> Verdict:
     if when.is_too_early(at_s):
-        return violated(expected, seen=f"too early, {word}after {when.since(at_s)}", at_s=at_s)
-    return met(expected, seen=f"{word}after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
+        return when.violated(seen=f"too early, {word}after {when.since(at_s)}", at_s=at_s)
+    return when.met(seen=f"{word}after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
 
 
 # ---- nodes
@@ -53,41 +63,34 @@ def _node_text(expectation: Expectation) -> str:
     return f"node {expectation.subject} {verb}{times_text(expectation)}"
 
 
-def _node(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_node_text)
+def node(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     pattern = expectation.subject
     if expectation.get("absent"):
-        return _absent(expectation, facts, when, expected)
+        return _absent(expectation, facts, when)
     at_s = _when(facts, lambda seen: bool(_shown(seen, pattern)), when)
     if at_s is not None:
-        return _held(when, at_s, expected)
+        return _held(when, at_s)
     process = facts.process_of(pattern)
-    return not_yet(
-        when,
-        expected,
-        seen=f"never; nodes there: {listed(facts.graph().nodes)}",
+    return when.not_yet(
+        seen=f"never; known nodes: {listed(facts.graph().nodes)}",
         about=(process,) if process else (),
-        guess=guesses.missing_node(pattern, facts),
+        guess=explain.missing_node(pattern, facts),
     )
 
 
-def _absent(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    """With a time: gone at a moment of it. Without: never seen."""
+def _absent(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    """With `within`: it disappears in time; without: it never appears."""
     pattern = expectation.subject
     if expectation.within is not None:
         gone_s = _when(facts, lambda seen: not _shown(seen, pattern), when)
         if gone_s is None:
-            return not_yet(when, expected, seen="it stayed in the graph all the time")
-        return _held(when, gone_s, expected, "gone ")
+            return when.not_yet(seen="it stayed in the graph")
+        return _held(when, gone_s, "gone ")
     at_s = _when(facts, lambda seen: bool(_shown(seen, pattern)), when)
     if at_s is not None:
-        return violated(expected, seen=f"it was there after {when.since(at_s)}", at_s=at_s)
-    return _kept(when, expected, "it never was")
-
-
-def _kept(when: Period, expected: str, seen: str) -> Verdict:
-    """Met when the time is over."""
-    outcome = Outcome.MET if when.closed else Outcome.OPEN
-    return Verdict(outcome=outcome, expected=expected, seen=seen)
+        return when.violated(seen=f"it was there after {when.since(at_s)}", at_s=at_s)
+    return when.so_far(seen="it never was")
 
 
 # ---- topics
@@ -97,28 +100,38 @@ def _topic_text(expectation: Expectation) -> str:
     parts = [f"topic {expectation.subject}"]
     if expectation.get("type"):
         parts.append(f"has type {expectation.get('type')}")
-    for side in ("publishers", "subscriptions"):
-        span: Span | None = expectation.get(side)
-        if span is not None:
-            parts.append(f"has {span.text} {side}")
+    parts += [f"has {span.text} {side}" for side, span, _ in _sides(expectation, ())]
     if len(parts) == 1:
         parts.append("exists")
     return f"{parts[0]} {' and '.join(parts[1:])}{times_text(expectation)}"
 
 
-def _topic(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    at_s = _when(facts, lambda seen: not _topic_faults(expectation, seen), when)
+@with_window(_topic_text)
+def topic(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    def guess() -> str | None:
+        return explain.topic(expectation.subject, expectation.get("type"), facts)
+
+    return _without_faults(_topic_faults, expectation, facts, when, guess)
+
+
+def _without_faults(
+    faults: Callable[[Expectation, GraphSeen], list[str]],
+    expectation: Expectation,
+    facts: Facts,
+    when: Window,
+    guess: Callable[[], str | None],
+) -> Verdict:
+    """Met when a graph without faults was observed in time."""
+    at_s = _when(facts, lambda seen: not faults(expectation, seen), when)
     if at_s is not None:
-        return _held(when, at_s, expected)
+        return _held(when, at_s)
     last = facts.last_graph()
-    seen = ["no graph was seen"] if last is None else _topic_faults(expectation, last)
-    return not_yet(
-        when,
-        expected,
-        seen="; ".join(seen) or "it did hold, but not in time",
-        at_s=since(facts, lambda graph: _topic_faults(expectation, graph)),
-        guess=guesses.topic(expectation.subject, expectation.get("type"), facts),
-        about=guesses.processes_on(expectation.subject, facts),
+    now = ["no graph was observed"] if last is None else faults(expectation, last)
+    return when.not_yet(
+        seen="; ".join(now) or "it did hold, but not in time",
+        at_s=_since(facts, lambda graph: faults(expectation, graph)),
+        guess=guess(),
+        about=explain.processes_on(expectation.subject, facts),
     )
 
 
@@ -126,16 +139,24 @@ def _topic_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
     topic = expectation.subject
     endpoints = seen.snapshot.on(topic)
     types = set(seen.topics.get(topic, ())) | {e.type for e in endpoints}
-    faults = [] if types else [f"there is no topic {topic}"]
+    faults = [] if types else [f"no topic {topic}"]
     wanted = expectation.get("type")
     if types and wanted is not None and types != {wanted}:
         faults.append(f"its type is {listed(types)}")
-    for side, is_publisher in (("publishers", True), ("subscriptions", False)):
-        span: Span | None = expectation.get(side)
-        nodes = [e.node for e in endpoints if e.is_publisher is is_publisher]
-        if span is not None and len(nodes) not in span:
-            faults.append(f"{len(nodes)} {side}: {listed(nodes)}")
+    for side, span, ends in _sides(expectation, endpoints):
+        if len(ends) not in span:
+            faults.append(f"{len(ends)} {side}: {listed(end.node for end in ends)}")
     return faults
+
+
+def _sides(
+    expectation: Expectation, endpoints: Iterable[Endpoint]
+) -> Iterator[tuple[str, Any, list[Endpoint]]]:
+    """(side, what is wanted of it, its endpoints) of the sides that an expectation names."""
+    for side in ("publishers", "subscriptions"):
+        wanted = expectation.get(side)
+        if wanted is not None:
+            yield side, wanted, [e for e in endpoints if e.is_publisher is (side == "publishers")]
 
 
 # ---- quality of service
@@ -143,10 +164,8 @@ def _topic_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
 
 def _qos_text(expectation: Expectation) -> str:
     parts = []
-    for side in ("publishers", "subscriptions"):
-        wanted = expectation.get(side)
-        if wanted:
-            parts.append(f"{side} are {', '.join(f'{n} {_word(v)}' for n, v in wanted.items())}")
+    for side, wanted, _ in _sides(expectation, ()):
+        parts.append(f"{side} are {', '.join(f'{n} {_word(v)}' for n, v in wanted.items())}")
     compatible = expectation.get("compatible")
     if compatible is not None:
         parts.append("all pairs match" if compatible else "a pair does not match")
@@ -157,20 +176,12 @@ def _word(value: Any) -> str:
     return f"{value:g} s" if isinstance(value, float) else str(value).upper()
 
 
-def _qos(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    at_s = _when(facts, lambda seen: not _qos_faults(expectation, seen), when)
-    if at_s is not None:
-        return _held(when, at_s, expected)
-    last = facts.last_graph()
-    faults = ["no graph was seen"] if last is None else _qos_faults(expectation, last)
-    return not_yet(
-        when,
-        expected,
-        seen="; ".join(faults) or "it did hold, but not in time",
-        at_s=since(facts, lambda graph: _qos_faults(expectation, graph)),
-        guess=guesses.mismatch(expectation.subject, facts),
-        about=guesses.processes_on(expectation.subject, facts),
-    )
+@with_window(_qos_text)
+def qos(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    def guess() -> str | None:
+        return explain.mismatch(expectation.subject, facts)
+
+    return _without_faults(_qos_faults, expectation, facts, when, guess)
 
 
 def _qos_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
@@ -178,11 +189,7 @@ def _qos_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
     endpoints = seen.snapshot.on(expectation.subject)
     chosen = [e for e in endpoints if fnmatch.fnmatchcase(e.node, pattern)]
     faults: list[str] = []
-    for side, is_publisher in (("publishers", True), ("subscriptions", False)):
-        wanted = expectation.get(side)
-        if not wanted:
-            continue
-        ends = [e for e in chosen if e.is_publisher is is_publisher]
+    for side, wanted, ends in _sides(expectation, chosen):
         faults += [] if ends else [f"it has no {side}" + ("" if pattern == "*" else " there")]
         faults += [fault for end in ends for fault in _differences(end, wanted)]
     return faults + _pair_faults(expectation.get("compatible"), endpoints)
@@ -198,24 +205,18 @@ def _differences(end: Endpoint, wanted: dict[str, Any]) -> list[str]:
 
 
 def _offered(end: Endpoint, name: str) -> Any:
-    if name == "deadline":
-        return "infinite" if end.deadline_ns >= INFINITE_NS else end.deadline_ns / _NANOS
-    if name == "lease":
-        return "infinite" if end.lease_ns >= INFINITE_NS else end.lease_ns / _NANOS
-    return getattr(end, name)
+    nanos = {"deadline": end.deadline_ns, "lease": end.lease_ns}.get(name)
+    if nanos is None:
+        return getattr(end, name)
+    return "infinite" if nanos >= INFINITE_NS else nanos / _NANOS
 
 
 def _pair_faults(compatible: bool | None, endpoints: tuple[Endpoint, ...]) -> list[str]:
     if compatible is None:
         return []
     if len({e.is_publisher for e in endpoints}) < 2:
-        return ["there is no pair of publisher and subscription"]
+        return ["no pair of publisher and subscription"]
     bad = mismatches(endpoints)
     if compatible and bad:
-        return [f"{m.subscription.node} gets nothing from {m.publishers[0].node}" for m in bad]
+        return [f"{m.subscription.node} receives nothing from {m.publishers[0].node}" for m in bad]
     return [] if compatible or bad else ["all pairs match"]
-
-
-node = with_period(_node, _node_text)
-topic = with_period(_topic, _topic_text)
-qos = with_period(_qos, _qos_text)

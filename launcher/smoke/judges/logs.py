@@ -1,40 +1,24 @@
-"""Judges of what processes print: lines, their order, errors and tracebacks."""
+"""Judges of printed lines: a line, the order of lines, errors and tracebacks."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
 
-from launcher.smoke import guesses
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
-from launcher.smoke.facts import STOP, Facts, LogLine
-from launcher.smoke.judges.common import met, not_yet, violated, with_period
-from launcher.smoke.quantities import Span
+from launcher.smoke.expect.expectation import STOP, Expectation, Verdict
+from launcher.smoke.expect.quantities import INFINITY, Span
+from launcher.smoke.judges import explain
+from launcher.smoke.judges.common import (
+    Window,
+    shorten,
+    times_text,
+    with_window,
+)
+from launcher.smoke.observe.facts import Facts, LogLine
 
-LAUNCHER = "launch"  # the process that stands for the launcher itself
 _TRACEBACK = "Traceback (most recent call last):"
 _OF_A_STOP = re.compile(r"^(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b")
-_AT_LEAST_ONE = Span(low=1, high=float("inf"), text=">= 1")
-
-
-def _is_of(expectation: Expectation, line: LogLine, facts: Facts) -> bool:
-    """The launcher's own lines have to be asked for: they repeat those of others."""
-    pattern = expectation.get("process", "*")
-    if line.process is None:
-        return bool(pattern == LAUNCHER)
-    return facts.is_named(line.process, pattern)
-
-
-def matching(expectation: Expectation, facts: Facts) -> list[LogLine]:
-    """The lines that the expectation means, whenever they came."""
-    pattern, level = expectation.subject, expectation.get("level")
-    return [
-        line
-        for line in facts.lines
-        if pattern.search(line.plain)
-        and (level is None or line.level == level)
-        and _is_of(expectation, line, facts)
-    ]
+_AT_LEAST_ONE = Span(low=1, high=INFINITY, text=">= 1")
 
 
 # ---- lines
@@ -49,37 +33,39 @@ def _log_text(expectation: Expectation) -> str:
     return f"{number}{level}{process} with '{pattern}'{times_text(expectation)}"
 
 
-def _log(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_log_text)
+def log(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     span: Span = expectation.get("count") or _AT_LEAST_ONE
-    lines = matching(expectation, facts)
+    level, process = expectation.get("level"), expectation.get("process")
+    same = [
+        line
+        for line in facts.lines
+        if expectation.subject.search(line.plain) and facts.is_from(line, process)
+    ]
+    lines = [line for line in same if level in (None, line.level)]
     early = next((line for line in lines if when.is_too_early(line.at_s)), None)
     if early is not None:
         seen = f"too early, after {when.since(early.at_s)}: {_quoted(early)}"
-        return violated(expected, seen=seen, at_s=early.at_s)
+        return when.violated(seen=seen, at_s=early.at_s)
     found = [line for line in lines if line.at_s in when]
     if len(found) > span.high:
         extra = found[int(span.high)]
         seen = f"{len(found)}; one too many after {when.since(extra.at_s)}: {_quoted(extra)}"
         about = (extra.process,) if extra.process else ()
-        return violated(expected, seen=seen, at_s=extra.at_s, value=len(found), about=about)
-    if len(found) >= span.low and (span.high == float("inf") or when.closed):
-        return met(expected, **_seen(found, span, when))
-    return not_yet(
-        when,
-        expected,
-        seen=_nearest(expectation, facts, lines, len(found), when),
-        guess=_guess(expectation, facts, when) if when.closed else None,
+        return when.violated(seen=seen, at_s=extra.at_s, value=len(found), about=about)
+    if when.is_enough(len(found), span):
+        return when.met(**_seen(found, span, when))
+    return when.not_yet(
+        seen=f"{len(found)}" if found else _nearest(same, lines, facts, process, when),
+        guess=explain.missing_line(expectation.subject, process, level, when.start_s, facts)
+        if when.closed
+        else None,
         about=_abouts(expectation, facts),
         value=len(found),
     )
 
 
-def _guess(expectation: Expectation, facts: Facts, when: Period) -> str | None:
-    process, level = expectation.get("process"), expectation.get("level")
-    return guesses.line(expectation.subject, process, level, when.start_s, facts)
-
-
-def _seen(found: Sequence[LogLine], span: Span, when: Period) -> dict[str, object]:
+def _seen(found: Sequence[LogLine], span: Span, when: Window) -> dict[str, object]:
     if not found:
         return {"seen": "no such line", "value": 0.0}
     line = found[max(0, min(int(span.low), len(found)) - 1)]
@@ -89,20 +75,21 @@ def _seen(found: Sequence[LogLine], span: Span, when: Period) -> dict[str, objec
 
 
 def _nearest(
-    expectation: Expectation, facts: Facts, lines: Sequence[LogLine], count: int, when: Period
+    same: Sequence[LogLine],
+    lines: Sequence[LogLine],
+    facts: Facts,
+    process: str | None,
+    when: Window,
 ) -> str:
-    if lines and not count:
+    """What came instead: `lines` at another time, `same` with another level."""
+    if lines:
         last = lines[-1]
         if last.at_s > when.to_s:
             return f"too late, after {when.since(last.at_s)}: {_quoted(last)}"
         return f"only before, at {last.at_s:.1f} s of the run: {_quoted(last)}"
-    if count:
-        return f"{count}"
-    of = [line for line in facts.lines if _is_of(expectation, line, facts)]
-    same = [line for line in of if expectation.subject.search(line.plain)]
     if same:
         return f"no such line; one of level {same[-1].level}: {_quoted(same[-1])}"
-    return f"no such line among {len(of)}"
+    return f"no such line among {sum(facts.is_from(line, process) for line in facts.lines)}"
 
 
 def _abouts(expectation: Expectation, facts: Facts) -> tuple[str, ...]:
@@ -112,8 +99,7 @@ def _abouts(expectation: Expectation, facts: Facts) -> tuple[str, ...]:
 
 def _quoted(line: LogLine) -> str:
     process = f"[{line.process}] " if line.process else ""
-    text = line.plain if len(line.plain) <= 200 else f"{line.plain[:197]}..."
-    return f"{process}{text}"
+    return f"{process}{shorten(line.plain)}"
 
 
 # ---- order
@@ -125,19 +111,24 @@ def _order_text(expectation: Expectation) -> str:
     return f"first lines{process} in this order: {patterns}{times_text(expectation)}"
 
 
-def _order(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    lines = [line for line in facts.lines if line.at_s in when and _is_of(expectation, line, facts)]
+@with_window(_order_text)
+def order(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    lines = [
+        line
+        for line in facts.lines
+        if line.at_s in when and facts.is_from(line, expectation.get("process"))
+    ]
     before: tuple[int, str] | None = None
     for pattern in expectation.subject:
         index = next((i for i, line in enumerate(lines) if pattern.search(line.plain)), None)
         if index is None:
             seen = f"no line with '{pattern.pattern}'"
-            return not_yet(when, expected, seen=seen, about=_abouts(expectation, facts))
+            return when.not_yet(seen=seen, about=_abouts(expectation, facts))
         if before is not None and index < before[0]:
             seen = f"'{pattern.pattern}' came before '{before[1]}': {_quoted(lines[index])}"
-            return violated(expected, seen=seen, at_s=lines[index].at_s)
+            return when.violated(seen=seen, at_s=lines[index].at_s)
         before = (index, pattern.pattern)
-    return met(expected, seen="in this order")
+    return when.met(seen="in this order")
 
 
 # ---- errors
@@ -148,19 +139,19 @@ def _no_errors_text(expectation: Expectation) -> str:
 
 
 def _whom(expectation: Expectation) -> str:
-    return "anything" if expectation.subject == "*" else str(expectation.subject)
+    return "any process" if expectation.subject == "*" else str(expectation.subject)
 
 
 def _of_subject(expectation: Expectation, facts: Facts) -> Iterator[LogLine]:
+    """`*` includes the lines of the launcher."""
+    pattern = expectation.subject
     for line in facts.lines:
-        if line.process is None:
-            if expectation.subject == "*":
-                yield line
-        elif facts.is_named(line.process, expectation.subject):
+        if pattern == "*" or (line.process and facts.is_named(line.process, pattern)):
             yield line
 
 
-def _no_errors(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_no_errors_text)
+def no_errors(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     excepted = expectation.get("except", ())
     bad = [
         line
@@ -169,17 +160,15 @@ def _no_errors(expectation: Expectation, facts: Facts, when: Period, expected: s
         and line.level in ("ERROR", "FATAL")
         and not any(pattern.search(line.plain) for pattern in excepted)
     ]
-    return _none_of(bad, when, expected)
+    return _none_of(bad, when)
 
 
-def _none_of(bad: Sequence[LogLine], when: Period, expected: str) -> Verdict:
+def _none_of(bad: Sequence[LogLine], when: Window) -> Verdict:
     if not bad:
-        outcome = Outcome.MET if when.closed else Outcome.OPEN
-        return Verdict(outcome=outcome, expected=expected, seen="none", value=0.0)
+        return when.so_far(seen="none", value=0.0)
     first = bad[0]
     number = "" if len(bad) == 1 else f"{len(bad)}, the first "
-    return violated(
-        expected,
+    return when.violated(
         seen=f"{number}after {when.since(first.at_s)}: {_quoted(first)}",
         at_s=first.at_s,
         value=len(bad),
@@ -191,9 +180,10 @@ def _no_tracebacks_text(expectation: Expectation) -> str:
     return f"no traceback from {_whom(expectation)}{times_text(expectation)}"
 
 
-def _no_tracebacks(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_no_tracebacks_text)
+def no_tracebacks(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     lines = list(_of_subject(expectation, facts))
-    stopped_s = facts.steps.get(STOP, float("inf"))
+    stopped_s = facts.steps.get(STOP, INFINITY)
     bad = []
     for index, line in enumerate(lines):
         if _TRACEBACK not in line.plain or line.at_s not in when:
@@ -201,17 +191,11 @@ def _no_tracebacks(expectation: Expectation, facts: Facts, when: Period, expecte
         last = _last_line(lines, index)
         if not (line.at_s >= stopped_s and last and _OF_A_STOP.match(last.plain)):
             bad.append(last or line)
-    return _none_of(bad, when, expected)
+    return _none_of(bad, when)
 
 
 def _last_line(lines: Sequence[LogLine], index: int) -> LogLine | None:
-    """The line that names the exception: the first of the process that is not indented."""
+    """The line with the exception: the first one of the process that is not indented."""
     following = (lines[number] for number in range(index + 1, len(lines)))
     same = (line for line in following if line.process == lines[index].process)
     return next((line for line in same if line.plain[:1] not in ("", " ")), None)
-
-
-log = with_period(_log, _log_text)
-order = with_period(_order, _order_text)
-no_errors = with_period(_no_errors, _no_errors_text)
-no_tracebacks = with_period(_no_tracebacks, _no_tracebacks_text)

@@ -1,16 +1,23 @@
-"""Judges of processes: alive, exited, restarted, and what they used."""
+"""Judges of processes: running, exited, restarted, and their resource usage."""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Sequence
+import statistics
+from collections.abc import Iterator
 from typing import Any
 
-from launcher.smoke import guesses
-from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
-from launcher.smoke.facts import Facts, ProcessEvent, Sample
-from launcher.smoke.judges.common import listed, met, not_yet, several, violated, with_period
-from launcher.smoke.quantities import Span
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.quantities import INFINITY, Span
+from launcher.smoke.judges import explain
+from launcher.smoke.judges.common import (
+    Window,
+    listed,
+    several,
+    times_text,
+    with_window,
+)
+from launcher.smoke.observe.facts import Facts, ProcessEvent, Sample
 
 _MB = 1024 * 1024
 
@@ -25,7 +32,7 @@ def exit_text(returncode: int) -> str:
         return f"signal {-returncode}"
 
 
-# ---- alive, exited, restarted
+# ---- running, exited, restarted
 
 
 def _process_text(expectation: Expectation) -> str:
@@ -42,102 +49,85 @@ def _process_text(expectation: Expectation) -> str:
     return f"process {pattern} {' and '.join(parts)}{times_text(expectation)}"
 
 
-def _process(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
+@with_window(_process_text)
+def process(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     names = facts.named(expectation.subject)
     if not names:
         seen = f"no such process; there are: {listed(facts.processes())}"
-        return not_yet(when, expected, seen=seen)
-    worst: Verdict | None = None
-    for name in names:
-        for verdict in _of_process(expectation, facts, name, when, expected):
-            if worst is None or _RANK[verdict.outcome] > _RANK[worst.outcome]:
-                worst = verdict
-    assert worst is not None
-    return worst
+        return when.not_yet(seen=seen)
+    verdicts = [v for name in names for v in _verdicts(expectation, facts, name, when)]
+    return max(verdicts, key=lambda verdict: _RANK[verdict.outcome])
 
 
 _RANK = {Outcome.MET: 0, Outcome.OPEN: 1, Outcome.VIOLATED: 2}
 
 
-def _of_process(
-    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
-) -> Sequence[Verdict]:
-    verdicts = []
-    if expectation.get("exits") is not None:
-        verdicts.append(_exits(expectation, facts, name, when, expected))
-    if expectation.get("restarts") is not None:
-        verdicts.append(_restarts(expectation, facts, name, when, expected))
-    alive = expectation.get("alive")
-    if alive is not None or not verdicts:
-        verdicts.append(_alive(facts, name, alive is not False, expected))
-    return verdicts
+def _verdicts(expectation: Expectation, facts: Facts, name: str, when: Window) -> Iterator[Verdict]:
+    exits, restarts, alive = (expectation.get(key) for key in ("exits", "restarts", "alive"))
+    if exits is not None:
+        yield _exits(exits, facts, name, when)
+    if restarts is not None:
+        yield _restarts(restarts, facts, name, when)
+    if alive is not None or (exits is None and restarts is None):
+        yield _alive(facts, name, alive is not False, when)
 
 
-def _exits(
-    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
-) -> Verdict:
+def _exits(wanted: int, facts: Facts, name: str, when: Window) -> Verdict:
     ends = [e for e in facts.of("ended", name) if e.at_s in when]
-    wanted = expectation.get("exits")
     for end in ends:
         if end.details.get("returncode") == wanted:
             seen = f"{name} after {when.since(end.at_s)}"
-            return met(expected, seen=seen, at_s=end.at_s, value=end.at_s, unit="s")
+            return when.met(seen=seen, at_s=end.at_s, value=end.at_s, unit="s")
     if ends:
         seen = f"{name} ended with {_end_text(ends[-1])} after {when.since(ends[-1].at_s)}"
     else:
-        seen = f"{name} did not end" + _later(facts, name, when)
-    return not_yet(when, expected, seen=seen, about=(name,))
-
-
-def _later(facts: Facts, name: str, when: Period) -> str:
-    later = [e for e in facts.of("ended", name) if e.at_s > when.to_s]
-    return f" in time, but after {when.since(later[0].at_s)}" if later else ""
+        later = next((e for e in facts.of("ended", name) if e.at_s > when.to_s), None)
+        seen = f"{name} did not end"
+        seen += f" in time, but after {when.since(later.at_s)}" if later else ""
+    return when.not_yet(seen=seen, about=(name,))
 
 
 def _end_text(event: ProcessEvent) -> str:
     return exit_text(int(event.details.get("returncode", 0)))
 
 
-def _restarts(
-    expectation: Expectation, facts: Facts, name: str, when: Period, expected: str
-) -> Verdict:
+def _restarts(span: Span, facts: Facts, name: str, when: Window) -> Verdict:
     starts = [e for e in facts.of("started", name) if e.at_s in when]
     first = next(facts.of("started", name), None)
     count = sum(event is not first for event in starts)
-    span: Span = expectation.get("restarts")
-    if count > span.high:
-        return violated(expected, seen=f"{name}: {count} restarts", value=count, about=(name,))
-    if count >= span.low and (span.high == float("inf") or when.closed):
-        return met(expected, seen=f"{name}: {count} restarts", value=count)
-    return not_yet(when, expected, seen=f"{name}: {count} restarts", value=count, about=(name,))
+    seen = f"{name}: {count} restarts"
+    if when.is_enough(count, span):
+        return when.met(seen=seen, value=count)
+    make = when.violated if count > span.high else when.not_yet
+    return make(seen=seen, value=count, about=(name,))
 
 
-def _alive(facts: Facts, name: str, alive: bool, expected: str) -> Verdict:
-    """At the end: as the system is stopped."""
+def _alive(facts: Facts, name: str, alive: bool, when: Window) -> Verdict:
+    """At the end, when the system is stopped."""
     if not facts.is_over:
-        return Verdict(outcome=Outcome.OPEN, expected=expected)
-    if facts.lives(name, facts.stop_s) is alive:
-        return met(expected, seen=f"{name} {'ran' if alive else 'did not run'}")
+        return when.open()
+    if facts.was_running(name, facts.stop_s) is alive:
+        return when.met(seen=f"{name} {'ran' if alive else 'did not run'}")
     if not alive:
-        return violated(expected, seen=f"{name} still ran", about=(name,))
-    ends = list(facts.of("ended", name))
-    if not ends:
-        return violated(expected, seen=f"{name} could not be started", about=(name,))
-    last = ends[-1]
+        return when.violated(seen=f"{name} still ran", about=(name,))
+    last = facts.last_end(name)
+    if last is None:
+        return when.violated(seen=f"{name} could not be started", about=(name,))
     seen = f"{name} ended at {last.at_s:.1f} s of the run with {_end_text(last)}"
-    return violated(expected, seen=seen, at_s=last.at_s, about=(name,))
+    return when.violated(seen=seen, at_s=last.at_s, about=(name,))
 
 
-# ---- deaths that nobody expected
+# ---- unexpected exits
 
 
 def _no_deaths_text(expectation: Expectation) -> str:
-    return "no process dies unasked" + times_text(expectation)
+    return "no process exits unexpectedly" + times_text(expectation)
 
 
-def _no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    """`but` are the patterns of processes whose death an expectation or a step announces."""
-    announced = expectation.get("but", ())
+@with_window(_no_deaths_text)
+def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    """`but`: patterns of processes that are expected to exit."""
+    expected_exits = expectation.get("but", ())
     bad = [
         event
         for event in facts.events
@@ -145,19 +135,17 @@ def _no_deaths(expectation: Expectation, facts: Facts, when: Period, expected: s
         and event.at_s in when
         and _is_death(event)
         and event.process not in facts.asked
-        and not any(facts.is_named(event.process, pattern) for pattern in announced)
+        and not any(facts.is_named(event.process, pattern) for pattern in expected_exits)
     ]
     if not bad:
-        outcome = Outcome.MET if when.closed else Outcome.OPEN
-        return Verdict(outcome=outcome, expected=expected, seen="none did")
+        return when.so_far(seen="none did")
     first = bad[0]
     names = [event.process for event in bad if event.process]
-    return violated(
-        expected,
-        seen=f"{several(_death_text(event) for event in bad)}",
+    return when.violated(
+        seen=several(_death_text(event) for event in bad),
         at_s=first.at_s,
         about=tuple(dict.fromkeys(names)),
-        guess=guesses.death(names[0], facts),
+        guess=explain.death(names[0], facts),
     )
 
 
@@ -174,10 +162,10 @@ def _is_death(event: ProcessEvent) -> bool:
 def _death_text(event: ProcessEvent) -> str:
     if event.kind == "not started":
         return f"{event.process} could not be started: {event.details.get('reason')}"
-    return f"{event.process} died at {event.at_s:.1f} s of the run with {_end_text(event)}"
+    return f"{event.process} exited at {event.at_s:.1f} s of the run with {_end_text(event)}"
 
 
-# ---- use of resources
+# ---- resource usage
 
 
 def _cpu_text(expectation: Expectation) -> str:
@@ -189,29 +177,26 @@ def _cpu_text(expectation: Expectation) -> str:
     return f"CPU of {expectation.subject} {' and '.join(parts)}{times_text(expectation)}"
 
 
-def _cpu(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    by_name = _samples(expectation, facts, when)
-    loads = {n: [s.cpu_percent for s in found if s.cpu_percent is not None] for n, found in by_name}
-    loads = {name: values for name, values in loads.items() if values}
+@with_window(_cpu_text)
+def cpu(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    loads: dict[str, list[float]] = {}
+    for sample in _samples(expectation, facts, when):
+        if sample.cpu_percent is not None:
+            loads.setdefault(sample.process, []).append(sample.cpu_percent)
     if not when.closed or not loads:
-        return not_yet(when, expected, seen="nothing was measured")
-    below, peak = expectation.get("below"), expectation.get("peak")
-    means = {name: sum(values) / len(values) for name, values in loads.items()}
-    name = max(means, key=lambda n: means[n])
-    most = max(loads, key=lambda n: max(loads[n]))
-    seen = f"{name} {means[name]:.1f} % on average, {most} {max(loads[most]):.1f} % at most"
-    is_over = (below is not None and means[name] >= below) or (
-        peak is not None and max(loads[most]) >= peak
-    )
-    make = violated if is_over else met
-    return make(expected, seen=seen, value=means[name], unit="%", about=(name,) * is_over)
+        return when.not_yet(seen="nothing was measured")
+    below, peak = (expectation.get(key, INFINITY) for key in ("below", "peak"))
+    mean, name = max((statistics.fmean(values), name) for name, values in loads.items())
+    most, peak_name = max((max(values), name) for name, values in loads.items())
+    seen = f"{name} {mean:.1f} % on average, {peak_name} {most:.1f} % at most"
+    is_over = mean >= below or most >= peak
+    make = when.violated if is_over else when.met
+    return make(seen=seen, value=mean, unit="%", about=(name,) * is_over)
 
 
-def _samples(
-    expectation: Expectation, facts: Facts, when: Period
-) -> Sequence[tuple[str, list[Sample]]]:
+def _samples(expectation: Expectation, facts: Facts, when: Window) -> list[Sample]:
     names = facts.named(expectation.subject)
-    return [(n, [s for s in facts.samples if s.process == n and s.at_s in when]) for n in names]
+    return [s for s in facts.samples if s.process in names and s.at_s in when]
 
 
 def _memory_text(expectation: Expectation) -> str:
@@ -219,25 +204,15 @@ def _memory_text(expectation: Expectation) -> str:
     return f"memory of {expectation.subject} below {limit:g} MB{times_text(expectation)}"
 
 
-def _memory(expectation: Expectation, facts: Facts, when: Period, expected: str) -> Verdict:
-    sizes = [
-        (sample.memory_bytes, sample)
-        for _, samples in _samples(expectation, facts, when)
-        for sample in samples
-        if sample.memory_bytes is not None
-    ]
-    if not sizes:
-        return not_yet(when, expected, seen="nothing was measured")
-    size, sample = max(sizes, key=lambda pair: pair[0])
-    seen = f"{sample.process} {size / _MB:.1f} MB at {sample.at_s:.1f} s of the run"
+@with_window(_memory_text)
+def memory(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    samples = [s for s in _samples(expectation, facts, when) if s.memory_bytes is not None]
+    if not samples:
+        return when.not_yet(seen="nothing was measured")
+    largest = max(samples, key=lambda sample: sample.memory_bytes or 0)
+    size, process = largest.memory_bytes or 0, largest.process
+    seen = f"{process} {size / _MB:.1f} MB at {largest.at_s:.1f} s of the run"
     details: dict[str, Any] = {"seen": seen, "value": size / _MB, "unit": "MB"}
     if size >= expectation.get("below"):
-        return violated(expected, at_s=sample.at_s, about=(sample.process,), **details)
-    outcome = Outcome.MET if when.closed else Outcome.OPEN
-    return Verdict(outcome=outcome, expected=expected, **details)
-
-
-process = with_period(_process, _process_text)
-no_deaths = with_period(_no_deaths, _no_deaths_text)
-cpu = with_period(_cpu, _cpu_text)
-memory = with_period(_memory, _memory_text)
+        return when.violated(at_s=largest.at_s, about=(process,), **details)
+    return when.so_far(**details)

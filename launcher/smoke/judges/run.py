@@ -1,23 +1,23 @@
-"""Judges of the run as a whole: coming up, coming down, and what is left."""
+"""Judges of the whole run: start-up, shutdown, and leftovers."""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
 from typing import Any
 
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.facts import STOP, Facts, ProcessEvent
+from launcher.smoke.expect.expectation import STOP, Expectation, Outcome, Verdict
+from launcher.smoke.expect.quantities import INFINITY, seconds_text
 from launcher.smoke.judges.common import listed, met, several, violated
 from launcher.smoke.judges.processes import exit_text
-from launcher.smoke.quantities import seconds_text
+from launcher.smoke.observe.facts import Facts, ProcessEvent
 
 _HARD = {int(signal.SIGTERM): "SIGTERM", int(signal.SIGKILL): "SIGKILL"}
+# Exit codes after a stop: success, or by one of the launcher's signals.
+_ORDERLY = {0, -int(signal.SIGINT), 128 + int(signal.SIGINT), *(-signum for signum in _HARD)}
 
 
 def start_up(expectation: Expectation, facts: Facts) -> Verdict:
-    """Ready in time."""
-    expected = f"everything is up within {expectation.subject:g} s"
+    expected = f"the system is ready within {expectation.subject:g} s"
     ready_s = facts.ready_s
     if ready_s is None:
         is_late = facts.is_over or facts.now_s > expectation.subject
@@ -29,15 +29,17 @@ def start_up(expectation: Expectation, facts: Facts) -> Verdict:
 
 
 def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
-    """Everything goes when it is asked to: in time, without a harder signal, leaving nothing."""
-    expected = f"everything ends by itself within {expectation.subject:g} s of the stop"
+    """All processes exit in time, on the first signal, and leave nothing."""
+    expected = f"all processes exit within {expectation.subject:g} s of the stop"
     ending = facts.ending
     if ending is None:
         return Verdict(outcome=Outcome.OPEN, expected=expected)
     took_s = ending.down_s - facts.stop_s
     harder = {e.process: e for e in facts.of("signal") if _is_harder(e, facts)}
     faults = [f"{name} needed {_HARD[int(e.details['signal'])]}" for name, e in harder.items()]
-    crashes = dict(_crashes(facts))
+    ends = [e for e in facts.of("ended") if e.at_s >= facts.stop_s]
+    codes = [(e.process, int(e.details.get("returncode", 0))) for e in ends]
+    crashes = {name: code for name, code in codes if code not in _ORDERLY}
     faults += [f"{name} ended with {exit_text(code)}" for name, code in crashes.items()]
     if ending.returncode is None:
         faults.append("the launcher had to be killed")
@@ -53,7 +55,7 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
 
 
 def forced_stop(facts: Facts) -> Verdict | None:
-    """What every run expects by itself; None if nothing had to be killed at the stop."""
+    """The verdict on processes that had to be killed at the stop; None if there are none."""
     signals = (e for e in facts.of("signal") if _is_harder(e, facts))
     killed = {e.process: e for e in signals if e.details["signal"] == int(signal.SIGKILL)}
     names = sorted(name for name in killed if name)
@@ -61,34 +63,24 @@ def forced_stop(facts: Facts) -> Verdict | None:
         return None
     waited_s = max(event.at_s for event in killed.values()) - facts.stop_s
     return violated(
-        "everything ends when it is asked to (SIGINT, then SIGTERM)",
-        seen=f"killed by force after {seconds_text(waited_s)}: {several(names)}",
+        "all processes exit on SIGINT or SIGTERM",
+        seen=f"killed after {seconds_text(waited_s)}: {several(names)}",
         at_s=facts.stop_s,
         about=tuple(names),
     )
 
 
-def _crashes(facts: Facts) -> Iterator[tuple[str | None, int]]:
-    """Processes that ended after the stop neither in order nor by one of our signals."""
-    in_order = {0, -int(signal.SIGINT), 128 + int(signal.SIGINT), *(-signum for signum in _HARD)}
-    for event in facts.of("ended"):
-        code = int(event.details.get("returncode", 0))
-        if event.at_s >= facts.stop_s and code not in in_order:
-            yield event.process, code
-
-
 def _is_harder(event: ProcessEvent, facts: Facts) -> bool:
-    stopped_s = facts.steps.get(STOP, float("inf"))
+    stopped_s = facts.steps.get(STOP, INFINITY)
     return event.at_s >= stopped_s and event.details.get("signal") in _HARD
 
 
 def shared_memory(expectation: Expectation, facts: Facts) -> Verdict:
-    """Nothing of ours is in /dev/shm afterwards."""
     expected = "nothing is left in /dev/shm"
     if facts.ending is None:
         return Verdict(outcome=Outcome.OPEN, expected=expected)
     left = facts.ending.left_memory
     if left:
-        guess = "a process that is killed cannot free its shared memory"
+        guess = "a killed process cannot free its shared memory"
         return violated(expected, seen=f"{len(left)}: {several(left)}", guess=guess)
     return met(expected, seen="nothing")

@@ -1,1 +1,1 @@
-"""Reports: the results of smoke runs for people, for CI, and for the next run."""
+"""Results for people, for CI and for the next run, and the evidence."""

@@ -1,20 +1,21 @@
-"""Failure: what was expected, what was seen, and what may help, in some lines."""
+"""The description of a failure: what was expected, what was seen, and the last lines."""
 
 from __future__ import annotations
 
-from launcher.smoke.facts import Facts
-from launcher.smoke.quantities import printable, seconds_text
-from launcher.smoke.result import Judged
+from launcher.smoke.expect.quantities import seconds_text
+from launcher.smoke.judges.common import shorten
+from launcher.smoke.observe.facts import Facts
+from launcher.smoke.reports.result import Judged
+from launcher.text import escape
 
 LINES = 10
-PROCESSES = 3  # whose last lines are shown: one cause has many victims
-_WIDTH = 200
+PROCESSES = 3  # whose last lines are shown
 
 
-def describe(one: Judged, facts: Facts, told: dict[str, str] | None = None) -> list[str]:
+def describe(one: Judged, facts: Facts, described: dict[str, str] | None = None) -> list[str]:
     """The lines about an expectation that is not met.
 
-    `told`: processes whose last lines stand above already, under the name of what expectation.
+    `described`: processes whose last lines are already shown, with the name of that expectation.
     """
     verdict, expectation = one.verdict, one.expectation
     lines = [
@@ -27,22 +28,18 @@ def describe(one: Judged, facts: Facts, told: dict[str, str] | None = None) -> l
     if verdict.guess:
         lines.append(f"    maybe:    {verdict.guess}")
     for process in verdict.about[:PROCESSES]:
-        if told is not None and process in told:
-            lines.append(f"    last lines of {process}: above, under '{told[process]}'")
+        if described is not None and process in described:
+            lines.append(f"    last lines of {process}: above, under '{described[process]}'")
             continue
         lines += _last_lines(process, facts)
-        if told is not None:
-            told[process] = expectation.name
-    return [printable(line) for line in lines]
+        if described is not None:
+            described[process] = expectation.name
+    return [escape(line) for line in lines]
 
 
 def _last_lines(process: str, facts: Facts) -> list[str]:
     last = facts.last_lines(process, LINES)
     if not last:
         return [f"    {process} printed nothing"]
-    shown = [f"        [{line.at_s:6.1f} s] {_short(line.plain)}" for line in last]
+    shown = [f"        [{line.at_s:6.1f} s] {shorten(line.plain)}" for line in last]
     return [f"    last lines of {process}:", *shown]
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= _WIDTH else f"{text[: _WIDTH - 3]}..."

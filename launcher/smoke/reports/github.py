@@ -1,4 +1,4 @@
-"""GitHub: annotations that a workflow shows at the line of the expectation."""
+"""Annotations of a GitHub workflow at the lines of the expectations."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 from launcher.errors import LauncherError
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.result import Judged, Result
+from launcher.smoke.reports.result import Judged, Result
 
 
 def commands(result: Result) -> Iterator[str]:
-    """A command of a workflow for everything that is not met."""
+    """A workflow command for each failure."""
     for one in result.failures:
         message = _data("\n".join(describe(one, result.facts)[1:]))
         yield f"::error {_properties(one)}::{message}"
@@ -20,7 +20,7 @@ def commands(result: Result) -> Iterator[str]:
 
 
 def refusal(error: LauncherError) -> Iterator[str]:
-    """The same for what is wrong before anything is run."""
+    """The same for errors before anything was run."""
     for one in getattr(error, "errors", (error,)):
         path, _, line = (one.where or "").rpartition(":")
         place = f"file={_property(_relative(path))},line={line}," if line.isdigit() else ""
@@ -37,7 +37,7 @@ def _properties(one: Judged) -> str:
 
 
 def _relative(path: str) -> str:
-    """Workflows know files from the root of the repository, where they run."""
+    """Relative to the root of the repository, where workflows run."""
     try:
         return str(Path(path).absolute().relative_to(Path.cwd()))
     except ValueError:

@@ -1,28 +1,27 @@
-"""Measures: the numbers of a run that a later one is compared with, and the baseline file."""
+"""The measured numbers of a run, and the baseline file to compare them with."""
 
 from __future__ import annotations
 
 import json
-import re
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from launcher.errors import UsageError
-from launcher.smoke.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.outputs import save
-from launcher.smoke.places import Origin
-from launcher.smoke.result import Judged, Result
+from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.source_location import Origin
+from launcher.smoke.observe.facts import label_of
+from launcher.smoke.reports.artifacts import save
+from launcher.smoke.reports.result import Judged, Result
 
 VERSION = 1
 _MB = 1024 * 1024
-_NUMBER = re.compile(r"-\d+$")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Measure:
-    """A number with its unit; `kind` is what decides how much it may change."""
+    """A number with its unit; `kind` decides its tolerance."""
 
     name: str
     kind: str
@@ -30,11 +29,11 @@ class Measure:
     unit: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Tolerance:
-    """A value may be worse by so many percent of the baseline, and by `least` in any case.
+    """How much a value may exceed the baseline, in percent and at least by `least`.
 
-    `both` is whether less is as bad as more.
+    `both`: it may also fall below the baseline only by so much.
     """
 
     percent: float
@@ -42,7 +41,7 @@ class Tolerance:
     both: bool = False
 
     def limits(self, base: float) -> tuple[float, float]:
-        """(lowest, highest) value that is no regression."""
+        """(lowest, highest) value without a regression."""
         room = max(abs(base) * self.percent / 100, self.least)
         return (base - room if self.both else float("-inf"), base + room)
 
@@ -57,42 +56,34 @@ TOLERANCES = {
 
 
 def of_result(result: Result) -> list[Measure]:
-    """The numbers of one run."""
     facts = result.facts
     found = [
-        Measure(name=one.expectation.name, kind="rate", value=one.verdict.value, unit="Hz")
+        Measure(one.expectation.name, "rate", one.verdict.value, "Hz")
         for one in result.judged
         if one.expectation.kind == "rate" and one.verdict.value is not None
     ]
     if facts.ready_s is not None:
-        found.append(Measure(name="start_up", kind="start_up", value=facts.ready_s, unit="s"))
+        found.append(Measure("start_up", "start_up", facts.ready_s, "s"))
     for name in facts.processes():
-        label = _NUMBER.sub("", name)
+        label = label_of(name)
         samples = [s for s in facts.samples if s.process == name and s.at_s <= facts.stop_s]
         loads = [s.cpu_percent for s in samples if s.cpu_percent is not None]
         sizes = [s.memory_bytes for s in samples if s.memory_bytes is not None]
         if loads:
-            load = sum(loads) / len(loads)
-            found.append(Measure(name=f"cpu {label}", kind="cpu", value=load, unit="%"))
+            found.append(Measure(f"cpu {label}", "cpu", statistics.fmean(loads), "%"))
         if sizes:
-            size = max(sizes) / _MB
-            found.append(Measure(name=f"memory {label}", kind="memory", value=size, unit="MB"))
+            found.append(Measure(f"memory {label}", "memory", max(sizes) / _MB, "MB"))
     return found
 
 
 def medians(runs: Sequence[Iterable[Measure]]) -> list[Measure]:
-    """Of each measure over several runs."""
+    """The median of each measure over several runs."""
     known: dict[str, list[Measure]] = {}
     for measure in (measure for run in runs for measure in run):
         known.setdefault(measure.name, []).append(measure)
     return [
-        Measure(
-            name=name,
-            kind=found[0].kind,
-            value=statistics.median(m.value for m in found),
-            unit=found[0].unit,
-        )
-        for name, found in known.items()
+        replace(found[0], value=statistics.median(m.value for m in found))
+        for found in known.values()
     ]
 
 
@@ -100,23 +91,25 @@ def medians(runs: Sequence[Iterable[Measure]]) -> list[Measure]:
 
 
 def write(path: Path, measures: Iterable[Measure]) -> None:
-    """A baseline; tolerances may be changed in it by hand."""
+    """Write a baseline; its tolerances may be edited."""
     document = {
         "version": VERSION,
         "tolerances": {
             kind: {"percent": tolerance.percent, "least": tolerance.least}
             for kind, tolerance in TOLERANCES.items()
         },
-        "measures": {
-            m.name: {"kind": m.kind, "value": round(m.value, 4), "unit": m.unit} for m in measures
-        },
+        "measures": to_document(measures),
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     save(path, json.dumps(document, indent=2, ensure_ascii=False) + "\n")
 
 
+def to_document(measures: Iterable[Measure]) -> dict[str, dict[str, object]]:
+    return {m.name: {"kind": m.kind, "value": round(m.value, 4), "unit": m.unit} for m in measures}
+
+
 def compare(path: Path, measures: Iterable[Measure]) -> list[Judged]:
-    """What is worse than the baseline allows, and what could not be compared; UsageError."""
+    """A verdict for each measure of the baseline; UsageError if that cannot be read."""
     tolerances, base = read(path)
     now = {measure.name: measure for measure in measures}
     judged = []
@@ -137,36 +130,29 @@ def _compared(before: Measure, now: Measure | None, tolerance: Tolerance) -> Ver
     limit = f"{low:.3g} to {high:.3g}" if tolerance.both else f"at most {high:.3g}"
     expected = f"{limit} {before.unit} (the baseline is {before.value:.3g})"
     if now is None:
-        return Verdict(outcome=Outcome.VIOLATED, expected=expected, seen="it was not measured")
+        return Verdict(outcome=Outcome.VIOLATED, expected=expected, seen="not measured")
     outcome = Outcome.MET if low <= now.value <= high else Outcome.VIOLATED
     seen = f"{now.value:.3g} {now.unit}"
     return Verdict(outcome=outcome, expected=expected, seen=seen, value=now.value, unit=now.unit)
 
 
 def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
-    """The tolerances and measures of a baseline; UsageError."""
+    """(tolerances by kind, measures) of a baseline; UsageError."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         tolerances = dict(TOLERANCES)
         for kind, given in document.get("tolerances", {}).items():
-            tolerances[kind] = _tolerance(kind, given)
+            base = TOLERANCES[kind]
+            percent, least = given.get("percent", base.percent), given.get("least", base.least)
+            tolerances[kind] = Tolerance(float(percent), float(least), base.both)
         measures = [
-            Measure(name=name, kind=m["kind"], value=float(m["value"]), unit=m["unit"])
+            Measure(name, m["kind"], float(m["value"]), m["unit"])
             for name, m in document["measures"].items()
         ]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        hint = "--update-baseline writes it anew"
-        raise UsageError(f"{path} is no baseline: {error}", hint=hint) from None
+        hint = "--update-baseline replaces it"
+        raise UsageError(f"{path} is not a baseline: {error}", hint=hint) from None
     unknown = {m.kind for m in measures} - tolerances.keys()
     if unknown:
-        raise UsageError(f"{path}: there is no kind of measure '{min(unknown)}'")
+        raise UsageError(f"{path}: unknown kind of measure '{min(unknown)}'")
     return tolerances, measures
-
-
-def _tolerance(kind: str, given: Mapping[str, float]) -> Tolerance:
-    base = TOLERANCES[kind]
-    return Tolerance(
-        percent=float(given.get("percent", base.percent)),
-        least=float(given.get("least", base.least)),
-        both=base.both,
-    )

@@ -1,0 +1,1 @@
+"""The expectation file: its grammar, its schema and its loader."""

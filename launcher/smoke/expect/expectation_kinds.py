@@ -1,0 +1,253 @@
+"""The kinds of expectations and their entries: one table for the loader, the schema and the docs.
+
+`launcher.smoke.judges` has a judge for each of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from launcher.smoke.expect.fields import (
+    ANYTHING,
+    CONDITIONS,
+    EXPRESSION,
+    FLAG,
+    MAPPING,
+    REGEX,
+    Field,
+    FieldType,
+    choice,
+    name,
+    record,
+    regexes,
+    text,
+    type_name,
+)
+from launcher.smoke.expect.quantities import (
+    COUNT,
+    DURATION,
+    EXIT,
+    PERCENT,
+    RATE,
+    SIZE,
+    WINDOW,
+    Span,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """`name` is the key whose value is the subject.
+
+    `default_within` applies where no time is given; `timed`: takes `within` and `after`;
+    `one_of`: entries of which at least one is required; `of_process`: the subject is a process.
+    """
+
+    name: str
+    subject: FieldType
+    doc: str
+    fields: tuple[Field, ...] = ()
+    default_within: Span | None = None
+    timed: bool = True
+    one_of: tuple[str, ...] = ()
+    needs_ros: bool = False
+    of_process: bool = False
+
+    def all_fields(self) -> tuple[Field, ...]:
+        """Its own entries and those of every kind."""
+        return (*self.fields, *(COMMON if self.timed else COMMON[:1]))
+
+
+COMMON = (
+    Field("name", text("name"), "name in reports"),
+    Field("within", WINDOW, "time limit, `8 s` or `5 to 8 s`, from the start or from `after`"),
+    Field("after", text("step name"), "step from which the time counts"),
+)
+WITHIN_10_S = Span(low=0.0, high=10.0, text="10 s")
+
+_RELIABILITY = choice("reliable", "best_effort")
+_DURABILITY = choice("volatile", "transient_local")
+_ENDPOINT_QOS = record(
+    "QoS of endpoints",
+    reliability=_RELIABILITY,
+    durability=_DURABILITY,
+    liveliness=choice("automatic", "manual_by_topic"),
+    deadline=DURATION,
+    lease=DURATION,
+)
+_OWN_QOS = record("QoS", reliability=_RELIABILITY, durability=_DURABILITY, depth=COUNT)
+_TOPIC = name("topic")
+_NODES = name("node", wildcards=True)
+_PROCESSES = text("process name")
+_PROCESS = Field(
+    "process", _PROCESSES, "`robot_2-4`, `robot_2`, `robot_*`, `/node`; `launch` is the launcher"
+)
+_TYPE = Field(
+    "type", type_name("msg", "std_msgs/msg/String"), "message type, as in `std_msgs/msg/String`"
+)
+_SERVICE_TYPE = Field(
+    "type", type_name("srv", "std_srvs/srv/SetBool"), "service type, as in `std_srvs/srv/SetBool`"
+)
+_WHERE = Field("where", EXPRESSION, "Python expression over `m` and `json`")
+_FIELDS = Field("fields", CONDITIONS, "field path to value or limits")
+
+KINDS = (
+    Kind(
+        "node",
+        _NODES,
+        "A node is in the graph (full name or pattern).",
+        (Field("absent", FLAG, "with `within`: it disappears in time; without: it never appears"),),
+        WITHIN_10_S,
+        needs_ros=True,
+    ),
+    Kind(
+        "topic",
+        _TOPIC,
+        "A topic exists, with a type and numbers of endpoints.",
+        (
+            _TYPE,
+            Field("publishers", COUNT, "number of publishers"),
+            Field("subscriptions", COUNT, "number of subscriptions"),
+        ),
+        WITHIN_10_S,
+        needs_ros=True,
+    ),
+    Kind(
+        "qos",
+        _TOPIC,
+        "The quality of service of all publishers or subscriptions of a topic.",
+        (
+            Field("publishers", _ENDPOINT_QOS, "offered by every publisher"),
+            Field("subscriptions", _ENDPOINT_QOS, "requested by every subscription"),
+            Field("compatible", FLAG, "true: all pairs match; false: at least one does not"),
+            Field("node", _NODES, "only endpoints of these nodes"),
+        ),
+        WITHIN_10_S,
+        one_of=("publishers", "subscriptions", "compatible"),
+        needs_ros=True,
+    ),
+    Kind(
+        "rate",
+        _TOPIC,
+        "Messages arrive at a rate.",
+        (
+            Field("is", RATE, "`1 Hz ± 20 %`, `0.9 to 1.1 Hz`", required=True),
+            _WHERE,
+            _FIELDS,
+            _TYPE,
+        ),
+        needs_ros=True,
+    ),
+    Kind(
+        "message",
+        _TOPIC,
+        "A message (or every message) satisfies conditions.",
+        (
+            _WHERE,
+            _FIELDS,
+            Field("count", COUNT, "number of messages (default: at least one)"),
+            Field("all", FLAG, "every message satisfies the conditions"),
+            _TYPE,
+            Field("qos", _OWN_QOS, "QoS of the subscription (default: compatible with all)"),
+        ),
+        needs_ros=True,
+    ),
+    Kind(
+        "log",
+        REGEX,
+        "A line that matches is printed.",
+        (
+            _PROCESS,
+            Field("level", choice("DEBUG", "INFO", "WARN", "ERROR", "FATAL"), "level of the line"),
+            Field("count", COUNT, "number of lines (default: at least one)"),
+        ),
+    ),
+    Kind(
+        "order",
+        regexes(least=2),
+        "The first matching lines come in this order.",
+        (_PROCESS,),
+    ),
+    Kind(
+        "no_errors",
+        _PROCESSES,
+        "No line of level ERROR or FATAL, from a process or (`*`) from any.",
+        (Field("except", regexes(), "lines to ignore"),),
+        of_process=True,
+    ),
+    Kind(
+        "no_tracebacks",
+        _PROCESSES,
+        "No Python traceback, from a process or (`*`) from any.",
+        of_process=True,
+    ),
+    Kind(
+        "process",
+        _PROCESSES,
+        "A process runs at the end, exits with a code, or is restarted.",
+        (
+            Field("alive", FLAG, "runs at the end (default if nothing else is given)"),
+            Field("exits", EXIT, "exit code or signal"),
+            Field("restarts", COUNT, "number of restarts"),
+        ),
+        of_process=True,
+    ),
+    Kind(
+        "no_deaths",
+        choice("*"),
+        "No process exits unexpectedly. Implied in every run.",
+    ),
+    Kind(
+        "cpu",
+        _PROCESSES,
+        "CPU usage of a process, in percent of one core.",
+        (
+            Field("below", PERCENT, "limit of the average"),
+            Field("peak", PERCENT, "limit of every sample (one per second)"),
+        ),
+        one_of=("below", "peak"),
+        of_process=True,
+    ),
+    Kind(
+        "memory",
+        _PROCESSES,
+        "Memory usage of a process, in every sample.",
+        (Field("below", SIZE, "`200 MB`", required=True),),
+        of_process=True,
+    ),
+    Kind(
+        "parameter",
+        text("parameter name"),
+        "A parameter has a value.",
+        (
+            Field("node", name("node"), "full name of the node", required=True),
+            Field("is", ANYTHING, "value, values or limits", required=True),
+        ),
+        WITHIN_10_S,
+        needs_ros=True,
+    ),
+    Kind(
+        "service",
+        name("service"),
+        "A service responds as expected.",
+        (
+            _SERVICE_TYPE,
+            Field("request", MAPPING, "fields of the request"),
+            Field("once", FLAG, "only the first response counts; default: call until one fits"),
+            _WHERE,
+            _FIELDS,
+        ),
+        WITHIN_10_S,
+        needs_ros=True,
+    ),
+    Kind("start_up", DURATION, "The system is ready in time.", timed=False),
+    Kind(
+        "clean_shutdown",
+        DURATION,
+        "All processes exit in time when the system is stopped, and leave nothing behind.",
+        timed=False,
+    ),
+    Kind("shared_memory", choice("clean"), "Nothing is left in /dev/shm.", timed=False),
+)
+
+BY_NAME = {kind.name: kind for kind in KINDS}

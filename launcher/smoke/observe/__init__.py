@@ -1,0 +1,1 @@
+"""Observation of a run from outside."""

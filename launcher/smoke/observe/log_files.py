@@ -1,0 +1,74 @@
+"""Read the files of a run: they have what the control socket could not deliver in time."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from launcher.engine.logfile import BACKUPS
+from launcher.smoke.observe.facts import LogLine, ProcessEvent
+from launcher.smoke.observe.recorder import Recorder
+
+_STAMPED = re.compile(r"(\d+\.\d{7}) (.*)", re.DOTALL)
+_OF_PROCESS = re.compile(r"\[([^\]]+)\] ?(.*)", re.DOTALL)
+_OF_LAUNCHER = re.compile(r"\[(?:DEBUG|INFO|WARNING|WARN|ERROR|FATAL|CRITICAL)\] \[")
+
+
+def folder_of(log_root: Path, launcher_pid: int) -> Path | None:
+    """The log folder of the run of this launcher, if there is one."""
+    return next((p for p in log_root.glob(f"*-{launcher_pid}") if p.is_dir()), None)
+
+
+def events(folder: Path, recorder: Recorder) -> list[ProcessEvent]:
+    """The entries of events.jsonl."""
+    found = []
+    with contextlib.suppress(OSError):
+        text = (folder / "events.jsonl").read_text(encoding="utf-8", errors="replace")
+        for line in text.splitlines():
+            with contextlib.suppress(json.JSONDecodeError):  # the launcher was killed meanwhile
+                found.append(event_of(json.loads(line), recorder))
+    return found
+
+
+def event_of(entry: Mapping[str, Any], recorder: Recorder) -> ProcessEvent:
+    known = ("event", "process", "monotonic_s", "wall_s")
+    return ProcessEvent(
+        at_s=recorder.of_monotonic(float(entry["monotonic_s"])),
+        kind=str(entry["event"]),
+        process=entry.get("process"),
+        details={name: value for name, value in entry.items() if name not in known},
+    )
+
+
+def is_complete(folder: Path) -> bool:
+    """False if the log was so long that its beginning may have been dropped."""
+    return not (folder / f"launch.log.{BACKUPS}").exists()
+
+
+def lines(folder: Path, recorder: Recorder) -> list[LogLine]:
+    """The lines of launch.log; those without a timestamp have the time of the one before."""
+    found: list[LogLine] = []
+    at_s = 0.0
+    for line in _texts(folder):
+        process, text = None, line
+        stamped = _STAMPED.fullmatch(line)
+        if stamped is not None:
+            at_s, text = recorder.of_wall(float(stamped[1])), stamped[2]
+            of_process = None if _OF_LAUNCHER.match(text) else _OF_PROCESS.fullmatch(text)
+            if of_process is not None:
+                process, text = of_process[1], of_process[2]
+        found.append(LogLine(at_s=at_s, process=process, text=text))
+    return found
+
+
+def _texts(folder: Path) -> Iterator[str]:
+    """The lines of the rotated log files, oldest first."""
+    names = [*(f"launch.log.{number}" for number in range(BACKUPS, 0, -1)), "launch.log"]
+    for name in names:
+        with contextlib.suppress(FileNotFoundError):
+            text = (folder / name).read_text(encoding="utf-8", errors="replace")
+            yield from text.split("\n")[:-1]

@@ -1,0 +1,108 @@
+"""Forecast of the processes that a launch file starts, to find misspelt names in a script.
+
+The launch file, which may contain any code, is planned in a process of its own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from launcher.control.selection import ProcessNames, resolve
+from launcher.control.verbs import BadCallError
+from launcher.smoke.expect.expectation import LAUNCHER
+from launcher.smoke.expect.expectation_kinds import BY_NAME
+from launcher.smoke.expect.fields import near
+from launcher.smoke.expect.script import Script
+from launcher.smoke.expect.source_location import Origin
+from launcher.smoke.observe.facts import label_of, matches
+from launcher.smoke.preflight.checks import Findings
+
+PLAN_S = 20.0  # a launch file that takes longer is launched without a forecast
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Forecast:
+    """`is_certain`: no event of the run can start other processes."""
+
+    processes: tuple[ProcessNames, ...]
+    is_certain: bool
+
+    def knows(self, word: str) -> bool:
+        with contextlib.suppress(BadCallError):
+            return bool(resolve([word], self.processes))
+        label = label_of(word)  # the number of a process may depend on timing
+        return any(
+            matches(word, one.name, one.nodes) or matches(label, one.label, ())
+            for one in self.processes
+        )
+
+
+def mentions(script: Script) -> Iterator[tuple[str, Origin, tuple[str, ...]]]:
+    """(word, origin, keys) of every word of a script that must match a process.
+
+    `keys` lead to the word from the entry at `origin`.
+    """
+    for step in script.steps:
+        if "name" in step.command.words:
+            yield step.command.words["name"], step.origin, ("do",)
+        if step.process is not None:
+            yield step.process, step.origin, ("process",)
+    if script.chaos is not None:
+        yield script.chaos.pattern, Origin(text=f"chaos '{script.chaos.text}'"), ()
+    for e in script.expectations:
+        of_process = BY_NAME[e.kind].of_process
+        word, key = (e.subject, e.kind) if of_process else (e.get("process"), "process")
+        if isinstance(word, str) and word != "*" and (key, word) != ("process", LAUNCHER):
+            yield word, e.origin, (key,)
+
+
+def ask(words: Sequence[str]) -> Forecast | None:
+    """None if the launch file cannot be planned; its launch will report why.
+
+    `words` are a target, launch arguments, and the options for reading it.
+    """
+    command = [sys.executable, "-m", "launcher.commands.smoke_forecast", *words]
+    with subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    ) as process:
+        try:
+            answer = json.loads(process.communicate(timeout=PLAN_S)[0])
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)  # its pid is valid until it is waited for
+            return None
+        except ValueError:
+            return None
+    return Forecast(
+        processes=tuple(
+            ProcessNames(one["name"], one["label"], tuple(one["nodes"]), one["namespace"])
+            for one in answer["processes"]
+        ),
+        is_certain=answer["is_certain"],
+    )
+
+
+def compare(script: Script, forecast: Forecast) -> Findings:
+    """Words that match no process: errors if the forecast is certain, else warnings."""
+    errors, warnings = [], []
+    for word, origin, keys in mentions(script):
+        if forecast.knows(word):
+            continue
+        message = f"the launch file starts no process '{word}'"
+        labels = dict.fromkeys(one.label for one in forecast.processes)
+        hint = near(word, labels) or "it starts none"
+        if forecast.is_certain:
+            errors.append(origin.error(message, hint, *keys))
+        else:
+            warnings.append(f"{origin}: {message}, unless an event makes it do so; {hint}")
+    return Findings(errors=tuple(errors), warnings=tuple(warnings))

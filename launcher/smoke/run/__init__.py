@@ -1,0 +1,1 @@
+"""A smoke command, its runs, and the systems that they launch."""

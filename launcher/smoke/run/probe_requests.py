@@ -1,0 +1,83 @@
+"""Requests to the probe for expectations: subscriptions, and polling of parameters and services."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from launcher.errors import LauncherError
+from launcher.smoke.expect.expectation import Expectation, Outcome
+from launcher.smoke.judges import judge
+from launcher.smoke.judges.common import window
+from launcher.smoke.observe.facts import Answer
+from launcher.smoke.observe.probe_client import ProbeClient
+from launcher.smoke.run.system import System
+
+POLL_S = 0.5
+ANSWER_S = 2.0  # a busy node may answer the next time
+
+
+def subscribed(probe: ProbeClient, expectations: Iterable[Expectation]) -> Iterator[Expectation]:
+    """Subscribe for rates and messages; `watch` of the expectations is their subscription.
+
+    One subscription for all that need the same type and QoS of a topic.
+    """
+    subs: dict[object, str] = {}
+    numbers = itertools.count(1)
+    for expectation in expectations:
+        if expectation.kind not in ("rate", "message"):
+            yield expectation
+            continue
+        topic, type_ = expectation.subject, expectation.get("type")
+        given = expectation.get("qos")
+        qos = None if given is None else {name: str(word).upper() for name, word in given.items()}
+        depth = {}
+        if qos is not None and qos.pop("depth", ""):
+            depth = {"depth": int(given["depth"].high)}
+        key = (topic, type_, qos and tuple(sorted(qos.items())), str(depth))
+        if key not in subs:
+            subs[key] = f"{topic} {next(numbers)}"
+            probe.tell("subscribe", sub=subs[key], topic=topic, type=type_, qos=qos, **depth)
+        yield replace(expectation, values={**expectation.values, "watch": subs[key]})
+
+
+class AnswerPoller:
+    """Requests parameters and calls services until the answer is the expected one."""
+
+    def __init__(self, system: System, is_over: threading.Event) -> None:
+        self._system = system
+        self._is_over = is_over
+
+    def begin(self, expectations: Iterable[Expectation]) -> None:
+        """Start one thread for each parameter and service."""
+        for expectation in expectations:
+            if expectation.kind in ("parameter", "service"):
+                threading.Thread(
+                    target=self._poll, args=(expectation,), daemon=True, name=expectation.name
+                ).start()
+
+    def _poll(self, expectation: Expectation) -> None:
+        recorder = self._system.recorder
+        while not self._is_over.is_set():
+            facts = self._system.facts()
+            when = window(expectation, facts)
+            if when is not None and facts.now_s >= when.from_s:
+                recorder.add_answer(expectation.key, self._answer(expectation))
+                verdict = judge(expectation, self._system.facts())
+                if verdict.outcome is not Outcome.OPEN:
+                    return
+            self._is_over.wait(POLL_S)
+
+    def _answer(self, expectation: Expectation) -> Answer:
+        recorder, name = self._system.recorder, expectation.subject
+        try:
+            if expectation.kind == "parameter":
+                value = self._system.parameter(expectation.get("node"), name, ANSWER_S)
+            else:
+                type_, request = expectation.get("type"), expectation.get("request")
+                value = self._system.call(name, type_, request, ANSWER_S)
+        except LauncherError as error:
+            return Answer(at_s=recorder.now_s, error=error.message, hint=error.hint)
+        return Answer(at_s=recorder.now_s, value=value)

@@ -1,0 +1,288 @@
+"""One smoke run, from the lease of a ROS domain to the verdicts. Its duration is bounded."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import FrameType
+
+from launcher.errors import ExitCode, LauncherError
+from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation_kinds import KINDS
+from launcher.smoke.expect.quantities import INFINITY, seconds_text
+from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
+from launcher.smoke.judges import judge
+from launcher.smoke.judges.run import forced_stop
+from launcher.smoke.observe.facts import Facts
+from launcher.smoke.reports.picture import Picture
+from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.run.probe_requests import AnswerPoller, subscribed
+from launcher.smoke.run.progress import Progress
+from launcher.smoke.run.scenario import Scenario
+from launcher.smoke.run.system import STOP_S, System
+
+POLL_S = 0.1
+JUDGE_S = 0.5  # judging all messages of a long run takes time
+JUDGE_SHARE = 4  # judge again after at least so many times what the last judging took
+PICTURE_S = 1.0  # before the end, the graph is recorded if there is no probe
+STOP_ROOM_S = 15.0  # the launcher times out this long after it should have been stopped
+EMPTY_STOP_S = 5.0  # a launcher without processes has nothing to wait for
+PROBE_ANSWER_S = 5.0
+LAST_LINES = 200  # of a launcher that has started nothing: they have the reason
+# Without a time limit, these are decided by the end, whenever that is.
+UNTIL_THE_END = {"no_deaths", "clean_shutdown", "shared_memory"}
+UNTIL_THE_END |= {kind.name for kind in KINDS if kind.of_process}
+
+
+class Terminated(KeyboardInterrupt):
+    """A signal other than Ctrl-C; it only differs in the exit code."""
+
+
+def code_of(interrupt: KeyboardInterrupt) -> ExitCode:
+    return ExitCode.TERMINATED if isinstance(interrupt, Terminated) else ExitCode.INTERRUPTED
+
+
+@contextlib.contextmanager
+def terminable() -> Iterator[None]:
+    """SIGTERM, SIGHUP and SIGQUIT stop the system, as Ctrl-C does."""
+
+    def interrupt(signum: int, frame: FrameType | None) -> None:
+        raise Terminated
+
+    signals = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+    before = {signum: signal.signal(signum, interrupt) for signum in signals}
+    try:
+        yield
+    finally:
+        for signum, handler in before.items():
+            signal.signal(signum, handler)
+
+
+class Runner:
+    """Runs a script once. `words` are the target and the options for the launcher.
+
+    `keeps_graph`: record the ROS graph even if no expectation needs it.
+    """
+
+    def __init__(
+        self,
+        script: Script,
+        words: Sequence[str],
+        folder: Path,
+        progress: Progress,
+        *,
+        keeps_graph: bool = False,
+    ) -> None:
+        self._script = script.completed()
+        self._words = tuple(words)
+        self._folder = folder
+        self._progress = progress
+        self._is_over = threading.Event()
+        self._decided: dict[str, Verdict] = {}
+        self._gave_up = False
+        self._probe_fault: str | None = None
+        self._interrupted: ExitCode | None = None
+        self._next_judging_s = 0.0
+        self._run_time_s = self._script.run_time_s()
+        self._system = System(
+            self._words,
+            folder=folder,
+            probe=self._script.needs_ros(),
+            longest_s=self._run_time_s + self._script.ready_limit_s() + STOP_ROOM_S,
+        )
+        self._scenario = Scenario(self._script, self._system, progress, self._is_over)
+        self._picture = Picture(self._system, folder, always=keeps_graph)
+
+    def run(self) -> Result:
+        """Start, observe, stop, judge. Ctrl-C stops the system, too."""
+        self._progress.begin(self._script, self._words, self._run_time_s)
+        self._system.start()  # leaves nothing behind if it fails
+        try:
+            self._progress.started(self._system)
+            self._observe()
+            self._check_probe()
+            self._picture.begin()
+        except KeyboardInterrupt as interrupt:
+            self._interrupted = code_of(interrupt)
+            self._say("interrupted: stopping the system")
+            self._picture.begin()
+        finally:
+            self._is_over.set()
+            self._stop()
+        return self._result()
+
+    @property
+    def _now_s(self) -> float:
+        return self._system.recorder.now_s
+
+    def _say(self, text: str) -> None:
+        self._progress.say(self._now_s, text)
+
+    # ---- observing
+
+    def _end_s(self, facts: Facts) -> float:
+        """`for` counts from when the system is ready."""
+        if facts.ready_s is None:
+            return INFINITY
+        if self._script.for_s is not None:
+            return facts.ready_s + self._script.for_s
+        return max(self._run_time_s, facts.ready_s + MIN_RUN_S)
+
+    def _observe(self) -> None:
+        system = self._system
+        if system.probe is not None:
+            expectations = tuple(subscribed(system.probe, self._script.expectations))
+            self._script = replace(self._script, expectations=expectations)
+            AnswerPoller(system, self._is_over).begin(expectations)
+        while system.is_alive and not self._gave_up:
+            facts = system.facts()
+            end_s = self._end_s(facts)
+            if self._now_s >= end_s or self._is_decided(facts):
+                break
+            self._check_ready(facts)
+            self._scenario.run_due(facts)
+            self._judge(facts, end_s)
+            if self._now_s >= end_s - PICTURE_S:
+                self._picture.begin()
+            self._is_over.wait(POLL_S)
+        self._check_ready(system.facts())
+
+    def _check_ready(self, facts: Facts) -> None:
+        """Ready: a process runs, and all expectations for the start are met."""
+        if facts.ready_s is not None or self._gave_up:
+            return
+        limit_s = self._script.ready_limit_s()
+        wanted = (replace(e, within=None) for e in self._script.presence())
+        if facts.processes() and all(judge(e, facts).outcome is Outcome.MET for e in wanted):
+            self._system.recorder.step(READY)
+            self._say("ready")
+        elif facts.now_s > limit_s:
+            self._gave_up = True
+            self._say(f"not ready after {seconds_text(limit_s)}: giving up")
+
+    def _judge(self, facts: Facts, end_s: float) -> None:
+        """Report what is decided; thousands of expectations do not make the run longer."""
+        if facts.now_s < self._next_judging_s:
+            return
+        for expectation in self._script.expectations:
+            if expectation.name in self._decided:
+                continue
+            if self._now_s >= end_s:
+                break
+            verdict = judge(expectation, facts)
+            if verdict.outcome is not Outcome.OPEN:
+                self._decided[expectation.name] = verdict
+                self._progress.decided(self._now_s, expectation, verdict)
+        took_s = self._now_s - facts.now_s
+        self._next_judging_s = self._now_s + max(JUDGE_S, JUDGE_SHARE * took_s)
+
+    def _is_decided(self, facts: Facts) -> bool:
+        """Whether only the end itself is left to wait for, and no duration is given."""
+        script = self._script
+        if script.for_s is not None or facts.now_s < MIN_RUN_S or script.chaos is not None:
+            return False
+        is_open = (e for e in script.expectations if e.name not in self._decided)
+        return (
+            facts.ready_s is not None
+            and all(moment in facts.steps for moment in script.moments())
+            and all(e.kind in UNTIL_THE_END and e.within is None for e in is_open)
+        )
+
+    def _check_probe(self) -> None:
+        """A probe that does not answer may have missed something.
+
+        Its answer comes after all that it has reported before.
+        """
+        probe = self._system.probe
+        if probe is None:
+            return
+        try:
+            probe.ask("clock", timeout_s=PROBE_ANSWER_S)
+            found = probe.ask("services")["services"]
+            self._system.recorder.set_services(service["name"] for service in found)
+        except LauncherError as error:
+            self._probe_fault = f"{error.message}; observations may be missing"
+            self._say(self._probe_fault)
+
+    # ---- the end
+
+    def _stop(self) -> None:
+        """The system is stopped in any case; a second Ctrl-C kills it."""
+        try:
+            self._picture.finish_look()
+            self._say("stopping")
+            has_children = bool(self._system.facts().processes())
+            ending = self._system.stop(STOP_S if has_children else EMPTY_STOP_S)
+        except KeyboardInterrupt as interrupt:
+            self._interrupted = code_of(interrupt)
+            ending = self._system.stop(0.0)
+        self._progress.ended(self._now_s, ending, self._system.facts())
+        try:
+            fault = self._picture.draw()
+        except KeyboardInterrupt as interrupt:
+            self._interrupted = code_of(interrupt)
+        else:
+            if fault is not None:
+                self._system.recorder.add_trouble(fault)
+
+    def _result(self) -> Result:
+        facts = self._system.facts()
+        judged = [Judged(expectation=e, verdict=judge(e, facts)) for e in self._script.expectations]
+        for one in judged:
+            before = self._decided.get(one.expectation.name)
+            if before is None or before.outcome is not one.verdict.outcome:
+                self._progress.decided(self._now_s, one.expectation, one.verdict)
+        judged += _forced(judged, facts)
+        is_complete = not self._gave_up and not self._interrupted
+        judged += self._scenario.failures(with_waiting=is_complete)
+        return Result(
+            judged=tuple(judged),
+            facts=facts,
+            folder=self._folder,
+            words=self._words,
+            domain_id=self._system.domain_id,
+            gave_up=self._gave_up,
+            interrupted=self._interrupted,
+            last_lines=() if facts.processes() else tuple(self._system.last_words(LAST_LINES)),
+            trouble=self._trouble(facts),
+        )
+
+    def _trouble(self, facts: Facts) -> str | None:
+        """Why the run has failed although all expectations may be met."""
+        ending = facts.ending
+        assert ending is not None
+        if ending.returncode is None:
+            return "the launcher did not exit and was killed"
+        if ending.left_processes:
+            return f"left behind and killed: {', '.join(ending.left_processes)}"
+        if not facts.processes():
+            lines = self._system.last_words(LAST_LINES)
+            errors = [line for line in lines if line.startswith("error: ")]
+            reason = f": {errors[0].removeprefix('error: ')}" if errors else ""
+            return f"no process was started{reason}"
+        if facts.lost_messages:
+            return f"{facts.lost_messages} messages came too fast to be recorded"
+        if self._probe_fault is not None:
+            return self._probe_fault
+        if self._script.needs_ros() and self._system.probe is None:
+            return "ROS could not be observed: " + "; ".join(facts.troubles)
+        return None
+
+
+def _forced(judged: Sequence[Judged], facts: Facts) -> list[Judged]:
+    """A row for what was killed at the stop, unless a `clean_shutdown` reports it."""
+    verdict = forced_stop(facts)
+    if verdict is None or any(one.expectation.kind == "clean_shutdown" for one in judged):
+        return []
+    expectation = Expectation(
+        kind="stop",
+        subject="*",
+        name="no process is killed at the stop",
+        implicit=True,
+        origin=OF_EVERY_RUN,
+    )
+    return [Judged(expectation=expectation, verdict=verdict)]

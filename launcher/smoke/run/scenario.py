@@ -1,0 +1,211 @@
+"""The scenario of a run: when its steps and chaos are due, and running their commands.
+
+Every command has a thread of its own: one that takes long (a process that does not stop) must not
+delay the others.
+"""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from launcher.errors import LauncherError
+from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
+from launcher.smoke.expect.script import Script
+from launcher.smoke.expect.steps import Chaos, Command, Step
+from launcher.smoke.observe.facts import Facts
+from launcher.smoke.reports.result import Judged
+from launcher.smoke.run.progress import Progress
+from launcher.smoke.run.system import System
+
+POLL_S = 0.05
+
+
+class Scenario:
+    """Runs the steps and the chaos of a script; `is_over` ends pauses."""
+
+    def __init__(
+        self, script: Script, system: System, progress: Progress, is_over: threading.Event
+    ) -> None:
+        self._system = system
+        self._progress = progress
+        self._is_over = is_over
+        self._timeline = Timeline(script.steps)
+        self._chaos = None if script.chaos is None else ChaosTimeline(script.chaos)
+        self._failures: list[tuple[Step, str]] = []
+
+    def run_due(self, facts: Facts) -> None:
+        """Start the commands that are due."""
+        for step in self._timeline.due(facts):
+            self._run_step(step)
+        for action in () if self._chaos is None else self._chaos.due(facts):
+            text = f"chaos {action.number}: {action.command.text}"
+            if action.process is None or not facts.was_running(action.process, facts.now_s):
+                self._say(f"{text}: not running")
+                continue
+            self._say(text)
+            self._start(action.command, self._chaos_done, lambda: None)
+
+    def failures(self, *, with_waiting: bool) -> list[Judged]:
+        """The steps that failed and, `with_waiting`, those that were never due."""
+        found = [_failure(step, error) for step, error in self._failures]
+        return found + [_missed(step) for step in self._timeline.waiting if with_waiting]
+
+    def _say(self, text: str) -> None:
+        self._progress.say(self._system.recorder.now_s, text)
+
+    def _chaos_done(self, error: str | None) -> None:
+        if error is not None:
+            self._say(f"chaos: {error}")
+
+    def _run_step(self, step: Step) -> None:
+        recorder, text = self._system.recorder, step.command.text
+
+        def done(error: str | None) -> None:
+            if error is None:
+                recorder.step(step.done)
+                self._say(f"step: {text}")
+            elif not self._is_over.is_set():
+                self._failures.append((step, error))
+                self._say(f"step failed: {text}: {error}")
+
+        def over() -> None:
+            recorder.step(step.over)
+            self._say(f"step: {text}: over")
+
+        recorder.step(step.name)  # its effects may be observed before it is done
+        self._start(step.command, done, over)
+
+    def _start(
+        self, command: Command, on_done: Callable[[str | None], None], on_over: Callable[[], None]
+    ) -> None:
+        """`on_done` gets the error, if any; `on_over` is called at the end of a pause."""
+
+        def work() -> None:
+            try:
+                self._execute(command)
+            except LauncherError as error:
+                on_done(error.message + (f" ({error.hint})" if error.hint else ""))
+                return
+            on_done(None)
+            if command.verb == "pause" and command.words.get("time_s") is not None:
+                self._end_pause(command, on_over)
+
+        threading.Thread(target=work, daemon=True, name=command.text).start()
+
+    def _end_pause(self, command: Command, on_over: Callable[[], None]) -> None:
+        end_s = time.monotonic() + command.words["time_s"]
+        while time.monotonic() < end_s and not self._is_over.is_set():
+            time.sleep(min(POLL_S, max(0.0, end_s - time.monotonic())))
+        try:
+            self._system.resume(command.words["name"])
+        except LauncherError:
+            return  # it has exited meanwhile
+        on_over()
+
+    def _execute(self, command: Command) -> None:
+        system, words = self._system, command.words
+        match command.verb:
+            case "kill":
+                system.kill(words["name"], words["signal"])
+            case "send":
+                system.send(words["name"], words["text"])
+            case "publish":
+                system.publish(words["topic"], words["type"], words["value"])
+            case "set":
+                system.set_parameter(words["node"], words["parameter"], words["value"])
+            case "call":
+                system.call(words["service"], words["type"], words.get("value"))
+            case verb:
+                system.steer(verb, words["name"])
+
+
+def _failure(step: Step, seen: str) -> Judged:
+    expected = f"step '{step.command.text}' is done"
+    return Judged(
+        expectation=Expectation(
+            kind="step", subject=step.name, name=f"step {step.name}", origin=step.origin
+        ),
+        verdict=Verdict(outcome=Outcome.VIOLATED, expected=expected, seen=seen),
+    )
+
+
+def _missed(step: Step) -> Judged:
+    if step.after_log is not None:
+        return _failure(step, f"no line with '{step.after_log.pattern}' came")
+    return _failure(step, "the run was over before")
+
+
+class Timeline:
+    """Hands out each step once, when it is due; `after` a step: once that is done."""
+
+    def __init__(self, steps: Sequence[Step]) -> None:
+        self._waiting = list(steps)
+        self._done = {step.name: step.done for step in steps}
+
+    def due(self, facts: Facts) -> list[Step]:
+        found = [step for step in self._waiting if self._is_due(step, facts)]
+        self._waiting = [step for step in self._waiting if step not in found]
+        return found
+
+    def _is_due(self, step: Step, facts: Facts) -> bool:
+        begin_s = facts.steps.get(self._done.get(step.after, step.after))
+        if begin_s is not None and step.after_log is not None:
+            begin_s = _line_s(step, facts, begin_s)
+        return begin_s is not None and facts.now_s >= begin_s + step.delay_s
+
+    @property
+    def waiting(self) -> tuple[Step, ...]:
+        return tuple(self._waiting)
+
+
+def _line_s(step: Step, facts: Facts, begin_s: float) -> float | None:
+    """When the line that a step waits for was printed."""
+    assert step.after_log is not None
+    for line in facts.lines:
+        is_after = line.at_s >= begin_s and line.process is not None
+        if is_after and step.after_log.search(line.plain) and facts.is_from(line, step.process):
+            return line.at_s
+    return None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChaosAction:
+    """`process` None: no process matched."""
+
+    number: int
+    process: str | None
+    command: Command
+
+
+class ChaosTimeline:
+    """The actions of chaos at equal intervals, from when the system is ready.
+
+    The same seed chooses the same processes: each action takes one random number, whatever became
+    of the actions before.
+    """
+
+    def __init__(self, chaos: Chaos) -> None:
+        self._chaos = chaos
+        self._random = random.Random(chaos.seed)
+        self._done = 0
+
+    def due(self, facts: Facts) -> Iterator[ChaosAction]:
+        ready_s = facts.steps.get(READY)
+        if ready_s is None:
+            return
+        while facts.now_s >= ready_s + (self._done + 1) * self._chaos.every_s:
+            self._done += 1
+            yield self._action(facts)
+
+    def _action(self, facts: Facts) -> ChaosAction:
+        number = self._random.random()
+        names = sorted(facts.named(self._chaos.pattern))
+        name = names[int(number * len(names))] if names else None
+        words = {"name": name, "signal": "SIGKILL", "time_s": self._chaos.time_s}
+        text = f"{self._chaos.verb} {name}"
+        command = Command(verb=self._chaos.verb, text=text, words=words)
+        return ChaosAction(number=self._done, process=name, command=command)

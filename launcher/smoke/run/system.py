@@ -1,0 +1,323 @@
+"""System: a launched system, started and observed from outside, in a ROS domain of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import signal
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from launcher.control.socket_directory import ControlError
+from launcher.domain_lease import leased_domain
+from launcher.smoke.expect.expectation import STOP
+from launcher.smoke.expect.fields import near
+from launcher.smoke.judges import explain
+from launcher.smoke.observe import log_files
+from launcher.smoke.observe.facts import Ending, Facts, LogLine, Message, ProcessEvent
+from launcher.smoke.observe.followers import Followers
+from launcher.smoke.observe.leftovers import SharedMemory, end_processes, is_of_run
+from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
+from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.run.launcher_process import LauncherProcess
+from launcher.smoke.run.waits import Waits
+
+LISTEN_S = 10.0  # until the launcher has started its first process, on a busy machine
+STOP_S = 30.0  # SIGINT, SIGTERM and SIGKILL of every process, and what they left behind
+SET_S = 5.0  # until a node has set a parameter
+REST_S = 3.0  # to read what is still in the sockets
+MAX_RUN_S = 3600.0  # after this the launcher stops by itself
+# They lead out of the domain or the machine, or to the folder of another run.
+_NOT_INHERITED = ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "LAUNCHER_RUN_ID")
+
+
+class System(Waits):
+    """`words` are a target, its arguments and options, as on the command line.
+
+    Logs and other evidence go to `folder`. Without a `probe`, ROS is not observed. Use `with`, or
+    `start()` and `stop()`. After `longest_s` the launcher stops by itself.
+    """
+
+    def __init__(
+        self,
+        words: Sequence[str],
+        *,
+        folder: Path,
+        environment: Mapping[str, str] | None = None,
+        probe: bool = True,
+        longest_s: float = MAX_RUN_S,
+    ) -> None:
+        self.words = list(words)
+        self.folder = folder
+        self.log_root = folder / "log"
+        super().__init__(Recorder())
+        given = os.environ if environment is None else environment
+        self._environment = {k: v for k, v in given.items() if k not in _NOT_INHERITED}
+        self._wants_probe = probe
+        self._longest_s = longest_s
+        self._stack = contextlib.ExitStack()
+        self._subs = itertools.count(1)
+        self._ending: Ending | None = None
+        self.domain_id = 0
+        self.probe: ProbeClient | None = None
+
+    def __enter__(self) -> System:
+        self.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.stop()
+
+    # ---- start and stop
+
+    def start(self) -> None:
+        """Lease a domain, start the probe, then the launcher."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with contextlib.ExitStack() as stack:
+            self.domain_id = stack.enter_context(leased_domain())
+            self.environment = {
+                **self._environment,
+                "ROS_DOMAIN_ID": str(self.domain_id),
+                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+                "ROS_LOG_DIR": str(self.log_root.absolute()),
+            }
+            self._memory = SharedMemory(self.domain_id)
+            stack.callback(self._memory.free_ports)  # before the lease ends
+            if self._wants_probe:
+                self._start_probe(stack)
+            self.recorder.begin()
+            words = [*self.words, f"--timeout={self._longest_s:g}"]
+            self._launcher = LauncherProcess(words, self.environment, self.folder / "launcher.out")
+            self._followers = Followers(self._launcher, self.recorder, self._memory)
+            self._stack = stack.pop_all()
+
+    def _start_probe(self, stack: contextlib.ExitStack) -> None:
+        probe = ProbeClient(self.environment, self.recorder, self.folder / "probe.log")
+        stack.callback(probe.close)
+        try:
+            probe.wait_until_ready()
+            self.probe = probe
+        except ProbeError as error:
+            self.recorder.add_trouble(f"{error.message}: {error.hint or 'no output'}")
+
+    def stop(self, patience_s: float = STOP_S) -> Ending:
+        """Stop the system and release everything; may be called more than once."""
+        if self._ending is not None:
+            return self._ending
+        asked_s = None
+        if self._launcher.is_alive:
+            self._memory.note(self._launcher.pid)
+            self.recorder.step(STOP)
+            asked_s = self.recorder.now_s
+        self._launcher.stop(patience_s)
+        down_s = self.recorder.now_s
+        self._followers.join(REST_S)
+        left = end_processes(self._launcher.pid)
+        self._read_files()
+        self._stack.close()  # the probe, which has memory mapped, and the lease
+        self._ending = Ending(
+            asked_s=asked_s,
+            down_s=down_s,
+            returncode=self._launcher.returncode,
+            left_processes=left,
+            left_memory=self._memory.left(),
+        )
+        self.recorder.end(self._ending)
+        return self._ending
+
+    def _read_files(self) -> None:
+        """Complete the observations: the end of the log may come too late for the socket."""
+        folder = self.log_dir
+        if folder is None:
+            return
+        facts = self.facts()
+        events = log_files.events(folder, self.recorder)
+        if len(events) > len(facts.events):
+            self.recorder.replace(ProcessEvent, events)
+        lines = log_files.lines(folder, self.recorder)
+        if len(lines) > len(facts.lines):
+            self.recorder.replace(LogLine, lines)
+        elif self._followers.dropped_lines:
+            self.recorder.add_trouble("lines were printed too fast; some are missing")
+        if not log_files.is_complete(folder):
+            self.recorder.add_trouble("the log has been rotated; its first lines may be missing")
+
+    @property
+    def is_alive(self) -> bool:
+        return self._ending is None and self._launcher.is_alive
+
+    @property
+    def returncode(self) -> int | None:
+        """Of the launcher; None while it runs, or if it had to be killed."""
+        return self._launcher.returncode
+
+    @property
+    def log_dir(self) -> Path | None:
+        """The log folder of the run, once there is one."""
+        return log_files.folder_of(self.log_root, self._launcher.pid)
+
+    def last_words(self, count: int = 15) -> list[str]:
+        """The last lines of the launcher's output."""
+        return self._launcher.last_lines(count)
+
+    # ---- messages
+
+    def watch(self, topic: str, type: str | None = None) -> None:
+        """Record the messages of a topic from now on."""
+        sub = f"{topic} {next(self._subs)}"
+        self._probed().ask("subscribe", sub=sub, topic=topic, type=type, qos=None)
+
+    def wait_for_message(
+        self,
+        topic: str,
+        where: Callable[[Any], object] | None = None,
+        *,
+        within_s: float = 10.0,
+        since_s: float = 0.0,
+    ) -> Message:
+        """The first message after `since_s` for whose content `where` is true."""
+        if not any(m.topic == topic for m in self.facts().messages):
+            self.watch(topic)
+
+        def found(facts: Facts) -> Message | None:
+            later = (m for m in facts.heard(topic) if m.at_s >= since_s)
+            return next((m for m in later if where is None or where(m.content)), None)
+
+        def guess(facts: Facts) -> str | None:
+            return explain.missing_message(topic, since_s, facts)
+
+        return self.wait_for(found, f"a message on {topic}", within_s, guess)
+
+    # ---- commands
+
+    def ps(self) -> list[dict[str, Any]]:
+        """The rows of `ps`."""
+        found: list[dict[str, Any]] = self._control("ps")["processes"]
+        return found
+
+    def kill(self, process: str, signum: str = "SIGKILL") -> None:
+        """Signal a process group from outside: an unexpected exit for the launcher.
+
+        Returns after SIGKILL when the launcher has noticed the exit.
+        """
+        rows = self._rows(process)
+        ends = {row["name"]: _ends(self.facts(), row["name"]) for row in rows}
+        for row in rows:
+            self.recorder.expect_exit(row["name"])
+            self._memory.note(self._launcher.pid)
+            if is_of_run(row["pid"], self._launcher.pid):
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(row["pid"], signal.Signals[signum])
+        if signum == "SIGKILL":
+            # Bounded, since uninterruptible processes cannot be killed.
+            self.recorder.wait_for(
+                lambda facts: all(_ends(facts, name) > before for name, before in ends.items()),
+                REST_S,
+            )
+
+    def _rows(self, process: str) -> list[dict[str, Any]]:
+        facts = self.facts()
+        rows = self.ps()
+        alive = [
+            row
+            for row in rows
+            if row["pid"] is not None
+            and (facts.is_named(row["name"], process) or process in row["node_names"])
+        ]
+        if not alive:
+            known = ", ".join(row["name"] for row in rows if row["pid"] is not None) or "none"
+            raise ControlError(f"no process '{process}' is running", hint=f"there are: {known}")
+        return alive
+
+    def stop_process(self, process: str) -> None:
+        """Through the launcher, which keeps it stopped."""
+        self.steer("stop", process)
+
+    def start_process(self, process: str) -> None:
+        self.steer("start", process)
+
+    def restart_process(self, process: str) -> None:
+        self.steer("restart", process)
+
+    def pause(self, process: str) -> None:
+        self.steer("pause", process)
+
+    def resume(self, process: str) -> None:
+        self.steer("resume", process)
+
+    def send(self, process: str, text: str) -> None:
+        """Write a line to its standard input."""
+        self._control("send", process, text=text)
+
+    def steer(self, verb: str, process: str) -> None:
+        """`stop`, `start`, `restart`, `pause` or `resume` through the launcher."""
+        if verb in ("stop", "restart"):
+            for name in self.facts().named(process):
+                self.recorder.expect_exit(name)
+        self._control(verb, process)
+
+    def _control(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
+        run = self._followers.wait_for_run(LISTEN_S)
+        with run.connect() as connection:
+            return connection.ask(verb, names, patience_s=STOP_S, **options).result
+
+    def publish(self, topic: str, type: str | None, value: Any) -> None:
+        """Publish one message, once there is a subscription."""
+        self._probed().ask("publish", topic=topic, type=type, values=value)
+
+    def call(
+        self, service: str, type: str | None = None, request: Any = None, timeout_s: float = 5.0
+    ) -> Any:
+        """The response of a service."""
+        values = {} if request is None else request
+        fields = {"service": service, "type": type, "values": values}
+        return self._probed().ask("call", timeout_s=timeout_s, **fields)["values"]
+
+    def parameter(self, node: str, name: str, timeout_s: float = 5.0) -> Any:
+        """The value of a parameter; ProbeError if the node does not have it."""
+        answer = self._ask_node(node, "get_parameters", timeout_s, names=[name])
+        if name in answer["missing"]:
+            known = self._parameters(node, timeout_s)
+            raise ProbeError(f"{node} has no parameter '{name}'", hint=near(name, known))
+        return answer["values"][name]
+
+    def _ask_node(self, node: str, do: str, timeout_s: float, **fields: Any) -> dict[str, Any]:
+        try:
+            return self._probed().ask(do, timeout_s=timeout_s, node=node, **fields)
+        except ProbeError:
+            nodes = self.facts().graph().nodes
+            if nodes and node not in nodes:
+                raise ProbeError(f"no node {node}", hint=near(node, nodes)) from None
+            raise
+
+    def _parameters(self, node: str, timeout_s: float) -> list[str]:
+        """The names of a node's parameters; none if it does not answer."""
+        kind = "rcl_interfaces/srv/ListParameters"
+        try:
+            answer = self.call(f"{node}/list_parameters", kind, None, timeout_s)
+        except ProbeError:
+            return []
+        names: list[str] = answer["result"]["names"]
+        return names
+
+    def set_parameter(self, node: str, name: str, value: Any) -> None:
+        """Set a parameter; ProbeError if the node refuses."""
+        answer = self._ask_node(node, "set_parameters", SET_S, values={name: value})
+        result = answer["results"][name]
+        if result["successful"]:
+            return
+        known = self._parameters(node, SET_S)
+        if known and name not in known:
+            raise ProbeError(f"{node} has no parameter '{name}'", hint=near(name, known))
+        raise ProbeError(f"{node} rejected {name}: {result['reason'] or 'no reason given'}")
+
+    def _probed(self) -> ProbeClient:
+        if self.probe is None:
+            raise ProbeError("this run has no ROS probe")
+        return self.probe
+
+
+def _ends(facts: Facts, process: str) -> int:
+    return sum(1 for _ in facts.of("ended", process))
