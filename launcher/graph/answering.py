@@ -14,7 +14,7 @@ from typing import Any
 from launcher.control.folder import ControlError
 from launcher.control.server import credentials, listening
 
-PATIENCE_S = 1.0  # for a question that does not come
+REQUEST_TIMEOUT_S = 1.0  # for the line of a client
 _MOST_BYTES = 64 * 1024
 
 Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
@@ -50,7 +50,7 @@ class Answering:
     def _talk(self, connection: socket.socket) -> None:
         if credentials(connection)[1] not in (os.getuid(), 0):
             return
-        connection.settimeout(PATIENCE_S)
+        connection.settimeout(REQUEST_TIMEOUT_S)
         asked = b""
         while not asked.endswith(b"\n") and len(asked) < _MOST_BYTES:
             chunk = connection.recv(4096)
@@ -76,7 +76,7 @@ class Answering:
             with contextlib.suppress(OSError):
                 self._path.unlink()
             _shut(self._socket)
-        self._thread.join(PATIENCE_S)
+        self._thread.join(REQUEST_TIMEOUT_S)
 
 
 def _listening(path: Path) -> socket.socket:

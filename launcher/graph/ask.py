@@ -19,7 +19,7 @@ from launcher.control import folder
 from launcher.graph.look import Look, from_document
 
 SUFFIX = ".graph"  # no `.sock`: it is not a run's
-PATIENCE_S = 0.3  # who does not answer in this time is not asked: looking ourselves is as fast
+ANSWER_TIMEOUT_S = 0.3  # who does not answer in this time is not asked: looking ourselves is as fast
 # What decides who sees whom, besides the domain.
 DISCOVERY = (
     "RMW_IMPLEMENTATION",
@@ -48,7 +48,7 @@ def graph_socket(run_socket: Path) -> Path:
 
 def look_of_a_run(domain_id: int) -> Look | None:
     """What an observer of a run knows; None if there is none, or it does not know all."""
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + ANSWER_TIMEOUT_S
     asked = json.dumps(question(domain_id, os.environ)).encode() + b"\n"
     for path in _sockets():
         try:

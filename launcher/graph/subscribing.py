@@ -24,7 +24,7 @@ from launcher.graph.verb import spin_time_s, warn
 if TYPE_CHECKING:
     from launcher.graph.observer import Observer
 
-_LOOK_S = 0.1  # endpoints of one participant arrive together, so the next look has them all
+_AWAIT_PERIOD_S = 0.1  # endpoints of one participant arrive together, so the next look has them all
 
 
 def subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
@@ -62,7 +62,7 @@ class Awaited:
                 self._take(target)
             else:
                 self._miss(name)
-        self._next_look = time.monotonic() + _LOOK_S
+        self._next_look = time.monotonic() + _AWAIT_PERIOD_S
 
     def _miss(self, name: str) -> None:
         self._missing[name] = None
@@ -83,7 +83,7 @@ class Awaited:
             if target is not None and target == before:
                 del self._missing[name]
                 self._take(target)
-        self._next_look = time.monotonic() + _LOOK_S
+        self._next_look = time.monotonic() + _AWAIT_PERIOD_S
 
 
 def _first_target(

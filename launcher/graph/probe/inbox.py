@@ -8,7 +8,7 @@ from typing import Any
 
 from launcher.graph.errors import VerbError
 
-_CHUNK_BYTES = 2**16
+READ_BYTES = 2**16
 
 
 class Inbox:
@@ -21,7 +21,7 @@ class Inbox:
 
     def lines(self) -> list[bytes]:
         """The lines that have come; call it when there is something to read."""
-        chunk = os.read(self._descriptor, _CHUNK_BYTES)
+        chunk = os.read(self._descriptor, READ_BYTES)
         self.is_closed = not chunk
         *lines, self._partial = (self._partial + chunk).split(b"\n")
         return [line for line in lines if line.strip()]

@@ -17,7 +17,7 @@ from launcher.graph.to_yaml import to_json_plain
 
 LIMIT_BYTES = 16 * 2**20  # of messages that wait
 MESSAGE_BYTES = 2**20  # a longer one is told without its content
-_CHUNK_BYTES = 2**16
+WRITE_BYTES = 2**16
 
 Line = tuple[bytes, bool]  # and whether it is a message
 
@@ -83,7 +83,7 @@ class Outbox:
             self._graph = None
         lines: list[bytes] = []
         size = 0
-        while self._lines and size < _CHUNK_BYTES:
+        while self._lines and size < WRITE_BYTES:
             line, is_message = self._lines.popleft()
             self._waiting_bytes -= len(line) if is_message else 0
             size += len(line)
