@@ -154,8 +154,8 @@ class _Types:
 
 def _misfit(message: Any, values: Any) -> tuple[str, str | None] | None:
     """Why these values are none of such a message."""
-    from launcher.graph.errors import VerbError
-    from launcher.graph.from_yaml import fill
+    from launcher.ros.errors import VerbError
+    from launcher.ros.messages.from_yaml import fill
 
     try:
         fill(message(), {} if values is None else values)

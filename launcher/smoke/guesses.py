@@ -6,8 +6,8 @@ import fnmatch
 import re
 from collections.abc import Mapping
 
-from launcher.graph.matching import faults, mismatches
-from launcher.graph.snapshot import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.qos_matching import faults, mismatches
 from launcher.smoke.facts import Facts, LogLine
 from launcher.smoke.fields import near
 

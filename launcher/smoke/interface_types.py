@@ -6,8 +6,8 @@ import difflib
 from collections.abc import Iterable
 from typing import Any
 
-from launcher.graph import interfaces
-from launcher.graph.errors import VerbError
+from launcher.ros.errors import VerbError
+from launcher.ros.messages import interfaces
 from launcher.smoke.expectation import Expectation
 from launcher.smoke.script import Script
 

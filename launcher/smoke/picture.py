@@ -14,9 +14,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from launcher.domain_lease import busy_domains
-from launcher.graph.errors import VerbError
-from launcher.graph.saved import load, to_document
-from launcher.graph.snapshot import Snapshot
+from launcher.ros.errors import VerbError
+from launcher.ros.snapshot.diff import load, to_document
+from launcher.ros.snapshot.graph import TopicGraph
 from launcher.smoke.outputs import save
 from launcher.smoke.system import System
 
@@ -76,7 +76,7 @@ class Picture:
             return f"no picture of the ROS graph: {error.strerror}"
         return self._draw_svg()
 
-    def _snapshot(self) -> Snapshot | None:
+    def _snapshot(self) -> TopicGraph | None:
         """The last graph with anybody in it, before the stop if there are some."""
         if self._look is not None:
             with contextlib.suppress(VerbError):
@@ -84,7 +84,7 @@ class Picture:
             return None
         return next(self._seen(), None)
 
-    def _seen(self) -> Iterator[Snapshot]:
+    def _seen(self) -> Iterator[TopicGraph]:
         facts = self._system.facts()
         for seen in reversed(facts.graphs):
             alive = set(seen.snapshot.nodes) - set(seen.snapshot.ghosts)
@@ -122,9 +122,8 @@ class Picture:
 def main(source: str, target: str) -> str | None:
     """Draw one file into the other; why not."""
     from launcher.errors import LauncherError
-    from launcher.graph.dot import to_dot
-    from launcher.graph.picture import Filter, Mode
-    from launcher.graph.svg import to_svg
+    from launcher.ros.draw.dot import to_dot, to_svg
+    from launcher.ros.draw.filter import Filter, Mode
 
     try:
         drawing = to_svg(to_dot(Filter().apply(load(source)), Mode.ALL))

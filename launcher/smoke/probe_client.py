@@ -1,4 +1,4 @@
-"""Probe: our end of the process that looks at the ROS graph for us (`launcher.graph.probe`).
+"""Probe: our end of the process that looks at the ROS graph for us (`launcher.ros.probe`).
 
 A JSON object a line in both directions; answers carry the id of their request, all else is facts.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.errors import LauncherError
-from launcher.graph.snapshot import Endpoint, Snapshot
+from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.smoke.facts import GraphSeen, Message
 from launcher.smoke.recorder import Recorder
 
@@ -46,7 +46,7 @@ class Probe:
         self._last_graph: dict[str, Any] = {}
         with stderr.open("wb") as errors:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "launcher.graph.probe"],
+                [sys.executable, "-m", "launcher.ros.probe"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
@@ -187,7 +187,7 @@ class Probe:
         self._recorder.lose(int(told["messages"]))
 
 
-def snapshot_of(told: Mapping[str, Any]) -> Snapshot:
+def snapshot_of(told: Mapping[str, Any]) -> TopicGraph:
     """The graph that the probe tells, as the ROS verbs know it."""
     known = set(Endpoint.__dataclass_fields__)
     endpoints = [
@@ -197,6 +197,6 @@ def snapshot_of(told: Mapping[str, Any]) -> Snapshot:
     ]
     names = [node["name"] for node in told["nodes"] for _ in range(node.get("count", 1))]
     ghosts = [node["name"] for node in told["nodes"] if node.get("ghost")]
-    return Snapshot(
+    return TopicGraph(
         nodes=tuple(sorted(names)), endpoints=tuple(sorted(endpoints)), ghosts=tuple(sorted(ghosts))
     )

@@ -340,7 +340,7 @@ def test_signals_for_the_system_are_not_for_the_probe(env):
 def test_it_ends_when_nobody_can_read_it(env):
     read, write = os.pipe()
     process = subprocess.Popen(
-        [sys.executable, "-m", "launcher.graph.probe"],
+        [sys.executable, "-m", "launcher.ros.probe"],
         env=env,
         stdin=subprocess.PIPE,
         stdout=write,

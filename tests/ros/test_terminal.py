@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from launcher.graph.terminal import without_commands
+from launcher.ros.verb import without_commands
 from tests.support.terminal import Terminal
 from tests.support.verbs import going_on, launcher
 

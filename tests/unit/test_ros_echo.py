@@ -10,11 +10,11 @@ from geometry_msgs.msg import Point, Pose, PoseArray
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 
-from launcher.graph.echo import Writer, field_of
-from launcher.graph.errors import VerbError
-from launcher.graph.listener import Sample
-from launcher.graph.to_yaml import Style
-from launcher.graph.verb import print_json
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.to_yaml import Style
+from launcher.ros.topics.echo import Writer, field_of
+from launcher.ros.topics.listener import Sample
+from launcher.ros.verb import print_json
 
 POSES = PoseArray(poses=[Pose(position=Point(x=float(n))) for n in range(3)])
 INFO = {

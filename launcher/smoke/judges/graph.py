@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from launcher.graph.matching import mismatches
-from launcher.graph.snapshot import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.smoke import guesses
 from launcher.smoke.expectation import Expectation, Outcome, Period, Verdict, times_text
 from launcher.smoke.facts import Facts, GraphSeen

@@ -1,0 +1,237 @@
+"""Bridge: a run as ROS sees it: `python -m launcher.ros.bridge SOCKET`, started by `--ros`.
+
+A node `/launcher` (`node_name`) publishes /diagnostics once a second and when something changes,
+and offers `~/PROCESS/start`, `stop` and `restart`. It is a client of the run's control socket like
+any other, and ends with the run. Other commands may ask it for the graph (`ask`).
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.duration import Duration
+from rclpy.executors import MultiThreadedExecutor
+from std_srvs.srv import Trigger
+
+from launcher.control.client import RefusedError, connect
+from launcher.control.folder import ControlError
+from launcher.ros.diagnostics import Status, all_stale, service_names, statuses
+from launcher.ros.discovery.completeness import knows_all
+from launcher.ros.discovery.domains import environment_domain
+from launcher.ros.discovery.graph_socket import GraphServer, graph_socket_path, query
+from launcher.ros.discovery.observer import Observer
+
+PERIOD_S = 1.0
+WATCH_S = 0.25  # how often the graph is looked at for participants that come and go
+STEADY_S = 1.0  # a participant that has just come is still telling what it has
+PATIENCE_S = 3.0  # for the launcher's answer about its processes
+GOODBYE_S = 3.0  # whatever hangs at the end is left behind
+STEERING = ("start", "stop", "restart")
+THREADS = 4  # a process that takes its time to stop holds one of them
+
+
+class Bridge:
+    """The node and what it does; `observer` is entered already."""
+
+    def __init__(self, observer: Observer, path: Path) -> None:
+        self._observer = observer
+        self._path = path
+        self._connection = connect(path)
+        self._known: list[Status] = []
+        self._services: dict[str, str] = {}
+        self._participants: set[bytes] = set()
+        self._changed_s = time.monotonic()
+        node = self._node = observer.node
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        one_at_a_time = MutuallyExclusiveCallbackGroup()
+        self._steering = ReentrantCallbackGroup()
+        node.create_timer(PERIOD_S, self.publish, callback_group=one_at_a_time)
+        node.create_timer(
+            WATCH_S, self._look_round, callback_group=MutuallyExclusiveCallbackGroup()
+        )
+        self._news = node.create_guard_condition(self.publish, callback_group=one_at_a_time)
+        # Last: from here on it is asked.
+        self._answering = GraphServer(graph_socket_path(path), self.answer)
+
+    # processes
+
+    def follow_events(self, on_end: Callable[[], None]) -> None:
+        """Publish at once what changes, until the run ends. Runs in a thread of its own."""
+        try:
+            with connect(self._path) as connection:
+                for event in connection.follow("events", history=False):
+                    if event.get("event") != "resources":
+                        self._news.trigger()
+        except ControlError:
+            pass  # it has ended
+        on_end()
+
+    def publish(self) -> None:
+        """Ask for the processes and publish how they are."""
+        try:
+            rows = self._connection.ask("ps", patience_s=PATIENCE_S).result["processes"]
+        except ControlError as error:
+            self._send(all_stale(self._known, f"the launcher does not answer: {error.message}"))
+            self._connect_anew()
+            return
+        self._offer_services(rows)
+        self._known = statuses(rows, self._connection.hello["run"], self._observer.name)
+        self._send(self._known)
+
+    def _connect_anew(self) -> None:
+        """What comes late would be taken for the answer to the next question."""
+        self._connection.close()
+        try:
+            self._connection = connect(self._path, patience_s=PATIENCE_S)
+        except ControlError as error:
+            self._node.get_logger().warning(error.message, throttle_duration_sec=10.0)
+
+    def say_goodbye(self) -> None:
+        """The last message: nobody looks after the processes any more."""
+        self._answering.close()
+        self._send(all_stale(self._known, "the run has ended"))
+        # What nobody has taken yet would go with our shared memory.
+        self._publisher.wait_for_all_acked(Duration(seconds=GOODBYE_S / 3))
+
+    def _send(self, found: list[Status]) -> None:
+        message = DiagnosticArray()
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        message.status = [_to_message(one) for one in found]
+        self._publisher.publish(message)
+
+    # steering
+
+    def _offer_services(self, rows: list[dict[str, Any]]) -> None:
+        """Services for processes that are new; a name that was given once stays."""
+        for process, name in service_names(rows).items():
+            if process in self._services:
+                continue
+            self._services[process] = name
+            for verb in STEERING:
+                self._node.create_service(
+                    Trigger,
+                    f"~/{name}/{verb}",
+                    self._steer(verb, process),
+                    callback_group=self._steering,
+                )
+
+    def _steer(self, verb: str, process: str) -> Callable[[Any, Any], Any]:
+        def answer(request: Any, response: Any) -> Any:
+            response.success, response.message = self._asked(verb, process)
+            return response
+
+        return answer
+
+    def _asked(self, verb: str, process: str) -> tuple[bool, str]:
+        try:
+            with connect(self._path) as connection:
+                return True, "\n".join(connection.ask(verb, [process]).text)
+        except ControlError as error:
+            hint = f" ({error.hint})" if isinstance(error, RefusedError) and error.hint else ""
+            return False, f"{error.message}{hint}"
+
+    # the graph
+
+    def _look_round(self) -> None:
+        self._answering.look_after()
+        self._watch_graph()
+
+    def _watch_graph(self) -> None:
+        participants = self._observer.participants()
+        if participants != self._participants:
+            self._participants, self._changed_s = participants, time.monotonic()
+
+    def answer(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The graph, unless somebody is only just coming or going."""
+        if asked != query(self._observer.domain_id, os.environ):
+            return {"no": "another domain, or other settings of discovery"}
+        self._watch_graph()
+        if time.monotonic() - self._changed_s < STEADY_S or not knows_all(self._observer):
+            return {"no": "the graph is changing"}
+        return {"look": self._observer.look().to_document()}
+
+
+def _to_message(one: Status) -> DiagnosticStatus:
+    return DiagnosticStatus(
+        level=bytes([one.level]),
+        name=one.name,
+        message=one.message,
+        hardware_id=socket.gethostname(),
+        values=[KeyValue(key=key, value=value) for key, value in one.values],
+    )
+
+
+def main(words: list[str]) -> int:
+    """Serve the run behind the socket until it ends, or our standard input does."""
+    path = Path(words[0])
+    over = threading.Event()
+    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(signum, lambda *_: over.set())
+    name = NodeName(environment_domain(), path)
+    with Observer(name=name.text) as observer:
+        bridge = Bridge(observer, path)
+        executor = MultiThreadedExecutor(THREADS, context=observer.context)
+        executor.add_node(observer.node)
+        for target in (
+            executor.spin,
+            lambda: bridge.follow_events(over.set),
+            lambda: _await_end_of_input(over.set),
+        ):
+            threading.Thread(target=target, daemon=True).start()
+        over.wait()
+        # A call that waits for its process would keep us.
+        threading.Timer(GOODBYE_S, os._exit, (0,)).start()
+        bridge.say_goodbye()
+        executor.shutdown(GOODBYE_S / 3)
+    name.close()
+    os._exit(0)
+
+
+def _await_end_of_input(on_end: Callable[[], None]) -> None:
+    """The launcher holds the other end, and does not write."""
+    sys.stdin.buffer.read()
+    on_end()
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except ControlError as error:
+        sys.exit(error.message)
+
+
+NODE = "launcher"
+
+
+class NodeName:
+    """`launcher` for the first bridge of a domain on this machine, `launcher_PID` for others.
+
+    PID is that of the run. The first one is who has a name of the kernel's (an abstract socket),
+    which goes with the process that has it, however that ends. Keep the object as long as the node.
+    """
+
+    def __init__(self, domain_id: int, run_socket: Path) -> None:
+        self.text = NODE
+        self._claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            self._claim.bind(f"\0ros-launcher/domain-{domain_id}/{NODE}".encode())
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise
+            self._claim.close()
+            self.text = f"{NODE}_{run_socket.name.partition('-')[0]}"
+
+    def close(self) -> None:
+        """Leave the name to others."""
+        self._claim.close()

@@ -1,0 +1,173 @@
+"""Endpoints: what a participant announces of its publications and subscriptions, read."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from launcher.ros.discovery import rtps
+from launcher.ros.snapshot.graph import INFINITE_NS, Direction, EndpointInfo
+
+_TOPIC, _TYPE, _GUID, _USER_DATA = 0x05, 0x07, 0x5A, 0x2C
+_RELIABILITY, _DURABILITY, _LIVELINESS, _DEADLINE, _LIFESPAN = 0x1A, 0x1D, 0x1B, 0x23, 0x2B
+_METATRAFFIC, _DEFAULT, _ENDPOINT_SET = 0x32, 0x31, 0x58
+_UDP_V4 = 1
+
+_RELIABILITIES = {1: "BEST_EFFORT", 2: "RELIABLE"}
+_DURABILITIES = {0: "VOLATILE", 1: "TRANSIENT_LOCAL"}
+_LIVELINESSES = {0: "AUTOMATIC", 2: "MANUAL_BY_TOPIC"}
+_OTHER = "UNKNOWN"  # ROS has no name for it
+
+
+def endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
+    """The endpoint in a sample of SEDP, its node not known yet; ValueError if there is none."""
+    try:
+        return _endpoint_in(payload, direction)
+    except struct.error as error:
+        raise ValueError("cut short") from error
+
+
+def _endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
+    order, listed = rtps.parameters(payload)
+    found = dict(listed)
+    if not {_TOPIC, _TYPE, _GUID} <= found.keys():
+        raise ValueError("no endpoint")
+    kind, lease_ns = _liveliness(found.get(_LIVELINESS), order)
+    # what is not said is the default of DDS
+    reliable = 2 if direction is Direction.PUBLISHER else 1
+    return EndpointInfo(
+        topic=rtps.text_in(found[_TOPIC], order),
+        type=rtps.text_in(found[_TYPE], order),
+        node="",
+        direction=direction.value,
+        reliability=_RELIABILITIES.get(_kind(found.get(_RELIABILITY), order, reliable), _OTHER),
+        durability=_DURABILITIES.get(_kind(found.get(_DURABILITY), order, 0), _OTHER),
+        liveliness=_LIVELINESSES.get(kind, _OTHER),
+        deadline_ns=_duration(found.get(_DEADLINE), order),
+        lease_ns=lease_ns,
+        lifespan_ns=_duration(found.get(_LIFESPAN), order),
+        type_hash=_type_hash(found.get(_USER_DATA, b"")),
+        gid=found[_GUID].hex("."),
+    )
+
+
+def _kind(value: bytes | None, order: str, default: int) -> int:
+    return default if value is None else int(struct.unpack_from(f"{order}I", value)[0])
+
+
+def _liveliness(value: bytes | None, order: str) -> tuple[int, int]:
+    return _kind(value, order, 0), _duration(value and value[4:], order)
+
+
+def _duration(value: bytes | None, order: str) -> int:
+    return rtps.nanoseconds_in(value, order) if value else INFINITE_NS
+
+
+def _type_hash(user_data: bytes) -> str:
+    for entry in user_data[4:].split(b";"):
+        name, _, value = entry.partition(b"=")
+        if name == b"typehash":
+            return value.decode(errors="replace")
+    return "INVALID"
+
+
+def gone_guid(data: rtps.Data) -> bytes:
+    """Which endpoint a sample says is gone; empty if it does not tell."""
+    if data.key or not data.payload:
+        return data.key
+    return dict(rtps.parameters(data.payload)[1]).get(_GUID, b"")
+
+
+def contact_in(payload: bytes) -> tuple[int, int, int | None]:
+    """UDP ports for discovery and for data, and the built-in endpoints, of a participant.
+
+    ValueError if it cannot be reached by UDP.
+    """
+    order, listed = rtps.parameters(payload)
+    endpoint_set = dict(listed).get(_ENDPOINT_SET)
+    try:
+        metatraffic, data = (_udp_port(listed, n, order) for n in (_METATRAFFIC, _DEFAULT))
+        told = None if endpoint_set is None else _kind(endpoint_set, order, 0)
+    except struct.error as error:
+        raise ValueError("cut short") from error
+    if metatraffic is None or data is None:
+        raise ValueError("no UDP port")
+    return metatraffic, data, told
+
+
+def _udp_port(listed: list[tuple[int, bytes]], wanted: int, order: str) -> int | None:
+    for number, value in listed:
+        if number == wanted:
+            kind, port = struct.unpack_from(f"{order}iI", value)
+            if kind == _UDP_V4:
+                return int(port)
+    return None
+
+
+def locator(host: str, port: int) -> bytes:
+    """A UDP address as RTPS has it."""
+    address = bytes(12) + bytes(map(int, host.split(".")))
+    return struct.pack("<iI", _UDP_V4, port) + address
+
+
+TOPIC = "ros_discovery_info"
+TYPE = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
+# Without it the others complain in their logs; it says which definition of the type we mean.
+TYPE_HASH = "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e"
+
+_GID_BYTES = 16
+_MOST = 65536  # more entries than this is not a message of this type
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NodeEndpoints:
+    """A node by its full name, and the GIDs of its endpoints."""
+
+    name: str
+    gids: frozenset[bytes]
+
+
+def nodes_in(payload: bytes) -> tuple[NodeEndpoints, ...]:
+    """The nodes in a sample; ValueError if it is none of this type."""
+    try:
+        return _Cdr(payload).members()
+    except (struct.error, IndexError) as error:
+        raise ValueError("cut short") from error
+
+
+class _Cdr:
+    """Reads one sample from its start to its end."""
+
+    def __init__(self, payload: bytes) -> None:
+        self._order = "<" if payload[1] & 1 else ">"
+        self._body = payload[4:]
+        self._at = _GID_BYTES  # the participant's own GID
+
+    def members(self) -> tuple[NodeEndpoints, ...]:
+        return tuple(self._member() for _ in range(self._count()))
+
+    def _member(self) -> NodeEndpoints:
+        namespace, name = self._text(), self._text()
+        gids = [self._gid() for _ in range(2) for _ in range(self._count())]
+        return NodeEndpoints(name=f"{namespace.rstrip('/')}/{name}", gids=frozenset(gids))
+
+    def _count(self) -> int:
+        self._at += -self._at % 4
+        (count,) = struct.unpack_from(f"{self._order}I", self._body, self._at)
+        self._at += 4
+        if count > _MOST:
+            raise ValueError(f"{count} entries")
+        return int(count)
+
+    def _text(self) -> str:
+        length = self._count()
+        word = self._body[self._at : self._at + length]
+        self._at += length
+        return word.rstrip(b"\0").decode(errors="replace")
+
+    def _gid(self) -> bytes:
+        gid = self._body[self._at : self._at + _GID_BYTES]
+        if len(gid) < _GID_BYTES:
+            raise ValueError("cut short")
+        self._at += _GID_BYTES
+        return gid

@@ -1,0 +1,218 @@
+"""Main: the probe's loop."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from rclpy.executors import ExternalShutdownException
+
+from launcher.errors import LauncherError
+from launcher.ros.discovery.observer import Observer
+from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.messages.interfaces import full_type
+from launcher.ros.probe import handlers
+from launcher.ros.probe.jobs import Handler, Jobs
+from launcher.ros.probe.protocol import Inbox, Outbox, Request, moment
+from launcher.ros.probe.snapshot import GraphWatcher, ProbeSnapshot
+from launcher.ros.probe.subscriptions import Subscriptions
+from launcher.ros.snapshot.graph import Direction, TopicGraph
+from launcher.ros.snapshot.qos_matching import explain, mismatches
+from launcher.ros.topics import qos
+from launcher.ros.topics.listener import full_topic
+from launcher.ros.topics.listing import endpoint_document, mismatch_documents
+
+PROTOCOL = 1
+_PROFILE = Path(__file__).with_name("participant.xml")
+GRAPH_LOOK_S = 0.1
+_LISTEN_LOOK_S = 0.01  # the middleware stamps what comes, so it need not be taken at once
+_IDLE_LOOK_S = 0.02
+_LAST_WORDS_S = 1.0
+
+
+class Probe:
+    """Answers requests and tells what it sees until its input ends."""
+
+    def __init__(self, observer: Observer, inbox: Inbox, outbox: Outbox) -> None:
+        self._observer = observer
+        self._inbox = inbox
+        self._outbox = outbox
+        self._painter = GraphWatcher(observer)
+        self._portrait = ProbeSnapshot(snapshot=TopicGraph(nodes=(), endpoints=()))
+        self._watches = Subscriptions(observer, outbox)
+        self._errands = Jobs(observer, self._answer)
+        self._number = 0
+        self._next_look_s = 0.0
+        self._is_ended = False
+        self._now: dict[str, Callable[[Request], dict[str, Any]]] = {
+            "subscribe": lambda request: self._watches.subscribe(request, self._portrait),
+            "unsubscribe": self._watches.unsubscribe,
+            "rate": self._watches.rate,
+            "graph": lambda _: self._fresh().document(),
+            "services": lambda _: {"services": self._portrait.document()["services"]},
+            "explain": self._explain,
+            "clock": lambda _: moment(),
+        }
+        errands = handlers.Handlers(lambda: self._portrait, self._watches)
+        self._later: dict[str, Handler] = {
+            "get_parameters": handlers.get_parameters,
+            "set_parameters": handlers.set_parameters,
+            "call": errands.call,
+            "publish": errands.publish,
+            "draw": errands.draw,
+        }
+
+    def end(self, signum: int, frame: FrameType | None) -> None:
+        """For a signal: go on to the end of the loop, then stop."""
+        self._is_ended = True
+
+    def run(self) -> None:
+        """Serve until the input ends."""
+        self._outbox.say(
+            {
+                "event": "ready",
+                "protocol": PROTOCOL,
+                "pid": os.getpid(),
+                "domain_id": self._observer.domain_id,
+                **moment(),
+            }
+        )
+        while not (self._is_ended or self._inbox.is_closed or self._outbox.is_broken):
+            self._look()
+            self._watches.take()
+            self._outbox.flush()
+            self._await_news()
+        self._errands.close()
+        self._say_last_words()
+
+    def _say_last_words(self) -> None:
+        """Let a reader have what is left, if it reads."""
+        end_s = time.monotonic() + _LAST_WORDS_S
+        while not (self._outbox.is_empty or self._outbox.is_broken) and time.monotonic() < end_s:
+            select.select([], [sys.stdout.fileno()], [], _LISTEN_LOOK_S)
+            self._outbox.flush()
+
+    def _await_news(self) -> None:
+        """Sleep until a request comes, there is room for what waits, or it is time to look."""
+        pause_s = _LISTEN_LOOK_S if len(self._watches) else _IDLE_LOOK_S
+        writers = [] if self._outbox.is_empty else [sys.stdout.fileno()]
+        readable, _, _ = select.select([sys.stdin.fileno()], writers, [], pause_s)
+        for line in self._inbox.lines() if readable else ():
+            self._handle(line)
+
+    def _look(self) -> None:
+        """Tell the graph if it has changed."""
+        now_s = time.monotonic()
+        if now_s < self._next_look_s:
+            return
+        self._next_look_s = now_s + GRAPH_LOOK_S
+        portrait = self._painter.look()
+        if portrait != self._portrait or self._number == 0:
+            self._portrait = portrait
+            self._number += 1
+            head = {"event": "graph", "number": self._number, **moment()}
+            self._outbox.show({**head, **portrait.document()})
+            self._watches.fit(portrait)
+
+    def _fresh(self) -> ProbeSnapshot:
+        self._next_look_s = 0.0
+        self._look()
+        return self._portrait
+
+    def _handle(self, line: bytes) -> None:
+        try:
+            request = Request(line)
+        except VerbError as error:
+            self._outbox.say(_refusal(None, error))
+            return
+        name = request.word
+        if name in self._later:
+            self._errands.send(self._later[name], request)
+        else:
+            self._answer(request, lambda: self._do(name, request))
+
+    def _do(self, name: str, request: Request) -> dict[str, Any]:
+        if name not in self._now:
+            known = [*self._now, *self._later]
+            raise VerbError(f"unknown request '{name}'", hint=did_you_mean(name, known))
+        # what has come until now belongs before the answer
+        self._watches.take()
+        return self._now[name](request)
+
+    def _answer(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
+        try:
+            self._outbox.say({"id": request.id, "ok": True, "result": work()})
+        except LauncherError as error:
+            self._outbox.say(_refusal(request.id, error))
+        except ExternalShutdownException:
+            raise  # the probe ends
+        except Exception as error:  # whoever asked must not wait for ever
+            if not self._observer.context.ok():
+                raise ExternalShutdownException from error  # it was in the middle of a call
+            text = f"{type(error).__name__}: {error}"
+            self._outbox.say(_refusal(request.id, VerbError(text, hint="this is a bug")))
+            traceback.print_exc()
+
+    def _explain(self, request: Request) -> dict[str, Any]:
+        """What the endpoints of a topic have against each other, or against one like `as`."""
+        topic = full_topic(request.text("topic"))
+        there = self._portrait.on(topic)
+        known = there
+        if (other := request.mapping("as")) is not None:
+            direction = _direction(other)
+            own = qos.endpoint_of(
+                qos.from_words(other.get("qos") or {}, 10),
+                topic=topic,
+                type_name=full_type(
+                    other.get("type") or "".join(self._portrait.types_of(topic)[:1])
+                ),
+                direction=direction,
+                node="the expectation",
+            )
+            known = [own, *(e for e in there if e.direction != direction.value)]
+        return {
+            "endpoints": [endpoint_document(e) for e in there],
+            "mismatches": mismatch_documents(mismatches(known)),
+            "text": explain(known),
+        }
+
+
+def _direction(words: dict[str, Any]) -> Direction:
+    word = str(words.get("direction", "subscription")).lower()
+    if word not in [direction.value for direction in Direction]:
+        raise VerbError(f"'{word}' is no direction", hint="publisher or subscription")
+    return Direction(word)
+
+
+def _refusal(request_id: Any, error: LauncherError) -> dict[str, Any]:
+    text = {"message": error.message, "hint": error.hint}
+    return {"id": request_id, "ok": False, "error": text}
+
+
+def main() -> None:
+    """Serve on standard input and output."""
+    for signum in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(signum, signal.SIG_IGN)  # they are for the system that is looked at
+    # announces us often; somebody's own profile for his network comes first
+    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(_PROFILE))
+    inbox, outbox = Inbox(sys.stdin.fileno()), Outbox(sys.stdout.fileno())
+    os.set_blocking(sys.stdout.fileno(), False)
+    try:
+        with Observer() as observer:
+            probe = Probe(observer, inbox, outbox)
+            signal.signal(signal.SIGTERM, probe.end)
+            probe.run()
+    finally:
+        os.set_blocking(sys.stdout.fileno(), True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,203 @@
+"""Inbox: requests on their way in."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.to_yaml import to_json_plain
+
+READ_BYTES = 2**16
+
+
+class Inbox:
+    """Cuts what a descriptor gives into lines; `is_closed` when there will be no more."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self._partial = b""
+        self.is_closed = False
+
+    def lines(self) -> list[bytes]:
+        """The lines that have come; call it when there is something to read."""
+        chunk = os.read(self._descriptor, READ_BYTES)
+        self.is_closed = not chunk
+        *lines, self._partial = (self._partial + chunk).split(b"\n")
+        return [line for line in lines if line.strip()]
+
+
+class Request:
+    """One request. Its fields are asked for by name and kind; VerbError if one does not fit."""
+
+    def __init__(self, line: bytes) -> None:
+        self.id: Any = None
+        try:
+            fields = json.loads(line)
+        except ValueError as error:
+            raise VerbError(f"not a line of JSON: {error}") from None
+        if not isinstance(fields, dict):
+            raise VerbError("a request is a JSON object")
+        self.id = fields.get("id")
+        self._fields = fields
+
+    @property
+    def word(self) -> str:
+        """What is to be done."""
+        return str(self._fields.get("do"))
+
+    def text(self, name: str) -> str:
+        """A text that must be there."""
+        value = self._fields.get(name)
+        if not isinstance(value, str) or not value:
+            raise VerbError(f"'{name}' must be a text, got {json.dumps(value)}")
+        return value
+
+    def optional_text(self, name: str) -> str | None:
+        """A text, or None if it is missing or null."""
+        return None if self._fields.get(name) is None else self.text(name)
+
+    def number(self, name: str, default: float) -> float:
+        """A number that is not negative."""
+        value = self._fields.get(name)
+        value = default if value is None else value
+        if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
+            raise VerbError(f"'{name}' must be a number, got {json.dumps(value)}")
+        return float(value)
+
+    def optional_number(self, name: str) -> float | None:
+        """A number, or None if it is missing or null."""
+        return None if self._fields.get(name) is None else self.number(name, 0.0)
+
+    def flag(self, name: str, default: bool) -> bool:
+        """True or false."""
+        value = self._fields.get(name, default)
+        if not isinstance(value, bool):
+            raise VerbError(f"'{name}' must be true or false, got {json.dumps(value)}")
+        return value
+
+    def mapping(self, name: str) -> dict[str, Any] | None:
+        """An object, or None if it is missing or null."""
+        value = self._fields.get(name)
+        if value is not None and not isinstance(value, dict):
+            raise VerbError(f"'{name}' must be an object, got {json.dumps(value)}")
+        return value
+
+    def names(self, name: str) -> list[str] | None:
+        """A list of texts, or None if it is missing or null."""
+        value = self._fields.get(name)
+        if value is None:
+            return None
+        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+            raise VerbError(f"'{name}' must be a list of texts, got {json.dumps(value)}")
+        return value
+
+    def values(self) -> dict[str, Any]:
+        """`values`: the fields of a message, as an object or as YAML."""
+        from launcher.ros.messages.from_yaml import parse
+
+        if isinstance(self._fields.get("values"), str):
+            return parse(self._fields["values"])
+        return self.mapping("values") or {}
+
+
+LIMIT_BYTES = 16 * 2**20  # of messages that wait
+MESSAGE_BYTES = 2**20  # a longer one is told without its content
+WRITE_BYTES = 2**16
+
+Line = tuple[bytes, bool]  # and whether it is a message
+
+
+class Outbox:
+    """Writes to a descriptor that does not block. `say` may be called from any thread."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self._lines: deque[Line] = deque()
+        self._partial = b""
+        self._waiting_bytes = 0
+        self._dropped = 0
+        self._graph: Mapping[str, Any] | None = None
+        self.is_broken = False
+
+    def say(self, document: Mapping[str, Any]) -> None:
+        """A line that is never thrown away."""
+        self._lines.append((encoded(document), False))
+
+    def show(self, graph: Mapping[str, Any]) -> None:
+        """The graph as it is now, in place of one that is still waiting."""
+        self._graph = graph
+
+    def hand_over(self, message: Mapping[str, Any]) -> None:
+        """A line that is thrown away if the reader is too far behind."""
+        line = encoded(message)
+        if len(line) > MESSAGE_BYTES:
+            line = encoded({**message, "data": None, "bytes": len(line)})
+        if self._waiting_bytes + len(line) > LIMIT_BYTES:
+            self._dropped += 1
+            return
+        self._tell_dropped()
+        self._waiting_bytes += len(line)
+        self._lines.append((line, True))
+
+    def _tell_dropped(self) -> None:
+        if self._dropped:
+            self.say({"event": "dropped", "messages": self._dropped, **moment()})
+            self._dropped = 0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether everything has been written."""
+        return not (self._lines or self._partial or self._graph or self._dropped)
+
+    def flush(self) -> None:
+        """Write as much as the reader takes now."""
+        while not self.is_broken and (chunk := self._partial or self._next_chunk()):
+            try:
+                self._partial = chunk[os.write(self._descriptor, chunk) :]
+            except BlockingIOError:
+                self._partial = chunk
+                return
+            except OSError:
+                self.is_broken = True
+
+    def _next_chunk(self) -> bytes:
+        if not self._lines:
+            self._tell_dropped()
+        if self._graph is not None:
+            self.say(self._graph)
+            self._graph = None
+        lines: list[bytes] = []
+        size = 0
+        while self._lines and size < WRITE_BYTES:
+            line, is_message = self._lines.popleft()
+            self._waiting_bytes -= len(line) if is_message else 0
+            size += len(line)
+            lines.append(line)
+        return b"".join(lines)
+
+
+def encoded(document: Mapping[str, Any]) -> bytes:
+    """One line of JSON; what JSON has no word for (nan, inf) becomes a string."""
+    try:
+        text = json.dumps(document, allow_nan=False, separators=(",", ":"))
+    except ValueError:
+        text = json.dumps(to_json_plain(dict(document)), separators=(",", ":"))
+    return text.encode() + b"\n"
+
+
+NANOS = 1_000_000_000
+
+
+def moment() -> dict[str, float]:
+    """Now, on both clocks."""
+    return {"mono": time.monotonic(), "wall": time.time()}
+
+
+def wall_offset_ns() -> int:
+    """What is added to a monotonic time to make it wall time."""
+    return time.time_ns() - time.monotonic_ns()

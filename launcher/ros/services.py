@@ -1,0 +1,155 @@
+"""Calls: asks services of nodes, with a limit on how long an answer may take."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from launcher.ros.discovery.completeness import settle
+from launcher.ros.errors import VerbError, did_you_mean
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+
+ANSWER_S = 5.0
+_CONNECT_S = 1.0  # between the discovery of a service and its being ready
+_SEEN_AHEAD_S = 5.0  # the same where only the scout has discovered it
+# A service of rmw_fastrtps drops its answer to a client that it has not discovered 0.1 s after the
+# question; the others need as long to ask a new participant for what it has, and on a busy
+# machine longer.
+_KNOWN_TO_OTHERS_S = 0.2
+ASK_AGAIN_S = 1.0
+_LOOK_S = 0.005
+
+
+class NoAnswerError(VerbError):
+    """The node exists and is silent."""
+
+
+class ServiceCaller:
+    """Calls services from the observer's node, or one that is given; close it before the observer.
+
+    `answer_s` is how long an answer may take where nothing else is said.
+    """
+
+    def __init__(self, observer: Observer, node: Any = None) -> None:
+        from rclpy.executors import SingleThreadedExecutor
+
+        self.observer = observer
+        self.answer_s = ANSWER_S
+        self._node = observer.node if node is None else node
+        self._executor = SingleThreadedExecutor(context=observer.context)
+        self._executor.add_node(self._node)
+        self._clients: dict[tuple[Any, str], Any] = {}
+
+    def __enter__(self) -> ServiceCaller:
+        return self
+
+    def __exit__(self, *exit_info: object) -> None:
+        self._executor.shutdown()
+
+    def client(self, kind: Any, name: str) -> Any:
+        """The client for a service, made at its first use; VerbError if it cannot have the name."""
+        from rclpy.exceptions import InvalidServiceNameException
+
+        if (kind, name) not in self._clients:
+            try:
+                self._clients[kind, name] = self._node.create_client(kind, name)
+            except InvalidServiceNameException as error:
+                raise VerbError(str(error).splitlines()[0].rstrip(":")) from None
+        return self._clients[kind, name]
+
+    def load(self, kind: Any) -> None:
+        """Load what a service needs, while it is being discovered."""
+        from rclpy.type_support import check_for_type_support
+
+        check_for_type_support(kind)
+
+    def wait_for(self, client: Any, limit_s: float) -> bool:
+        """Whether the service is ready within the limit."""
+        deadline = time.monotonic() + limit_s
+        while not client.service_is_ready():
+            if time.monotonic() >= deadline:
+                return False
+            time.sleep(_LOOK_S)
+        return True
+
+    def start(self, kind: Any, name: str, request: Any) -> Any:
+        """The future of an answer; NoAnswerError if the service does not become ready."""
+        client = self.client(kind, name)
+        if not self.wait_for(client, self._connecting_s(name)):
+            raise NoAnswerError(f"service '{name}' is not available")
+        since_s = time.monotonic() - self.observer.created_s
+        time.sleep(max(0.0, _KNOWN_TO_OTHERS_S - since_s))
+        return client.call_async(request)
+
+    def _connecting_s(self, name: str) -> float:
+        """How long it may take until a service is ready."""
+        look = self.observer.seen_ahead()
+        return _SEEN_AHEAD_S if look and name in look.service_types() else _CONNECT_S
+
+    def call(self, kind: Any, name: str, request: Any, limit_s: float | None = None) -> Any:
+        """The answer; NoAnswerError if there is none in time."""
+        limit_s = self.answer_s if limit_s is None else limit_s
+        future = self.start(kind, name, request)
+        self.wait_until_done([future], limit_s)
+        if not future.done():
+            raise _silence(name, limit_s)
+        return future.result()
+
+    def ask(self, kind: Any, name: str, request: Any) -> Any:
+        """As `call`, for what may be carried out twice: asked again, should the answer be lost."""
+        deadline = time.monotonic() + self.answer_s
+        futures: list[Any] = []
+        while (left_s := deadline - time.monotonic()) > 0:
+            futures.append(self.start(kind, name, request))
+            answered = self.wait_for_one(futures, min(left_s, ASK_AGAIN_S))
+            if answered is not None:
+                return answered.result()
+        raise _silence(name, self.answer_s)
+
+    def wait_for_one(self, futures: list[Any], limit_s: float) -> Any:
+        """The first of them that is done; None at the limit."""
+        deadline = time.monotonic() + limit_s
+        while True:
+            done = next((future for future in futures if future.done()), None)
+            left_s = deadline - time.monotonic()
+            if done is not None or left_s <= 0:
+                return done
+            self._executor.spin_once(timeout_sec=min(left_s, 0.1))
+
+    def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
+        """Return when all are done, or at the limit."""
+        deadline = time.monotonic() + limit_s
+        while not all(future.done() for future in futures):
+            left_s = deadline - time.monotonic()
+            if left_s <= 0:
+                return
+            self._executor.spin_once(timeout_sec=min(left_s, 0.1))
+
+
+def _silence(name: str, limit_s: float) -> NoAnswerError:
+    return NoAnswerError(
+        f"service '{name}' did not answer within {limit_s:g} s",
+        hint="its node may be busy or stopped: node ps",
+    )
+
+
+def full_node(name: str) -> str:
+    """With its slash."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
+    """The full name of a node that exists; VerbError in the words of ros2cli otherwise."""
+    full = full_node(name)
+    known: Sequence[str]
+    if (look := observer.seen_ahead()) is not None:
+        known = look.nodes
+    else:
+        settle(observer, spin_time_s, enough=lambda: full in observer.node_names())
+        known = observer.node_names()
+    if full not in known:
+        raise VerbError("Node not found", hint=did_you_mean(full, known))
+    return full

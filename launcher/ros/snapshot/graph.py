@@ -1,0 +1,272 @@
+"""Snapshot: the endpoints of a ROS graph at one moment, as plain data."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+# Topics that every node has; they hide the picture of what the system does.
+DEBUG_TOPICS = frozenset({"/rosout", "/parameter_events"})
+
+INFINITE_NS = 2**63 - 1
+
+
+class Direction(enum.Enum):
+    """Which way messages go through an endpoint."""
+
+    PUBLISHER = "publisher"
+    SUBSCRIPTION = "subscription"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, order=True)
+class Endpoint:
+    """A publisher or a subscription; `node` and `topic` are full names, QoS as ROS names it.
+
+    `gid` is dotted hex, empty if unknown; times are nanoseconds.
+    """
+
+    topic: str
+    node: str
+    direction: str
+    type: str
+    reliability: str
+    durability: str
+    liveliness: str = "AUTOMATIC"
+    deadline_ns: int = INFINITE_NS
+    lease_ns: int = INFINITE_NS
+    gid: str = ""
+
+    @property
+    def is_publisher(self) -> bool:
+        """Whether messages come out of it."""
+        return self.direction == Direction.PUBLISHER.value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TopicGraph:
+    """Nodes (full names, twice if two share one) and endpoints, sorted.
+
+    `ghosts` are the nodes whose process is gone and that the graph has not forgotten yet.
+    """
+
+    nodes: tuple[str, ...]
+    endpoints: tuple[Endpoint, ...]
+    ghosts: tuple[str, ...] = ()
+
+    def without(self, topics: Iterable[str]) -> TopicGraph:
+        """The same graph without these topics."""
+        hidden = frozenset(topics)
+        kept = tuple(e for e in self.endpoints if e.topic not in hidden)
+        return replace(self, endpoints=kept)
+
+    def topics(self) -> tuple[str, ...]:
+        """Every topic that has an endpoint, sorted."""
+        return tuple(sorted({e.topic for e in self.endpoints}))
+
+    def on(self, topic: str) -> tuple[Endpoint, ...]:
+        """The endpoints of one topic."""
+        return tuple(e for e in self.endpoints if e.topic == topic)
+
+
+def is_hidden(name: str) -> bool:
+    """Whether a part of the name begins with an underscore."""
+    return any(part.startswith("_") for part in name.split("/"))
+
+
+_REQUEST, _REPLY = "Request", "Reply"
+
+
+class RosName(NamedTuple):
+    """A name in ROS and what it is there: `rt` topic, `rq` request, `rr` reply of a service."""
+
+    channel: str
+    name: str
+
+
+def ros_name(topic: str) -> RosName | None:
+    """What `rt/chatter` or `rq/switchRequest` is in ROS; None if it is no name of ROS."""
+    channel, slash, name = topic.partition("/")
+    if not slash or channel not in ("rt", "rq", "rr"):
+        return None
+    ending = {"rq": _REQUEST, "rr": _REPLY}.get(channel, "")
+    return RosName(channel, "/" + name.removesuffix(ending))
+
+
+def ros_type(type_name: str, channel: str = "rt") -> str:
+    """`std_msgs::msg::dds_::String_` -> `std_msgs/msg/String`; what is no type of ROS as it is."""
+    if "::dds_::" not in type_name or not type_name.endswith("_"):
+        return type_name
+    plain = type_name.replace("::dds_::", "::")[:-1].replace("::", "/")
+    if channel == "rt":
+        return plain
+    return plain.removesuffix("_Request").removesuffix("_Response")
+
+
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # an endpoint whose participant has not said so yet
+UNKNOWN_NAMESPACE = "_NODE_NAMESPACE_UNKNOWN_"
+TOPIC, REQUEST, REPLY = "rt", "rq", "rr"
+_FEEDBACK, _FEEDBACK_TYPE = "/_action/feedback", "_FeedbackMessage"
+
+NamesAndTypes = list[tuple[str, list[str]]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndpointInfo:
+    """An endpoint as DDS names it: `topic` and `type` mangled, `node` a full name or empty."""
+
+    topic: str
+    type: str
+    node: str
+    direction: str
+    reliability: str
+    durability: str
+    liveliness: str = "AUTOMATIC"
+    deadline_ns: int = INFINITE_NS
+    lease_ns: int = INFINITE_NS
+    lifespan_ns: int = INFINITE_NS
+    type_hash: str = "INVALID"
+    gid: str = ""
+
+    @property
+    def node_name(self) -> str:
+        """The last part of the node's name."""
+        return self.node.rpartition("/")[2] or UNKNOWN_NODE
+
+    @property
+    def node_namespace(self) -> str:
+        """What is before it."""
+        if not self.node:
+            return UNKNOWN_NAMESPACE
+        return self.node.rpartition("/")[0] or "/"
+
+    def endpoint(self) -> Endpoint:
+        """The same with ROS's names."""
+        name = ros_name(self.topic)
+        return Endpoint(
+            topic=name.name if name else self.topic,
+            node=self.node or f"{UNKNOWN_NAMESPACE}/{UNKNOWN_NODE}",
+            direction=self.direction,
+            type=ros_type(self.type, name.channel if name else TOPIC),
+            reliability=self.reliability,
+            durability=self.durability,
+            liveliness=self.liveliness,
+            deadline_ns=self.deadline_ns,
+            lease_ns=self.lease_ns,
+            gid=self.gid,
+        )
+
+    def __str__(self) -> str:
+        """As rclpy's TopicEndpointInfo, which ros2cli prints."""
+        lines = {
+            "Node name": self.node_name,
+            "Node namespace": self.node_namespace,
+            "Topic type": ros_type(self.type),
+            "Topic type hash": self.type_hash,
+            "Endpoint type": self.direction.upper(),
+            "GID": self.gid,
+            "QoS profile": "",
+            "  Reliability": self.reliability,
+            "  History (Depth)": "UNKNOWN",  # discovery does not carry it
+            "  Durability": self.durability,
+            "  Lifespan": _duration(self.lifespan_ns),
+            "  Deadline": _duration(self.deadline_ns),
+            "  Liveliness": self.liveliness,
+            "  Liveliness lease duration": _duration(self.lease_ns),
+        }
+        return "\n".join(f"{title}: {value}".rstrip() for title, value in lines.items())
+
+
+def _duration(nanoseconds: int) -> str:
+    return "Infinite" if nanoseconds >= INFINITE_NS else f"{nanoseconds} nanoseconds"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GraphSnapshot:
+    """Nodes (full names, sorted, twice if two share one), every endpoint, and `ghosts`.
+
+    Ghosts are nodes whose process is gone. What belongs to the one who looked is left out.
+    """
+
+    domain_id: int
+    nodes: tuple[str, ...]
+    infos: tuple[EndpointInfo, ...]
+    ghosts: tuple[str, ...] = ()
+
+    def topic_types(self) -> dict[str, list[str]]:
+        """Every topic and its types."""
+        return _types_by_name(self.infos, (TOPIC,))
+
+    def service_types(self) -> dict[str, list[str]]:
+        """Every service and its types, that somebody only calls, too."""
+        return _types_by_name(self.infos, (REQUEST, REPLY))
+
+    def on(self, topic: str, direction: Direction) -> list[EndpointInfo]:
+        """The publishers or subscriptions of a topic."""
+        mangled = f"{TOPIC}{topic}"
+        return [i for i in self.infos if i.topic == mangled and i.direction == direction.value]
+
+    def endpoints(self, topic: str) -> list[Endpoint]:
+        """The endpoints of a topic, publishers first."""
+        return [info.endpoint() for direction in Direction for info in self.on(topic, direction)]
+
+    def of_node(self, node: str) -> dict[str, NamesAndTypes]:
+        """Title -> names and types, in the order of `ros2 node info`, hidden ones as well."""
+        own = [info for info in self.infos if info.node == node]
+        reading = [i for i in own if i.direction == Direction.SUBSCRIPTION.value]
+        writing = [i for i in own if i.direction == Direction.PUBLISHER.value]
+        heard, said = _types_by_name(reading, (TOPIC,)), _types_by_name(writing, (TOPIC,))
+        return {
+            "Subscribers": sorted(heard.items()),
+            "Publishers": sorted(said.items()),
+            "Service Servers": sorted(_types_by_name(reading, (REQUEST,)).items()),
+            "Service Clients": sorted(_types_by_name(reading, (REPLY,)).items()),
+            "Action Servers": _actions(said),
+            "Action Clients": _actions(heard),
+        }
+
+    def snapshot(self) -> TopicGraph:
+        """The topics of nodes that are known, as pictures and comparisons take them."""
+        topics = [i for i in self.infos if i.topic.startswith(f"{TOPIC}/") and i.node]
+        endpoints = tuple(sorted(info.endpoint() for info in topics))
+        return TopicGraph(nodes=self.nodes, endpoints=endpoints, ghosts=self.ghosts)
+
+    def to_document(self) -> dict[str, Any]:
+        """The look as JSON can carry it."""
+        return {
+            "domain_id": self.domain_id,
+            "nodes": list(self.nodes),
+            "infos": [asdict(info) for info in self.infos],
+            "ghosts": list(self.ghosts),
+        }
+
+
+def from_document(document: Mapping[str, Any]) -> GraphSnapshot:
+    """What `to_document` gave; KeyError or TypeError for something else."""
+    return GraphSnapshot(
+        domain_id=int(document["domain_id"]),
+        nodes=tuple(document["nodes"]),
+        infos=tuple(EndpointInfo(**info) for info in document["infos"]),
+        ghosts=tuple(document["ghosts"]),
+    )
+
+
+def _types_by_name(
+    infos: Iterable[EndpointInfo], channels: tuple[str, ...]
+) -> dict[str, list[str]]:
+    found: dict[str, set[str]] = {}
+    for info in infos:
+        name = ros_name(info.topic)
+        if name and name.channel in channels:
+            found.setdefault(name.name, set()).add(ros_type(info.type, name.channel))
+    return {name: sorted(types) for name, types in sorted(found.items())}
+
+
+def _actions(topics: Mapping[str, list[str]]) -> NamesAndTypes:
+    """The actions behind topics of feedback."""
+    return [
+        (name.removesuffix(_FEEDBACK), [t.removesuffix(_FEEDBACK_TYPE) for t in types])
+        for name, types in sorted(topics.items())
+        if name.endswith(_FEEDBACK)
+    ]

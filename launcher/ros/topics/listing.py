@@ -1,0 +1,133 @@
+"""Topics: what the graph says about them, in the texts of `ros2 topic`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
+from launcher.ros.snapshot.qos_matching import Mismatch, explain, mismatches
+
+# Every tool of ROS brings these two itself, so `ros2 topic list` always shows them.
+ALWAYS = {
+    "/parameter_events": ["rcl_interfaces/msg/ParameterEvent"],
+    "/rosout": ["rcl_interfaces/msg/Log"],
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Topic:
+    """A topic and how many use it, ourselves left out."""
+
+    name: str
+    types: tuple[str, ...]
+    publishers: int
+    subscriptions: int
+
+    @property
+    def label(self) -> str:
+        """The name with its types: `/chatter [std_msgs/msg/String]`."""
+        return f"{self.name} [{', '.join(self.types)}]"
+
+
+def known_types(look: GraphSnapshot) -> dict[str, list[str]]:
+    """Every topic and its types, sorted by name."""
+    return dict(sorted({**ALWAYS, **look.topic_types()}.items()))
+
+
+def listed(look: GraphSnapshot, *, hidden: bool) -> list[Topic]:
+    """Every topic, sorted by name."""
+    return [
+        Topic(
+            name=name,
+            types=tuple(types),
+            publishers=len(look.on(name, Direction.PUBLISHER)),
+            subscriptions=len(look.on(name, Direction.SUBSCRIPTION)),
+        )
+        for name, types in known_types(look).items()
+        if hidden or not is_hidden(name)
+    ]
+
+
+def verbose_listing(topics: list[Topic]) -> Iterator[str]:
+    """The lines of `topic list -v`."""
+    for title, noun, counted in (
+        ("Published topics:", "publisher", [(t, t.publishers) for t in topics]),
+        ("Subscribed topics:", "subscriber", [(t, t.subscriptions) for t in topics]),
+    ):
+        yield title
+        for topic, count in counted:
+            if count:
+                yield f" * {topic.label} {count} {noun}{'s' if count > 1 else ''}"
+        yield ""
+
+
+def types_of(look: GraphSnapshot, name: str) -> list[str]:
+    """The types of a topic; VerbError with the text of ros2cli if nobody has it."""
+    topics = look.topic_types()
+    used = name in topics and look.endpoints(name)
+    if used:
+        return topics[name]
+    visible = [n for n in known_types(look) if not is_hidden(n)]
+    raise VerbError(f"Unknown topic '{name}'", hint=did_you_mean(name, visible))
+
+
+def types_or_none(look: GraphSnapshot, name: str) -> list[str]:
+    """The types of a topic, none if nobody has it."""
+    return known_types(look).get(name, [])
+
+
+def of_type(look: GraphSnapshot, type_name: str, *, hidden: bool) -> list[str]:
+    """Names of the topics that have this type, sorted."""
+    known = known_types(look).items()
+    return [n for n, types in known if type_name in types and (hidden or not is_hidden(n))]
+
+
+def info_lines(look: GraphSnapshot, name: str, *, verbose: bool) -> Iterator[str]:
+    """The lines of `topic info`, as ros2cli prints them."""
+    types = types_of(look, name)
+    yield f"Type: {types[0] if len(types) == 1 else types}"
+    if verbose:
+        yield ""
+    for direction in Direction:
+        infos = look.on(name, direction)
+        yield f"{direction.value.capitalize()} count: {len(infos)}"
+        if verbose:
+            yield from ("", *(f"{info}\n" for info in infos))
+
+
+def info_document(look: GraphSnapshot, name: str) -> Mapping[str, Any]:
+    """`topic info --json`: the endpoints with their QoS, and the pairs that do not match."""
+    types = types_of(look, name)
+    endpoints = look.endpoints(name)
+    return {
+        "name": name,
+        "types": types,
+        "endpoints": [endpoint_document(e) for e in endpoints],
+        "mismatches": mismatch_documents(mismatches(endpoints)),
+        "explanation": explain(endpoints),
+    }
+
+
+def mismatch_documents(found: Iterable[Mismatch]) -> list[dict[str, Any]]:
+    """Mismatches as plain data."""
+    return [
+        {
+            "subscription": m.subscription.node,
+            "publishers": [e.node for e in m.publishers],
+            "policies": [
+                {"policy": f.policy, "offered": f.offered, "asked": f.asked, "repair": f.advice}
+                for f in m.faults
+            ],
+        }
+        for m in found
+    ]
+
+
+def endpoint_document(endpoint: Any) -> dict[str, Any]:
+    """The fields of an endpoint but its topic."""
+    names = ("node", "direction", "type", "reliability", "durability", "liveliness")
+    times = ("deadline_ns", "lease_ns")
+    return {name: getattr(endpoint, name) for name in (*names, *times, "gid")}

@@ -1,0 +1,199 @@
+"""Profiles: the QoS of our own endpoints, from options or fitted to the publishers there are."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from launcher.ros.errors import VerbError
+from launcher.ros.snapshot.graph import INFINITE_NS, Direction, Endpoint
+from launcher.ros.verb import seconds
+
+if TYPE_CHECKING:
+    from rclpy.qos import QoSProfile
+
+# room for a second of a fast topic while Python is busy elsewhere
+LISTEN_DEPTH = 5000
+MAX_DEPTH = 2**31 - 1
+
+RELIABILITIES = ("system_default", "reliable", "best_effort", "best_available")
+DURABILITIES = ("system_default", "transient_local", "volatile", "best_available")
+LIVELINESSES = ("system_default", "automatic", "manual_by_topic", "best_available")
+HISTORIES = ("system_default", "keep_last", "keep_all")
+POLICIES = {
+    "reliability": RELIABILITIES,
+    "durability": DURABILITIES,
+    "liveliness": LIVELINESSES,
+    "history": HISTORIES,
+}
+PRESETS = (
+    "system_default",
+    "sensor_data",
+    "services_default",
+    "parameters",
+    "parameter_events",
+    "action_status_default",
+    "best_available",
+    "default",
+)
+
+
+def add_qos_options(parser: argparse.ArgumentParser) -> None:
+    """`--qos-*`, as ros2cli names them."""
+    parser.add_argument("--qos-profile", choices=PRESETS, help="a preset to start from")
+    parser.add_argument("--qos-depth", type=_depth, metavar="N", help="length of the queue")
+    for name, choices in POLICIES.items():
+        parser.add_argument(f"--qos-{name}", choices=choices)
+    parser.add_argument("--qos-liveliness-lease-duration-seconds", type=seconds, metavar="S")
+
+
+def _depth(word: str) -> int:
+    """A length that DDS takes; with 0 a queue could keep nothing."""
+    if not word.isdecimal() or not 1 <= int(word) <= MAX_DEPTH:
+        raise argparse.ArgumentTypeError(f"a queue has a length from 1 to {MAX_DEPTH}, not {word}")
+    return int(word)
+
+
+def asked(options: argparse.Namespace) -> bool:
+    """Whether any option says something about QoS."""
+    return any(
+        value is not None for name, value in vars(options).items() if name.startswith("qos_")
+    )
+
+
+def from_options(options: argparse.Namespace, base: QoSProfile) -> QoSProfile:
+    """The base profile (or the preset that is named) with what the options change."""
+    from rclpy.duration import Duration
+    from rclpy.qos import (
+        DurabilityPolicy,
+        HistoryPolicy,
+        LivelinessPolicy,
+        QoSPresetProfiles,
+        ReliabilityPolicy,
+    )
+
+    profile = _copy(base)
+    if options.qos_profile:
+        profile = _copy(QoSPresetProfiles[options.qos_profile.upper()].value)
+    if options.qos_depth is not None:
+        profile.depth = options.qos_depth
+    for name, policies in (
+        ("history", HistoryPolicy),
+        ("reliability", ReliabilityPolicy),
+        ("durability", DurabilityPolicy),
+        ("liveliness", LivelinessPolicy),
+    ):
+        if word := getattr(options, f"qos_{name}"):
+            setattr(profile, name, policies[word.upper()])
+    lease_s = options.qos_liveliness_lease_duration_seconds
+    if lease_s is not None:
+        profile.liveliness_lease_duration = Duration(nanoseconds=int(lease_s * 1e9))
+    return profile
+
+
+def from_words(words: Mapping[str, Any], depth: int) -> QoSProfile:
+    """Exactly the profile that the words name as `topic info -v` does; ROS's default elsewhere.
+
+    Times are `deadline_s` and `lease_s`. VerbError for a word that is none.
+    """
+    from rclpy.duration import Duration
+    from rclpy.qos import QoSProfile
+
+    named = {name: _policy(name, words.get(name)) for name in POLICIES}
+    for name in words:
+        if name not in (*POLICIES, "deadline_s", "lease_s"):
+            raise VerbError(f"'{name}' is no policy of QoS", hint=f"known: {', '.join(POLICIES)}")
+    options = argparse.Namespace(
+        qos_profile=None,
+        qos_depth=depth,
+        qos_liveliness_lease_duration_seconds=words.get("lease_s"),
+        **{f"qos_{name}": word for name, word in named.items()},
+    )
+    profile = from_options(options, QoSProfile(depth=depth))
+    if words.get("deadline_s") is not None:
+        profile.deadline = Duration(nanoseconds=int(words["deadline_s"] * 1e9))
+    return profile
+
+
+def _policy(name: str, word: str | None) -> str | None:
+    if word is not None and str(word).lower() not in POLICIES[name]:
+        known = ", ".join(choice.upper() for choice in POLICIES[name])
+        raise VerbError(f"'{word}' is no {name}", hint=f"one of {known}")
+    return None if word is None else str(word)
+
+
+def to_words(profile: QoSProfile) -> dict[str, Any]:
+    """The words of a profile, as `from_words` takes them, and its depth."""
+    times = {"deadline_s": profile.deadline, "lease_s": profile.liveliness_lease_duration}
+    return {
+        **{name: getattr(profile, name).name for name in POLICIES},
+        "depth": profile.depth,
+        **{name: time.nanoseconds / 1e9 or None for name, time in times.items()},
+    }
+
+
+def endpoint_of(
+    profile: QoSProfile, *, topic: str, type_name: str, direction: Direction, node: str
+) -> Endpoint:
+    """An endpoint of ours as the graph would show it, to compare it with what is there."""
+    return Endpoint(
+        topic=topic,
+        node=node,
+        direction=direction.value,
+        type=type_name,
+        reliability=profile.reliability.name,
+        durability=profile.durability.name,
+        liveliness=profile.liveliness.name,
+        deadline_ns=profile.deadline.nanoseconds or INFINITE_NS,
+        lease_ns=profile.liveliness_lease_duration.nanoseconds or INFINITE_NS,
+    )
+
+
+def _copy(profile: QoSProfile) -> QoSProfile:
+    from rclpy.qos import QoSProfile
+
+    names = [name.removeprefix("_") for name in QoSProfile.__slots__]
+    return QoSProfile(**{name: getattr(profile, name) for name in names})
+
+
+def listening(
+    publishers: Iterable[Endpoint], depth: int = LISTEN_DEPTH
+) -> tuple[QoSProfile, list[str]]:
+    """A profile that connects to all publishers, and the notes of ros2cli where they differ.
+
+    As strong as all of them allow: RELIABLE only if all are, TRANSIENT_LOCAL only if all are.
+    """
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    known = list(publishers)
+    notes: list[str] = []
+    profile = QoSProfile(
+        depth=depth,
+        reliability=_fitted(
+            ReliabilityPolicy.RELIABLE,
+            ReliabilityPolicy.BEST_EFFORT,
+            [e.reliability for e in known],
+            notes,
+        ),
+        durability=_fitted(
+            DurabilityPolicy.TRANSIENT_LOCAL,
+            DurabilityPolicy.VOLATILE,
+            [e.durability for e in known],
+            notes,
+        ),
+    )
+    return profile, notes
+
+
+def _fitted(strong: Any, weak: Any, offered: list[str], notes: list[str]) -> Any:
+    count = offered.count(strong.name)
+    if offered and count == len(offered):
+        return strong
+    if count:
+        kind = f"QoS{type(strong).__name__.removeprefix('QoS')}"
+        notes.append(
+            f"Some, but not all, publishers are offering {kind}.{strong.name}. "
+            f"Falling back to {kind}.{weak.name} as it will connect to all publishers"
+        )
+    return weak
