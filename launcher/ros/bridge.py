@@ -29,7 +29,8 @@ from launcher.control.folder import ControlError
 from launcher.ros.diagnostics import Status, all_stale, service_names, statuses
 from launcher.ros.discovery.completeness import knows_all
 from launcher.ros.discovery.domains import environment_domain
-from launcher.ros.discovery.graph_socket import GraphServer, graph_socket_path, query
+from launcher.ros.discovery.graph_server import GraphServer
+from launcher.ros.discovery.graph_socket import graph_socket_path, query
 from launcher.ros.discovery.observer import Observer
 
 PERIOD_S = 1.0
@@ -159,7 +160,7 @@ class Bridge:
         self._watch_graph()
         if time.monotonic() - self._changed_s < STEADY_S or not knows_all(self._observer):
             return {"no": "the graph is changing"}
-        return {"look": self._observer.look().to_document()}
+        return {"look": self._observer.graph_snapshot().to_document()}
 
 
 def _to_message(one: Status) -> DiagnosticStatus:

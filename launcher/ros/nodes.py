@@ -1,33 +1,29 @@
-"""Nodes: what the graph says about them, in the texts of `ros2 node`."""
+"""What `node list`, `node info` and `node ps` print: nodes, and the processes behind them."""
 
 from __future__ import annotations
 
-import contextlib
 import os
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from launcher import proc
 from launcher.ros.discovery.gids import (
-    Vanished,
-    Vitals,
     all_live,
     find_pid,
     holders,
     innermost_pid,
     living_pids,
     pid_low16,
-    program_name,
     same_host,
     scheme_holds,
-    variable,
-    vitals,
 )
 from launcher.ros.discovery.ports import announcement_ports
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.services import NoAnswerError, ServiceCaller
 from launcher.ros.snapshot.graph import GraphSnapshot, NamesAndTypes, is_hidden
+from launcher.ros.verb import aligned
 
 SHARED_NAME = (
     "WARNING: Be aware that there are nodes in the graph that share an exact name, "
@@ -36,7 +32,6 @@ SHARED_NAME = (
 
 
 def visible_names(names: Iterable[str], *, hidden: bool) -> list[str]:
-    """The names that `node list` prints."""
     return [name for name in names if hidden or not is_hidden(name)]
 
 
@@ -60,15 +55,56 @@ def info_lines(full: str, found: dict[str, NamesAndTypes]) -> Iterator[str]:
 
 
 OK, BUSY, STOPPED, GHOST, UNKNOWN = "ok", "busy", "stopped", "ghost", "unknown"
-NOT_DISCOVERED = "(not discovered)"  # a process that was stopped before we came cannot answer
+NOT_DISCOVERED = "(not discovered)"  # a process that was suspended before we came cannot answer
 RUN_ID = "LAUNCHER_RUN_ID"
 _SAMPLE_S = 0.3  # shorter than this, the ticks of the kernel are too coarse for CPU shares
 _MIB = 1024 * 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Vitals:
+    """What /proc shows of a process at one moment; `state` as in ps(1)."""
+
+    state: str
+    cpu_s: float
+    rss_bytes: int
+    uptime_s: float
+
+
+def vitals(pid: int) -> Vitals | None:
+    """None if the process has ended."""
+    fields, memory = proc.stat_fields(pid), proc.read(pid, "statm").split()
+    if not fields or not memory:
+        return None
+    ticks = os.sysconf("SC_CLK_TCK")
+    started_s = int(fields[proc.START_TICKS]) / ticks
+    return Vitals(
+        state=fields[proc.STATE].decode(),
+        cpu_s=(int(fields[proc.USER_TICKS]) + int(fields[proc.SYSTEM_TICKS])) / ticks,
+        rss_bytes=int(memory[1]) * os.sysconf("SC_PAGE_SIZE"),
+        uptime_s=time.clock_gettime(time.CLOCK_BOOTTIME) - started_s,
+    )
+
+
+def program_name(pid: int) -> str | None:
+    """The module or script of a Python process, otherwise its program; None if it has ended."""
+    words = proc.command_line(pid)
+    program = os.path.basename(words[0]) if words else None
+    if program is None or not program.startswith("python"):
+        return program
+    for index, word in enumerate(words[1:], start=1):
+        if word == "-m":
+            return " ".join(words[index + 1 : index + 2]) or program
+        if word == "-c":
+            return f"{program} -c"
+        if not word.startswith("-"):
+            return os.path.basename(word)
+    return program
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """A node and its process; what cannot be told is None. CPU in percent of one core."""
+    """A node and its process; None is unknown. CPU in percent of one core."""
 
     node: str
     liveness: str
@@ -82,7 +118,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Owner:
-    """A node and where its endpoints live; `pid` None with `gone` False: cannot be told."""
+    """A node and the process of its endpoints; `pid` None and not `gone`: unknown."""
 
     node: str
     pid: int | None = None
@@ -92,16 +128,16 @@ class Owner:
 def rows(caller: ServiceCaller, *, hidden: bool, patience_s: float) -> list[Row]:
     """One row per node and process, sorted by name. Takes as long as the slowest node, bounded."""
     owners = list(_owners(caller, hidden=hidden))
-    start, first = time.monotonic(), _sample(owners)
+    pids = {owner.pid for owner in owners if owner.pid is not None}
+    start, before = time.monotonic(), {pid: vitals(pid) for pid in pids}
     answers = _probe(caller, {o.node for o in owners if not o.gone}, patience_s)
     time.sleep(max(0.0, start + _SAMPLE_S - time.monotonic()))
-    elapsed_s, second = time.monotonic() - start, _sample(owners)
-    silent = [_silent_row(pid) for pid in _silent_pids(caller)]
-    return silent + [
+    elapsed_s, after = time.monotonic() - start, {pid: vitals(pid) for pid in pids}
+    return [_silent_row(pid) for pid in _silent_pids(caller)] + [
         _row(
             owner,
-            first.get(owner.pid or 0),
-            second.get(owner.pid or 0),
+            before.get(owner.pid or 0),
+            after.get(owner.pid or 0),
             elapsed_s,
             answers.get(owner.node, UNKNOWN),
         )
@@ -110,7 +146,7 @@ def rows(caller: ServiceCaller, *, hidden: bool, patience_s: float) -> list[Row]
 
 
 def with_ghosts(found: list[Row], ghosts: Iterable[str]) -> list[Row]:
-    """The rows with those of ghosts that only somebody who was there before can know."""
+    """The rows, and those of ghosts, which only who was there before can know."""
     known = {row.node for row in found}
     more = [Row(node=node, liveness=GHOST) for node in ghosts if node not in known]
     return sorted([*found, *more], key=lambda row: row.node)
@@ -125,19 +161,18 @@ def _silent_pids(caller: ServiceCaller) -> list[int]:
 
 
 def _silent_row(pid: int) -> Row:
-    try:
-        found = vitals(pid)
-        return Row(
-            node=NOT_DISCOVERED,
-            liveness=STOPPED if found.state in "Tt" else UNKNOWN,
-            process=program_name(pid),
-            pid=pid,
-            run=variable(pid, RUN_ID),
-            memory_bytes=found.rss_bytes,
-            uptime_s=round(found.uptime_s, 1),
-        )
-    except Vanished:
+    found = vitals(pid)
+    if found is None:
         return Row(node=NOT_DISCOVERED, liveness=UNKNOWN, pid=pid)
+    return Row(
+        node=NOT_DISCOVERED,
+        liveness=STOPPED if found.state in "Tt" else UNKNOWN,
+        process=program_name(pid),
+        pid=pid,
+        run=proc.variable(pid, RUN_ID),
+        memory_bytes=found.rss_bytes,
+        uptime_s=round(found.uptime_s, 1),
+    )
 
 
 def _owners(caller: ServiceCaller, *, hidden: bool) -> Iterator[Owner]:
@@ -155,23 +190,9 @@ def _owners(caller: ServiceCaller, *, hidden: bool) -> Iterator[Owner]:
         if not lows:
             yield Owner(node=node)
         for low in sorted(low for low in lows if low is not None):
-            yield _owner(node, low, observer.domain_id, live=live)
-
-
-def _owner(node: str, low: int, domain_id: int, *, live: bool) -> Owner:
-    pid = find_pid(low, domain_id)
-    is_there = live or any(living & 0xFFFF == low for living in living_pids())
-    return Owner(node=node, pid=pid, gone=pid is None and not is_there)
-
-
-def _sample(owners: list[Owner]) -> dict[int, Vitals]:
-    found: dict[int, Vitals] = {}
-    for pid in {owner.pid for owner in owners if owner.pid is not None}:
-        try:
-            found[pid] = vitals(pid)
-        except Vanished:
-            continue  # its row says so
-    return found
+            pid = find_pid(low, observer.domain_id)
+            is_there = live or any(living & 0xFFFF == low for living in living_pids())
+            yield Owner(node=node, pid=pid, gone=pid is None and not is_there)
 
 
 def _probe(caller: ServiceCaller, nodes: set[str], patience_s: float) -> dict[str, str]:
@@ -204,17 +225,12 @@ def _row(
         return Row(node=owner.node, liveness=GHOST)
     if after is None or before is None or owner.pid is None:
         return Row(node=owner.node, liveness=answer)
-    process: str | None = None
-    run: str | None = None
-    with contextlib.suppress(Vanished):  # or it belongs to somebody else
-        process = program_name(owner.pid)
-        run = variable(owner.pid, RUN_ID)
     return Row(
         node=owner.node,
         liveness=STOPPED if after.state in "Tt" else answer,
-        process=process,
+        process=program_name(owner.pid),
         pid=owner.pid,
-        run=run,
+        run=proc.variable(owner.pid, RUN_ID),
         cpu_percent=round(100 * (after.cpu_s - before.cpu_s) / elapsed_s, 1),
         memory_bytes=after.rss_bytes,
         uptime_s=round(after.uptime_s, 1),
@@ -222,18 +238,9 @@ def _row(
 
 
 def to_table(found: list[Row]) -> str:
-    """The table that `node ps` prints."""
+    """The table of `node ps`."""
     head = ("NODE", "PROCESS", "PID", "RUN", "CPU", "MEMORY", "UPTIME", "LIVENESS")
-    cells = [head, *(_cells(row) for row in found)]
-    widths = [max(len(line[column]) for line in cells) for column in range(len(head))]
-    right = {2, 4, 5, 6}
-    return "\n".join(
-        "  ".join(
-            text.rjust(width) if column in right else text.ljust(width)
-            for column, (text, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
-        for line in cells
-    )
+    return "\n".join(aligned([head, *map(_cells, found)], right={2, 4, 5, 6}))
 
 
 def _cells(row: Row) -> tuple[str, ...]:

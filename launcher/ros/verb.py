@@ -1,4 +1,4 @@
-"""Verb: what the command lines of all ROS verbs share: options, the look at the graph, output."""
+"""What all ROS verbs share: options, the graph that they look at, output."""
 
 from __future__ import annotations
 
@@ -7,27 +7,23 @@ import contextlib
 import json
 import math
 import os
-import re
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO, cast
 
 from launcher.errors import ExitCode, UsageError
-from launcher.ros.discovery import domains
-from launcher.ros.discovery.graph_socket import snapshot_of_run
-from launcher.ros.snapshot.graph import GraphSnapshot
+from launcher.text import count, escape_controls
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
-    from launcher.ros.discovery.prefetch import Prefetch
+    from launcher.ros.snapshot.graph import GraphSnapshot
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaints are UsageErrors."""
+    """An argument parser that raises UsageError instead of printing and exiting."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of printing and exiting."""
         raise UsageError(message, hint=f"{self.prog} --help")
 
 
@@ -46,7 +42,6 @@ def add_verb(table: Any, name: str, help_text: str) -> Parser:
 
 
 def add_common(parser: argparse.ArgumentParser) -> None:
-    """The options that all verbs have."""
     parser.add_argument("-d", "--domain", metavar="ID", help="look at this ROS domain")
     parser.add_argument(
         "--spin-time",
@@ -65,13 +60,13 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 def dispatch(
     parser: Parser, run: Mapping[str, Callable[[argparse.Namespace], int]], words: Sequence[str]
 ) -> int:
-    """Parse and run a sub-verb; the help if there is none. SIGTERM ends it as Ctrl-C does."""
+    """Parse and run a sub-verb, or print the help. SIGTERM ends it like Ctrl-C."""
     _refuse_undecodable(words)
     options = parser.parse_args(list(words))
     if options.sub is None:
         parser.print_help()
         return ExitCode.OK
-    # an orderly end takes our node out of the graph at once, and our shared memory off the disk
+    # an orderly end removes our node from the graph and our shared memory from the disk
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.default_int_handler)
     try:
@@ -82,7 +77,7 @@ def dispatch(
 
 
 def _refuse_undecodable(words: Sequence[str]) -> None:
-    """Text of ROS is UTF-8; only the name of a file may be anything."""
+    """Text in ROS is UTF-8; only file names may be other bytes."""
     for word in words:
         try:
             word.encode()
@@ -100,7 +95,7 @@ def seconds(word: str) -> float:
 
 
 def require_rate(rate_hz: float) -> None:
-    """UsageError for what is no rate; of a period above 30 years nobody sees the end."""
+    """UsageError for a rate in Hz that is not positive, or means a period above 30 years."""
     if rate_hz <= 0:
         raise UsageError("rate must be greater than zero")
     if not 1e-9 <= rate_hz < math.inf:
@@ -114,59 +109,77 @@ def domain_option(options: argparse.Namespace) -> int:
     return environment_domain() if options.domain is None else domain_of(options.domain, "-d")
 
 
-@contextlib.contextmanager
-def observing(
-    options: argparse.Namespace,
-    enough: Callable[[GraphSnapshot], object] | None = None,
-    *,
-    listens: bool = False,
-) -> Iterator[Observer]:
-    """An observer of the domain that is asked for, before it has looked round.
-
-    Meanwhile a scout looks by the wire, until it has seen all, or `enough`. Who `listens` to
-    others and says nothing to them knows them sooner.
-    """
-    with _scouting(options, enough, listens=listens) as scout:
-        from launcher.ros.discovery.observer import Observer  # takes its time, with rclpy
-
-        with Observer(domain_option(options), scout=scout) as observer:
-            yield observer
-
-
-@contextlib.contextmanager
-def _scouting(
-    options: argparse.Namespace, enough: Callable[[GraphSnapshot], object] | None, *, listens: bool
-) -> Iterator[Prefetch | None]:
-    """None where it takes a whole DDS stack to look."""
-    from launcher.ros.discovery import domains
-    from launcher.ros.discovery.prefetch import Prefetch, never
-
-    domain_id = domain_option(options)
-    if not domains.is_plain():
-        yield None
-        return
-    with contextlib.closing(
-        Prefetch(
-            domain_id,
-            spin_time_s(options),
-            remote=not domains.localhost_only(),
-            enough=enough or never,
-            listens=listens,
-        )
-    ) as scout:
-        yield scout
-
-
 def spin_time_s(options: argparse.Namespace) -> float:
-    """How long discovery may take."""
+    """The longest time that discovery may take."""
     from launcher.ros.discovery.domains import SPIN_TIME_S
 
     return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
 
 
+def graph_snapshot(options: argparse.Namespace) -> GraphSnapshot:
+    """The graph, from the quickest source there is; warns if it is empty or incomplete.
+
+    1. The bridge of a run, if one is on the domain. 2. The discovery messages, read directly.
+    3. A node of rclpy, where discovery is not plain RTPS.
+    """
+    from launcher.ros.discovery.graph_socket import snapshot_of_run
+
+    if not options.no_observer and (found := snapshot_of_run(domain_option(options))):
+        warn_if_incomplete(found.domain_id, found.nodes, 0, 0.0)
+        return found
+    if found := _read_graph(options):
+        return found
+    with settled_observer(options) as observer:
+        return observer.graph_snapshot()
+
+
+def _read_graph(options: argparse.Namespace) -> GraphSnapshot | None:
+    """None where only a whole DDS stack can look."""
+    from launcher.ros.discovery import domains
+    from launcher.ros.discovery.reader import UnsupportedDiscovery, read_graph
+
+    domain_id = domain_option(options)
+    if not domains.is_plain():
+        return None
+    try:
+        result = read_graph(domain_id, spin_time_s(options), remote=not domains.localhost_only())
+    except (UnsupportedDiscovery, OSError):
+        return None
+    warn_if_incomplete(domain_id, result.look.nodes, result.missing, result.waited_s)
+    return result.look
+
+
+@contextlib.contextmanager
+def observing(
+    options: argparse.Namespace,
+    enough: Callable[[GraphSnapshot], object] = lambda look: False,
+    *,
+    listens: bool = False,
+) -> Iterator[Observer]:
+    """An rclpy observer of the domain, while discovery is still on its way.
+
+    A `Prefetch` reads the graph meanwhile, until it is complete or `enough`. A caller that only
+    `listens` knows the endpoints of others sooner.
+    """
+    from launcher.ros.discovery import domains
+    from launcher.ros.discovery.prefetch import Prefetch
+
+    with contextlib.ExitStack() as stack:
+        domain_id, prefetch = domain_option(options), None
+        if domains.is_plain():
+            remote = not domains.localhost_only()
+            prefetch = Prefetch(
+                domain_id, spin_time_s(options), remote=remote, enough=enough, listens=listens
+            )
+            stack.callback(prefetch.close)
+        from launcher.ros.discovery.observer import Observer  # loads rclpy, which takes its time
+
+        yield stack.enter_context(Observer(domain_id, prefetch=prefetch))
+
+
 @contextlib.contextmanager
 def settled_observer(options: argparse.Namespace) -> Iterator[Observer]:
-    """An observer that has seen the whole graph; what it could not see is said on stderr."""
+    """An observer that knows the whole graph; warns if it is empty or incomplete."""
     from launcher.ros.discovery.completeness import settle
 
     with observing(options) as observer:
@@ -183,15 +196,10 @@ def warn_if_incomplete(domain_id: int, nodes: Sequence[str], missing: int, waite
     if not nodes:
         warn(why_empty(domain_id))
     elif missing:
-        warn(_incomplete(missing, waited_s))
-
-
-def _incomplete(missing: int, waited_s: float) -> str:
-    noun = "participant" if missing == 1 else "participants"
-    return (
-        f"{missing} {noun} on this machine did not answer within {waited_s:.1f} s, "
-        "so something may be missing (--spin-time to wait longer)"
-    )
+        warn(
+            f"{count(missing, 'participant')} on this machine did not answer within "
+            f"{waited_s:.1f} s, so something may be missing (--spin-time to wait longer)"
+        )
 
 
 def warn(text: str) -> None:
@@ -201,7 +209,7 @@ def warn(text: str) -> None:
 
 
 def print_json(document: Any) -> None:
-    """One document; what JSON has no word for (nan, inf) as strings."""
+    """One document; nan and inf as strings, since JSON does not have them."""
     print(json.dumps(_without_nan(document), ensure_ascii=False, indent=2, allow_nan=False))
 
 
@@ -213,25 +221,26 @@ def _without_nan(value: Any) -> Any:
     return [_without_nan(item) for item in value] if isinstance(value, list) else value
 
 
-# Everything that a terminal takes for a command; with it a message could retitle a window, hide
-# lines or, in some terminals, type. Line ends and tabs are text.
-_STEERING = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+def aligned(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:
+    """The rows as lines of a table; the columns `right` are aligned to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            text.rjust(width) if column in right else text.ljust(width)
+            for column, (text, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
 
 
-def without_commands(text: str) -> str:
-    """The text with control characters as escapes: `\\x1b`."""
-    return _STEERING.sub(lambda match: f"\\x{ord(match[0]):02x}", text)
-
-
-class _Harmless:
-    """A stream to a terminal."""
+class _EscapingStream:
+    """A stream to a terminal that control characters of nodes cannot change."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write what is harmless."""
-        self._stream.write(without_commands(text))
+        self._stream.write(escape_controls(text))
         return len(text)
 
     def __getattr__(self, name: str) -> Any:
@@ -240,38 +249,13 @@ class _Harmless:
 
 @contextlib.contextmanager
 def escaped_output() -> Iterator[None]:
-    """Inside, nothing that is printed steers a terminal; files and pipes get every byte."""
+    """Print control characters to terminals as escapes; files and pipes get every byte."""
     kept = sys.stdout, sys.stderr
-    guarded = [cast("TextIO", _Harmless(s)) if s and s.isatty() else s for s in kept]
-    sys.stdout, sys.stderr = guarded
+    escaping = [cast("TextIO", _EscapingStream(s)) if s and s.isatty() else s for s in kept]
+    sys.stdout, sys.stderr = escaping
     try:
         yield
     finally:
-        if sys.stdout is guarded[0]:  # somebody may have put it away for good
+        if sys.stdout is escaping[0]:  # otherwise it was replaced for good
             sys.stdout = kept[0]
         sys.stderr = kept[1]
-
-
-def graph_snapshot(options: argparse.Namespace) -> GraphSnapshot:
-    """The graph of the domain that is asked for; what could not be seen is said on stderr."""
-    if not options.no_observer and (look := snapshot_of_run(domain_option(options))):
-        warn_if_incomplete(look.domain_id, look.nodes, 0, 0.0)
-        return look
-    if domains.is_plain() and (look := _by_wire(options)):
-        return look
-    with settled_observer(options) as observer:
-        return observer.look()
-
-
-def _by_wire(options: argparse.Namespace) -> GraphSnapshot | None:
-    """None if it takes a whole DDS stack."""
-    from launcher.ros.discovery.reader import UnsupportedDiscovery, read_graph
-
-    domain_id = domain_option(options)
-    remote = not domains.localhost_only()
-    try:
-        found = read_graph(domain_id, spin_time_s(options), remote=remote)
-    except (UnsupportedDiscovery, OSError):
-        return None
-    warn_if_incomplete(domain_id, found.look.nodes, found.missing, found.waited_s)
-    return found.look

@@ -31,7 +31,7 @@ def test_both_ways_see_the_same_in_every_detail(tmp_path, remote):
         domain_id = int(env["ROS_DOMAIN_ID"])
         ours = by_wire(domain_id, remote=remote)
         with Observer(domain_id) as observer:
-            wait_until(lambda: observer.look() == ours, "rclpy has seen all")
+            wait_until(lambda: observer.graph_snapshot() == ours, "rclpy has seen all")
         assert len(ours.infos) > 50
         assert "/switch" in ours.service_types()
 

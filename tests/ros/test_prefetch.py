@@ -1,4 +1,4 @@
-"""A scout looks while rclpy is being loaded, and makes the others known to our participant."""
+"""The prefetch reads the graph while rclpy is being loaded, and introduces our participant."""
 
 from __future__ import annotations
 
@@ -23,11 +23,13 @@ PATIENCE_S = 30.0
 
 
 @contextlib.contextmanager
-def scout_of(domain_id: int, *, remote: bool = False, listens: bool = False) -> Iterator[Prefetch]:
+def prefetching(
+    domain_id: int, *, remote: bool = False, listens: bool = False
+) -> Iterator[Prefetch]:
     with contextlib.closing(
         Prefetch(domain_id, PATIENCE_S, remote=remote, listens=listens)
-    ) as scout:
-        yield scout
+    ) as prefetch:
+        yield prefetch
 
 
 @pytest.mark.parametrize("remote", [False, True], ids=["localhost", "subnet"])
@@ -36,22 +38,22 @@ def test_it_sees_the_same_as_a_look_of_its_own_and_not_us(tmp_path, remote):
         domain_id = int(env["ROS_DOMAIN_ID"])
         alone = read_graph(domain_id, PATIENCE_S, remote=remote).look
         with (
-            scout_of(domain_id, remote=remote) as scout,
-            Observer(domain_id, scout=scout) as observer,
+            prefetching(domain_id, remote=remote) as prefetch,
+            Observer(domain_id, prefetch=prefetch) as observer,
         ):
             assert observer.seen_ahead() == alone
-            wait_until(lambda: observer.look() == alone, "rclpy has seen all as well")
+            wait_until(lambda: observer.graph_snapshot() == alone, "rclpy has seen all as well")
 
 
 def test_what_it_has_heard_is_known_though_nobody_answers_any_more(tmp_path):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes") as program:
         domain_id = int(env["ROS_DOMAIN_ID"])
-        with scout_of(domain_id, listens=True) as scout:
-            assert scout.seen(b"") is not None
+        with prefetching(domain_id, listens=True) as prefetch:
+            assert prefetch.snapshot(b"") is not None
             os.kill(program.pid, signal.SIGSTOP)
             try:
                 wait_until(lambda: threads_stand_still(program.pid), "it cannot answer")
-                with Observer(domain_id, scout=scout) as observer:
+                with Observer(domain_id, prefetch=prefetch) as observer:
                     wait_until(
                         lambda: {"/chatter", "/weak"} <= observer.topic_types().keys(),
                         "its topics are known",

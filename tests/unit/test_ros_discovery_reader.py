@@ -207,12 +207,14 @@ def test_actions_are_told_from_their_feedback():
     assert from_document(look.to_document()) == look
 
 
-def test_only_pairs_of_ports_count(tmp_path):
+def test_only_pairs_of_ports_count(tmp_path, monkeypatch):
     first = multicast_port(3) + 10
-    table = tmp_path / "udp"
+    table = tmp_path / "net" / "udp"
+    table.parent.mkdir()
     lines = [f" 0: 00000000:{port:04X} x x x x x x x 1 x" for port in (first, first + 1, first + 2)]
     table.write_text("\n".join(["head", *lines]), encoding="ascii")
-    assert occupied_ports(3, (table,)) == {first}
+    monkeypatch.setattr("launcher.proc.ROOT", str(tmp_path))
+    assert occupied_ports(3) == {first}
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,15 @@ import re
 import pytest
 
 from launcher.errors import UsageError
-from launcher.ros.discovery.gids import ghosts, pid_low16, program_name, scheme_holds, vitals
-from launcher.ros.discovery.reannounce import silent_ports, taken_back
+from launcher.ros.discovery.gids import ghosts, pid_low16, scheme_holds
+from launcher.ros.discovery.reannounce import disposal, silent_ports
 from launcher.ros.draw.dot import to_dot
 from launcher.ros.draw.filter import Filter, Mode
 from launcher.ros.draw.html import to_html
 from launcher.ros.draw.mermaid import to_mermaid
 from launcher.ros.draw.tree import to_tree
 from launcher.ros.errors import VerbError
+from launcher.ros.nodes import program_name, vitals
 from launcher.ros.snapshot.diff import difference, load, to_document
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 
@@ -175,7 +176,7 @@ def test_silent_are_the_ports_of_participants_that_were_not_heard_of():
 
 
 def test_an_announcement_is_taken_back_as_a_participant_does_at_its_end():
-    message = taken_back(OWN[:12])
+    message = disposal(OWN[:12])
     assert message[:20] == b"RTPS\x02\x03\x01\x0f" + OWN[:12]
     assert message[20:22] == b"\x15\x03"  # DATA, little endian, with inline QoS and no payload
     assert int.from_bytes(message[22:24], "little") == len(message) - 24
@@ -185,6 +186,7 @@ def test_an_announcement_is_taken_back_as_a_participant_does_at_its_end():
 
 def test_the_vitals_of_this_process_make_sense():
     found = vitals(os.getpid())
+    assert found is not None
     assert found.state in "RS"
     assert found.rss_bytes > 1_000_000
     assert 0 < found.cpu_s < found.uptime_s * (os.cpu_count() or 1) + 1

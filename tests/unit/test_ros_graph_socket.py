@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from launcher.ros.discovery.graph_socket import GraphServer
+from launcher.ros.discovery.graph_server import GraphServer
 
 
 @pytest.fixture

@@ -1,12 +1,11 @@
-"""Settle: wait until the graph is complete and quiet, and no longer.
+"""Waits until rclpy knows the complete graph, and no longer.
 
-Complete means: every participant that holds ports of this domain on this machine has been
-discovered and has told its nodes. Participants on other hosts hold no ports here, so where they
-may exist (discovery range SUBNET) there is a shortest time as well.
+Complete: every participant that holds ports of this domain on this machine has been discovered and
+has published its nodes. Participants on other hosts hold no ports here, so where they may exist
+(discovery range SUBNET) there is a shortest time as well.
 
-Why the limit is above 3 s: answers to the announcement of a new participant may be lost, and the
-other side repeats them only with its next regular announcement (see `nudge`, which avoids most of
-that). A tool that waits half a second misses those nodes.
+The limit is above 3 s because answers to the announcement of a new participant may be lost, and
+come again only with the next regular announcement (see `reannounce`, which avoids most of that).
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ from launcher.ros.snapshot.graph import UNKNOWN_NODE
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
 
-QUIET_S = 0.1  # news of one participant arrives within a few milliseconds
-_LOOK_S = 0.02  # a look holds up the threads that discover
-_NUDGE_S = 0.05  # answers that are on their way have arrived by then
+QUIET_S = 0.1  # the samples of one participant arrive within a few milliseconds
+_PERIOD_S = 0.02  # each look holds up the threads that discover
+_REANNOUNCE_S = 0.05  # answers that are on their way have arrived by then
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,11 +48,11 @@ def settle(
     start = changed = time.monotonic()
     shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
     last: object = None
-    nudged = observer.is_introduced  # whoever is silent then is about to speak
+    asked = observer.is_introduced  # then the silent ones are about to answer
     while True:
         now = time.monotonic()
-        if now - start >= _NUDGE_S and not nudged:
-            nudged = True
+        if now - start >= _REANNOUNCE_S and not asked:
+            asked = True
             reannounce_to_silent(observer)
         state = (observer.participants(), observer.topic_types(), observer.node_names())
         if state != last:
@@ -66,7 +65,7 @@ def settle(
             missing = _missing(observer)
             if waited_s >= spin_time_s or (missing == 0 and not _nameless(observer)):
                 return Settled(missing=missing, waited_s=waited_s)
-        time.sleep(_LOOK_S)
+        time.sleep(_PERIOD_S)
 
 
 def knows_all(observer: Observer) -> bool:

@@ -1,4 +1,4 @@
-"""Domains: which ROS domain is meant, how far discovery goes, and what to say of an empty one."""
+"""Which ROS domain is meant, how far discovery goes, and why a domain is empty."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from launcher.errors import UsageError
-from launcher.ros.discovery.ports import MAX_DOMAIN, TABLES, participants_by_domain
+from launcher.ros.discovery.ports import MAX_DOMAIN, participants_by_domain
 
-SPIN_TIME_S = 3.5  # one period of Fast DDS's announcements, and time to tell what there is
-REMOTE_S = 0.4  # what hosts that we cannot count are given at least
+SPIN_TIME_S = 3.5  # one period of Fast DDS's announcements, and time for the answers
+REMOTE_S = 0.4  # the least wait for other machines, whose participants cannot be counted
 
-# What makes discovery other than plain RTPS on UDP with the ports of the standard.
+# Settings with which discovery is not plain RTPS on UDP with the ports of the standard.
 _UNUSUAL = (
     "ROS_DISCOVERY_SERVER",
     "ROS_STATIC_PEERS",
@@ -31,7 +31,7 @@ _PLAIN_TRANSPORTS = ("", "DEFAULT", "UDPv4")
 
 
 def environment_domain() -> int:
-    """The domain that the environment names, 0 if none; UsageError if it is not one."""
+    """ROS_DOMAIN_ID, 0 if it is not set; UsageError if it is not a domain."""
     word = os.environ.get("ROS_DOMAIN_ID") or "0"
     return domain_of(word, "ROS_DOMAIN_ID")
 
@@ -54,7 +54,7 @@ def _discovery_range(environment: Mapping[str, str]) -> str:
 
 
 def is_off(environment: Mapping[str, str] = os.environ) -> bool:
-    """Whether nobody is to be found, not even on this machine."""
+    """Whether discovery is off, even on this machine."""
     return _discovery_range(environment) == "OFF"
 
 
@@ -64,20 +64,20 @@ def localhost_only(environment: Mapping[str, str] = os.environ) -> bool:
 
 
 def is_plain(environment: Mapping[str, str] = os.environ) -> bool:
-    """Whether the discovery of this environment is that of the standard, unchanged."""
+    """Whether discovery is plain RTPS, so that `reader` can do it."""
     return (
         not any(environment.get(name) for name in _UNUSUAL)
         and environment.get("RMW_IMPLEMENTATION", "") in _PLAIN_RMW
         and environment.get("FASTDDS_BUILTIN_TRANSPORTS", "") in _PLAIN_TRANSPORTS
         and environment.get("ROS_SECURITY_ENABLE") != "true"
         and not is_off(environment)
-        and TABLES[0].exists()
+        and Path("/proc/net/udp").exists()
         and not any(Path(name).exists() for name in _PROFILES)
     )
 
 
 def why_empty(domain_id: int) -> str:
-    """The sentence for a graph without nodes: discovery is off, or where there are some."""
+    """The message for a graph without nodes: discovery is off, or other domains have some."""
     if is_off():
         return f"0 nodes on domain {domain_id}: {_OFF}"
     place = " (localhost only)" if localhost_only() else ""

@@ -1,4 +1,4 @@
-"""Endpoints: what a participant announces of its publications and subscriptions, read."""
+"""Parses what a participant announces: its addresses, endpoints and nodes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _OTHER = "UNKNOWN"  # ROS has no name for it
 
 
 def endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
-    """The endpoint in a sample of SEDP, its node not known yet; ValueError if there is none."""
+    """The endpoint in a sample of SEDP, without its node; ValueError if there is none."""
     try:
         return _endpoint_in(payload, direction)
     except struct.error as error:
@@ -33,7 +33,7 @@ def _endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
     if not {_TOPIC, _TYPE, _GUID} <= found.keys():
         raise ValueError("no endpoint")
     kind, lease_ns = _liveliness(found.get(_LIVELINESS), order)
-    # what is not said is the default of DDS
+    # DDS's default for what is left out
     reliable = 2 if direction is Direction.PUBLISHER else 1
     return EndpointInfo(
         topic=rtps.text_in(found[_TOPIC], order),
@@ -72,14 +72,14 @@ def _type_hash(user_data: bytes) -> str:
 
 
 def gone_guid(data: rtps.Data) -> bytes:
-    """Which endpoint a sample says is gone; empty if it does not tell."""
+    """The endpoint that a sample disposes of; empty if it names none."""
     if data.key or not data.payload:
         return data.key
     return dict(rtps.parameters(data.payload)[1]).get(_GUID, b"")
 
 
 def contact_in(payload: bytes) -> tuple[int, int, int | None]:
-    """UDP ports for discovery and for data, and the built-in endpoints, of a participant.
+    """A participant's UDP ports for discovery and for data, and its built-in endpoints.
 
     ValueError if it cannot be reached by UDP.
     """
@@ -105,18 +105,18 @@ def _udp_port(listed: list[tuple[int, bytes]], wanted: int, order: str) -> int |
 
 
 def locator(host: str, port: int) -> bytes:
-    """A UDP address as RTPS has it."""
     address = bytes(12) + bytes(map(int, host.split(".")))
     return struct.pack("<iI", _UDP_V4, port) + address
 
 
-TOPIC = "ros_discovery_info"
-TYPE = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
-# Without it the others complain in their logs; it says which definition of the type we mean.
-TYPE_HASH = "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e"
+# the topic on which each participant of ROS publishes its nodes
+NODES_TOPIC = "ros_discovery_info"
+NODES_TYPE = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
+# without it the others log an error
+NODES_TYPE_HASH = "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e"
 
 _GID_BYTES = 16
-_MOST = 65536  # more entries than this is not a message of this type
+_MOST = 65536  # entries; more is not a message of this type
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +128,7 @@ class NodeEndpoints:
 
 
 def nodes_in(payload: bytes) -> tuple[NodeEndpoints, ...]:
-    """The nodes in a sample; ValueError if it is none of this type."""
+    """The nodes in a sample of NODES_TOPIC; ValueError if it is malformed."""
     try:
         return _Cdr(payload).members()
     except (struct.error, IndexError) as error:
@@ -136,7 +136,7 @@ def nodes_in(payload: bytes) -> tuple[NodeEndpoints, ...]:
 
 
 class _Cdr:
-    """Reads one sample from its start to its end."""
+    """Reads a sample in its order."""
 
     def __init__(self, payload: bytes) -> None:
         self._order = "<" if payload[1] & 1 else ">"

@@ -1,4 +1,4 @@
-"""Peer: a participant that a look has met, and how much of what it has to tell has come."""
+"""A participant that the reader has discovered, and which of its samples have arrived."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from launcher.ros.discovery import rtps
 from launcher.ros.discovery.endpoints import (
-    TOPIC,
+    NODES_TOPIC,
     NodeEndpoints,
     contact_in,
     endpoint_in,
@@ -18,25 +18,24 @@ from launcher.ros.discovery.endpoints import (
 )
 from launcher.ros.snapshot.graph import Direction, EndpointInfo, GraphSnapshot
 
-OWN_READER = bytes.fromhex("00000104")  # of the topic on which participants tell their nodes
+OWN_READER = bytes.fromhex("00000104")  # of NODES_TOPIC
 _USER_WRITERS = (0x02, 0x03)  # kinds of entity
 _TELLS_PUBLICATIONS, _TELLS_SUBSCRIPTIONS = 1 << 2, 1 << 4
 
 
 class SampleStream:
-    """What one writer tells, by sequence number."""
+    """The samples of one writer, by sequence number."""
 
     def __init__(self, writer: bytes, reader: bytes) -> None:
         self.writer = writer
         self.reader = reader
-        self.asked = -math.inf  # when we asked last, in monotonic time
-        self.asked_to = 0  # the last number that we asked for
+        self.asked = -math.inf  # monotonic time of our last request
+        self.asked_to = 0  # the highest number in it
         self.samples: dict[int, rtps.Data] = {}
         self._gone: set[int] = set()
         self._first, self._last = 1, -1
 
     def take(self, part: rtps.Part) -> None:
-        """Note what a datagram tells."""
         if isinstance(part, rtps.Data):
             self.samples[part.number] = part
         elif isinstance(part, rtps.Gap):
@@ -45,17 +44,16 @@ class SampleStream:
             self._first, self._last = part.first, part.last
 
     def missing(self) -> list[int]:
-        """The samples that have not come, sorted; those that we know of."""
+        """The samples that the writer holds and that have not arrived, sorted."""
         known = self.samples.keys() | self._gone
         return [n for n in range(self._first, self._last + 1) if n not in known]
 
     @property
     def is_complete(self) -> bool:
-        """Whether the writer has said what it holds, and all of it has come."""
+        """Whether the writer has said what it holds, and all of it has arrived."""
         return self._last >= 0 and not self.missing()
 
     def in_order(self) -> Iterator[rtps.Data]:
-        """The samples as they were written."""
         return (self.samples[number] for number in sorted(self.samples))
 
 
@@ -83,22 +81,20 @@ class Participant:
         ]
 
     def introductions(self) -> Iterator[tuple[bytes, rtps.Data]]:
-        """Reader and sample of what it has told of its endpoints; another thread may ask."""
+        """Reader and sample of each endpoint; may be called from another thread."""
         for stream in self._expected:
             samples = list(stream.samples.values())
             yield from ((stream.reader, sample) for sample in samples if sample.payload)
 
     @property
     def told(self) -> int:
-        """How many samples have come from it."""
         return sum(len(stream.samples) for stream in self.streams())
 
     def streams(self) -> list[SampleStream]:
-        """All that it tells."""
         return [*self._expected, *([self._members] if self._members else [])]
 
     def stream(self, entity: bytes) -> SampleStream | None:
-        """What this writer of it tells us; None if it is not for us."""
+        """The samples of one of its writers; None if we do not read them."""
         for stream in self.streams():
             if stream.writer == entity:
                 return stream
@@ -109,12 +105,12 @@ class Participant:
 
     @property
     def is_complete(self) -> bool:
-        """Whether it has told all its endpoints and, if it is one of ROS, its nodes."""
+        """Whether all its endpoints have arrived and, if it is one of ROS, its nodes."""
         if not all(stream.is_complete for stream in self._expected):
             return False
         if self._members is not None:
             return self._members.is_complete
-        return all(info.topic != TOPIC for info in self._endpoints())
+        return all(info.topic != NODES_TOPIC for info in self._endpoints())
 
     def _endpoints(self) -> list[EndpointInfo]:
         return [
@@ -123,12 +119,12 @@ class Participant:
         ]
 
     def members(self) -> tuple[NodeEndpoints, ...]:
-        """Its nodes; each sample tells all of them."""
+        """Its nodes; each sample contains all of them."""
         samples = list(self._members.in_order()) if self._members else []
         try:
             return nodes_in(samples[-1].payload) if samples else ()
         except ValueError:
-            return ()  # no participant of ROS
+            return ()  # not a participant of ROS
 
     def infos(self) -> list[EndpointInfo]:
         """Its endpoints with the names of their nodes."""
@@ -142,14 +138,14 @@ def _endpoints(stream: SampleStream, direction: Direction) -> list[EndpointInfo]
         if data.gone:
             found.pop(gone_guid(data).hex("."), None)
         else:
-            with contextlib.suppress(ValueError):  # not as the standard has it: nobody of ROS
+            with contextlib.suppress(ValueError):  # malformed, so not of ROS
                 info = endpoint_in(data.payload, direction)
                 found[info.gid] = info
     return list(found.values())
 
 
 def snapshot_of(domain_id: int, peers: Iterable[Participant]) -> GraphSnapshot:
-    """What participants have told, as one look; endpoints by topic, node and direction."""
+    """The graph of these participants; endpoints sorted by topic, node and direction."""
     peers = list(peers)
     infos = [info for peer in peers for info in peer.infos()]
     return GraphSnapshot(

@@ -1,10 +1,14 @@
-"""Wire: looks at a graph by DDS's discovery messages themselves, without a DDS stack.
+"""Reads a ROS graph from the discovery messages of DDS (RTPS), without a DDS stack.
 
-A stack is slow at this one task: it announces itself before it listens, answers are lost and come
-again with the next announcement, up to 3 s later. Here a socket listens first, then asks each
-participant of this machine at its port. They answer at once; each says how many endpoints it has
-(a heartbeat), so the look is complete when all have been told, and nothing has to be guessed.
-At its end it takes its announcement back, so nobody keeps it in mind.
+A stack is slow at this one task: it announces itself before it listens, so answers are lost and
+come again with the next announcement, up to 3 s later. Here a socket listens first, then asks each
+participant of this machine at its port. They answer at once. Each says how many endpoints it has
+(a heartbeat), so the reader knows when the graph is complete. At its end it takes its announcement
+back, so that nobody keeps it in mind.
+
+With 20 participants `topic list`, `node list`, `topic info -v` and `graph` take 0.32 to 0.35 s (by
+rclpy 2.1 to 2.4 s), beside two busy loops 0.5 to 0.7 s (2.3 to 3.3 s, and as few as 18 of them);
+all 48 runs were complete.
 """
 
 from __future__ import annotations
@@ -20,32 +24,29 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 
-from launcher.ros.discovery import endpoints, rtps
+from launcher.ros.discovery import rtps
 from launcher.ros.discovery.domains import REMOTE_S
-from launcher.ros.discovery.endpoints import locator
+from launcher.ros.discovery.endpoints import NODES_TOPIC, NODES_TYPE, NODES_TYPE_HASH, locator
 from launcher.ros.discovery.participant import OWN_READER, Participant, SampleStream, snapshot_of
 from launcher.ros.discovery.ports import multicast_port, occupied_ports
 from launcher.ros.snapshot.graph import GraphSnapshot
 
-_REMOTE_LATEST_S = 1.5  # whoever of them has not told all by then is not waited for
-_STEADY_S = 0.06  # what one participant has to tell arrives within that
+_REMOTE_LATEST_S = 1.5  # other machines that are not complete by then are not waited for
+_STEADY_S = 0.06  # all samples of one participant arrive within that
 _ANNOUNCE_S = 0.1
-_ANEW_S = 0.3  # who knows us does not answer again, so to the silent we become new by then
-_ASK_AGAIN_S = 0.25  # Fast DDS answers 0.1 s after it was asked last
+_ANEW_S = 0.3  # a participant that knows us does not answer again: from then on we become new to it
+_ASK_AGAIN_S = 0.25  # Fast DDS answers 0.1 s after a request
 _LEASE_S = 10
-_VENDOR = bytes([0, 0])  # none of the registered ones
+_VENDOR = bytes([0, 0])  # unknown
 _GROUP = "239.255.0.1"
 _BUFFER_BYTES = 4 << 20
-# announces participants and its subscriptions; hears of participants, publications, subscriptions
+# writes participants and subscriptions; reads participants, publications, subscriptions
 _ENDPOINT_SET = 0b111011
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadResult:
-    """A look, how many participants of this machine are missing in it, and how long it took.
-
-    One that has told only a part of what it has is missing, too.
-    """
+    """A snapshot; `missing` participants of this machine are not, or only partly, in it."""
 
     look: GraphSnapshot
     missing: int
@@ -53,27 +54,27 @@ class ReadResult:
 
 
 class UnsupportedDiscovery(Exception):
-    """Somebody speaks in a way that only a whole DDS stack follows."""
+    """A participant uses a part of RTPS that only a whole DDS stack knows."""
 
 
 def read_graph(domain_id: int, spin_time_s: float, *, remote: bool) -> ReadResult:
-    """Look at a domain, for at most `spin_time_s`; `remote`: at other machines as well.
+    """Read a domain, for at most `spin_time_s`; `remote`: on other machines as well.
 
     Raises Unfit, and OSError where there is no network at all.
     """
-    with DiscoveryReader(domain_id, remote=remote) as wire:
-        return wire.look(spin_time_s)
+    with DiscoveryReader(domain_id, remote=remote) as reader:
+        return reader.read(spin_time_s)
 
 
 class DiscoveryReader:
-    """A participant that only asks; use with `with`."""
+    """A participant that only asks; use it in a `with` statement."""
 
     def __init__(self, domain_id: int, *, remote: bool) -> None:
         self._domain_id = domain_id
         self._remote = remote
         self._prefix = _VENDOR + os.urandom(rtps.PREFIX_BYTES - 2)
         self._peers: dict[bytes, Participant] = {}
-        self.met: list[Participant] = []  # in the order of their coming; another thread may read it
+        self.met: list[Participant] = []  # in the order of discovery; another thread may read it
         self._number = self._count = 0
         self._is_stopped = False
 
@@ -93,12 +94,12 @@ class DiscoveryReader:
         self._take_back({peer.address for peer in self._peers.values()} | self._everyone(set()))
         self._socket.close()
 
-    def look(
+    def read(
         self, spin_time_s: float, *, enough: Callable[[GraphSnapshot], object] = lambda look: False
     ) -> ReadResult:
-        """Ask until everybody has told everything, or `enough`, or `stop`; at most `spin_time_s`.
+        """Ask until the graph is complete, or `enough`, or `stop`; at most `spin_time_s`.
 
-        `enough` is asked whenever nothing new has come for a moment.
+        `enough` is called whenever nothing new has come for a moment.
         """
         start = time.monotonic()
         end = start + spin_time_s
@@ -130,11 +131,11 @@ class DiscoveryReader:
         )
 
     def stop(self) -> None:
-        """End the look soon; another thread may say so."""
+        """End `read` soon; may be called from another thread."""
         self._is_stopped = True
 
     def _told(self) -> int:
-        """A number that changes with everything that comes."""
+        """A number that changes with every sample."""
         return len(self._peers) + sum(peer.told for peer in self._peers.values())
 
     def _known(self) -> GraphSnapshot:
@@ -144,11 +145,11 @@ class DiscoveryReader:
         return expected - {peer.port for peer in self._peers.values() if peer.is_local}
 
     def _incomplete(self, expected: set[int]) -> set[int]:
-        """Those that have answered, but not told everything."""
+        """Those that have answered, but not completely."""
         return expected & {peer.port for peer in self._peers.values() if not peer.is_complete}
 
     def _is_complete(self, *, strangers: bool) -> bool:
-        """Whether all have told everything; `strangers`: those on other machines as well."""
+        """Whether all are complete; `strangers`: those on other machines as well."""
         peers = [peer for peer in self._peers.values() if peer.is_local or strangers]
         return all(peer.is_complete for peer in peers)
 
@@ -156,7 +157,7 @@ class DiscoveryReader:
         group = {(_GROUP, multicast_port(self._domain_id))} if self._remote else set()
         return group | {("127.0.0.1", port) for port in silent}
 
-    # what we say
+    # sending
 
     def _announce(self, addresses: set[tuple[str, int]]) -> None:
         self._number += 1
@@ -190,7 +191,6 @@ class DiscoveryReader:
         return int(self._socket.getsockname()[1])
 
     def _hosts(self) -> list[str]:
-        """Our addresses as others see them."""
         hosts = ["127.0.0.1"]
         if self._remote:
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -202,17 +202,17 @@ class DiscoveryReader:
         return hosts
 
     def _subscribe(self, peer: Participant) -> None:
-        """Tell a participant that we want to know its nodes."""
+        """Subscribe to the topic on which a participant publishes its nodes."""
         listed = [
             (0x5A, self._prefix + OWN_READER),
             *((0x2F, locator(host, self._port)) for host in self._hosts()),
             (0x50, self._prefix + rtps.PARTICIPANT),
-            (0x05, rtps.text(endpoints.TOPIC)),
-            (0x07, rtps.text(endpoints.TYPE)),
+            (0x05, rtps.text(NODES_TOPIC)),
+            (0x07, rtps.text(NODES_TYPE)),
             (0x70, self._prefix + OWN_READER),
             (0x1D, struct.pack("<I", 1)),  # transient local
             (0x1A, struct.pack("<IiI", 2, 0, 0x1999999A)),  # reliable
-            (0x2C, rtps.text(f"typehash={endpoints.TYPE_HASH};").rstrip(b"\0")),
+            (0x2C, rtps.text(f"typehash={NODES_TYPE_HASH};").rstrip(b"\0")),
         ]
         reader, writer = rtps.SUBSCRIPTIONS_READER, rtps.SUBSCRIPTIONS_WRITER
         self._count += 1
@@ -243,10 +243,10 @@ class DiscoveryReader:
         with contextlib.suppress(OSError):  # no such port any more, no route
             self._socket.sendto(rtps.message(self._prefix, _VENDOR, *submessages), address)
 
-    # what we hear
+    # receiving
 
     def _receive(self, patience_s: float) -> None:
-        """Take what is there, or what comes first."""
+        """Take all datagrams that are there, after a wait for the first."""
         select.select([self._socket], [], [], max(0.0, patience_s))
         while True:
             try:
@@ -257,7 +257,7 @@ class DiscoveryReader:
                 for part in rtps.parts(datagram, self._prefix):
                     self._take(part, sender[0])
             except ValueError:
-                continue  # not for us, whoever sent it
+                continue  # malformed
 
     def _take(self, part: rtps.Part, host: str) -> None:
         if isinstance(part, rtps.Request):
@@ -274,7 +274,7 @@ class DiscoveryReader:
             stream.take(part)
             now = time.monotonic()
             is_due = isinstance(part, rtps.Heartbeat) and now - stream.asked > _ASK_AGAIN_S
-            # what one request can name has come, and there is more
+            # all that one request could name has come, and there is more
             if is_due or (isinstance(part, rtps.Data) and part.number == stream.asked_to):
                 self._ask(peer, stream, now)
 
@@ -282,7 +282,7 @@ class DiscoveryReader:
         if data.gone:
             self._peers.pop(prefix, None)
         elif prefix not in self._peers and prefix != self._prefix:
-            # those of this machine may answer from any of its addresses
+            # participants of this machine may answer from any of its addresses
             near = host in self._hosts() or host.startswith("127.")
             where = "127.0.0.1" if near else host
             peer = self._peers[prefix] = Participant(prefix, data, where)
@@ -291,7 +291,7 @@ class DiscoveryReader:
 
 
 class _Steady:
-    """Tells once of each state that it has lasted for a moment, and when to ask again."""
+    """Notices, once for each state, that it has lasted for a moment."""
 
     def __init__(self, now_s: float) -> None:
         self._state: object = None
@@ -300,11 +300,11 @@ class _Steady:
 
     @property
     def next_s(self) -> float:
-        """The monotonic time at which there may be news."""
+        """The monotonic time at which to ask again."""
         return math.inf if self._told else self._since_s + _STEADY_S
 
     def is_news(self, state: object, now_s: float) -> bool:
-        """Whether this state has lasted, and that has not been told yet."""
+        """Whether this state has lasted, and that was not returned before."""
         if state != self._state:
             self._state, self._since_s, self._told = state, now_s, False
         if self._told or now_s - self._since_s < _STEADY_S:

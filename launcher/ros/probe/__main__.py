@@ -45,7 +45,7 @@ class Probe:
         self._observer = observer
         self._inbox = inbox
         self._outbox = outbox
-        self._painter = GraphWatcher(observer)
+        self._graph = GraphWatcher(observer)
         self._portrait = ProbeSnapshot(snapshot=TopicGraph(nodes=(), endpoints=()))
         self._watches = Subscriptions(observer, outbox)
         self._errands = Jobs(observer, self._answer)
@@ -114,7 +114,7 @@ class Probe:
         if now_s < self._next_look_s:
             return
         self._next_look_s = now_s + GRAPH_LOOK_S
-        portrait = self._painter.look()
+        portrait = self._graph.take()
         if portrait != self._portrait or self._number == 0:
             self._portrait = portrait
             self._number += 1

@@ -1,4 +1,4 @@
-"""Portrait: the graph of a domain at one moment, with what is known of the processes behind it."""
+"""The graph of a domain at one moment, with the processes behind it."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from launcher import proc
 from launcher.ros.discovery.gids import (
     PARTICIPANT_BYTES,
     find_pid,
-    is_alive,
     pid_low16,
     same_host,
     scheme_holds,
@@ -24,19 +24,19 @@ from launcher.ros.snapshot.graph import Endpoint, TopicGraph, is_hidden
 from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.ros.topics.listing import mismatch_documents
 
-OURS = "_launcher_"  # begins the names of all nodes that are tools of this project
-_COMPLETE_LOOK_S = 0.5
-_NUDGE_S = 0.1
-# Every node has these; they hide what it offers besides.
+OURS = "_launcher_"  # the nodes of our tools begin with it
+_COUNT_PERIOD_S = 0.5
+_REANNOUNCE_S = 0.1
+# of the services that every node has
 _PARAMETER_SERVICES = ("rcl_interfaces/srv/", "type_description_interfaces/srv/")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProbeSnapshot:
-    """`pids` leads from full node names to processes, as far as their GIDs tell.
+    """`pids` has the processes of full node names, as far as their GIDs contain them.
 
     `gone` are the GIDs of endpoints whose process has ended, which DDS notices later.
-    `complete`: every participant of this machine has been heard of.
+    `complete`: every participant of this machine has been discovered.
     """
 
     snapshot: TopicGraph
@@ -50,11 +50,10 @@ class ProbeSnapshot:
         return [e for e in self.snapshot.on(topic) if e.gid not in self.gone]
 
     def types_of(self, topic: str) -> list[str]:
-        """The types that a topic has, sorted."""
         return sorted({e.type for e in self.on(topic)})
 
     def document(self) -> dict[str, Any]:
-        """The graph event's fields."""
+        """The fields of the event `graph`."""
         topics = self.snapshot.topics()
         return {
             "complete": self.complete,
@@ -99,23 +98,23 @@ class ProbeSnapshot:
 
 
 class GraphWatcher:
-    """Looks at the graph again and again, remembering whose endpoints belong to which process."""
+    """Takes snapshots; remembers which participant belongs to which process."""
 
     def __init__(self, observer: Observer) -> None:
         self._observer = observer
         self._pids: dict[str, int] = {}
         self._complete = False
-        self._next_count_s = time.monotonic() + _NUDGE_S
-        self._nudged = False
+        self._next_count_s = time.monotonic() + _REANNOUNCE_S
+        self._has_asked = False
 
-    def look(self) -> ProbeSnapshot:
-        """The graph now, without the nodes of this project's tools."""
+    def take(self) -> ProbeSnapshot:
+        """The graph now, without the nodes of our own tools."""
         # Names first: a node that is discovered meanwhile would be shown without its endpoints.
         nodes = tuple(name for name in self._observer.node_names() if not _is_ours(name))
         known = set(nodes)
         found = [e for e in self._observer.all_endpoints() if e.node in known]
         owners = self._owners({_participant(e) for e in found})
-        dead = {key for key, pid in owners.items() if pid is not None and not is_alive(pid)}
+        dead = {key for key, pid in owners.items() if pid is not None and not proc.is_alive(pid)}
         gone = frozenset(e.gid for e in found if _participant(e) in dead)
         alive = {e.node for e in found if e.gid not in gone}
         self._count_participants()
@@ -132,7 +131,7 @@ class GraphWatcher:
         )
 
     def _owners(self, participants: set[str]) -> dict[str, int | None]:
-        """The process of each participant; None if it cannot be told."""
+        """The process of each participant; None if it is unknown."""
         new = participants - self._pids.keys()
         own = self._observer.own_gid() if new else b""
         if own and scheme_holds(own, os.getpid()):
@@ -155,24 +154,24 @@ class GraphWatcher:
         }
 
     def _count_participants(self) -> None:
-        """Whether there are more on this machine than are known; those are asked again, early."""
+        """Compare the participants of this machine with those known; early on, ask the others."""
         if time.monotonic() < self._next_count_s:
             return
-        self._next_count_s = time.monotonic() + _COMPLETE_LOOK_S
-        if not self._nudged:
-            self._nudged = True
+        self._next_count_s = time.monotonic() + _COUNT_PERIOD_S
+        if not self._has_asked:
+            self._has_asked = True
             reannounce_to_silent(self._observer)
         here = participants_by_domain()[self._observer.domain_id]
         self._complete = here <= len(self._observer.participants())
 
 
 def _pids(endpoints: Iterable[Endpoint], owners: Mapping[str, int | None]) -> dict[str, int]:
-    """Node -> process; the living one where a ghost has the same name."""
+    """Node -> process; the living one if a ghost has the same name."""
     found = {e.node: owners[_participant(e)] for e in endpoints}
     living = {
         e.node: pid
         for e in endpoints
-        if (pid := owners[_participant(e)]) is not None and is_alive(pid)
+        if (pid := owners[_participant(e)]) is not None and proc.is_alive(pid)
     }
     return {node: pid for node, pid in {**found, **living}.items() if pid is not None}
 

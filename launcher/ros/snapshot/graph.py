@@ -1,4 +1,8 @@
-"""Snapshot: the endpoints of a ROS graph at one moment, as plain data."""
+"""A ROS graph at one moment, as plain data.
+
+`GraphSnapshot` is all that was discovered, by whichever way of `discovery`; `TopicGraph` is the
+part that is drawn and compared.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +11,20 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
-# Topics that every node has; they hide the picture of what the system does.
+# topics of every node
 DEBUG_TOPICS = frozenset({"/rosout", "/parameter_events"})
 
 INFINITE_NS = 2**63 - 1
 
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # an endpoint whose participant has not said so yet
+UNKNOWN_NAMESPACE = "_NODE_NAMESPACE_UNKNOWN_"
+TOPIC, REQUEST, REPLY = "rt", "rq", "rr"
+_FEEDBACK, _FEEDBACK_TYPE = "/_action/feedback", "_FeedbackMessage"
+
+NamesAndTypes = list[tuple[str, list[str]]]
+
 
 class Direction(enum.Enum):
-    """Which way messages go through an endpoint."""
-
     PUBLISHER = "publisher"
     SUBSCRIPTION = "subscription"
 
@@ -40,7 +49,6 @@ class Endpoint:
 
     @property
     def is_publisher(self) -> bool:
-        """Whether messages come out of it."""
         return self.direction == Direction.PUBLISHER.value
 
 
@@ -48,7 +56,7 @@ class Endpoint:
 class TopicGraph:
     """Nodes (full names, twice if two share one) and endpoints, sorted.
 
-    `ghosts` are the nodes whose process is gone and that the graph has not forgotten yet.
+    `ghosts` are the nodes whose process has ended and that discovery has not dropped yet.
     """
 
     nodes: tuple[str, ...]
@@ -56,17 +64,14 @@ class TopicGraph:
     ghosts: tuple[str, ...] = ()
 
     def without(self, topics: Iterable[str]) -> TopicGraph:
-        """The same graph without these topics."""
         hidden = frozenset(topics)
         kept = tuple(e for e in self.endpoints if e.topic not in hidden)
         return replace(self, endpoints=kept)
 
     def topics(self) -> tuple[str, ...]:
-        """Every topic that has an endpoint, sorted."""
         return tuple(sorted({e.topic for e in self.endpoints}))
 
     def on(self, topic: str) -> tuple[Endpoint, ...]:
-        """The endpoints of one topic."""
         return tuple(e for e in self.endpoints if e.topic == topic)
 
 
@@ -75,46 +80,35 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith("_") for part in name.split("/"))
 
 
-_REQUEST, _REPLY = "Request", "Reply"
-
-
 class RosName(NamedTuple):
-    """A name in ROS and what it is there: `rt` topic, `rq` request, `rr` reply of a service."""
+    """A name in ROS; the channel is `rt` for topics, `rq` and `rr` for requests and replies."""
 
     channel: str
     name: str
 
 
 def ros_name(topic: str) -> RosName | None:
-    """What `rt/chatter` or `rq/switchRequest` is in ROS; None if it is no name of ROS."""
+    """The name in ROS of `rt/chatter` or `rq/switchRequest`; None for other names of DDS."""
     channel, slash, name = topic.partition("/")
-    if not slash or channel not in ("rt", "rq", "rr"):
+    if not slash or channel not in (TOPIC, REQUEST, REPLY):
         return None
-    ending = {"rq": _REQUEST, "rr": _REPLY}.get(channel, "")
+    ending = {REQUEST: "Request", REPLY: "Reply"}.get(channel, "")
     return RosName(channel, "/" + name.removesuffix(ending))
 
 
-def ros_type(type_name: str, channel: str = "rt") -> str:
-    """`std_msgs::msg::dds_::String_` -> `std_msgs/msg/String`; what is no type of ROS as it is."""
+def ros_type(type_name: str, channel: str = TOPIC) -> str:
+    """`std_msgs::msg::dds_::String_` -> `std_msgs/msg/String`; other types of DDS as they are."""
     if "::dds_::" not in type_name or not type_name.endswith("_"):
         return type_name
     plain = type_name.replace("::dds_::", "::")[:-1].replace("::", "/")
-    if channel == "rt":
+    if channel == TOPIC:
         return plain
     return plain.removesuffix("_Request").removesuffix("_Response")
 
 
-UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # an endpoint whose participant has not said so yet
-UNKNOWN_NAMESPACE = "_NODE_NAMESPACE_UNKNOWN_"
-TOPIC, REQUEST, REPLY = "rt", "rq", "rr"
-_FEEDBACK, _FEEDBACK_TYPE = "/_action/feedback", "_FeedbackMessage"
-
-NamesAndTypes = list[tuple[str, list[str]]]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndpointInfo:
-    """An endpoint as DDS names it: `topic` and `type` mangled, `node` a full name or empty."""
+    """An endpoint as DDS names it: `topic` and `type` mangled; `node` is empty if unknown."""
 
     topic: str
     type: str
@@ -131,18 +125,15 @@ class EndpointInfo:
 
     @property
     def node_name(self) -> str:
-        """The last part of the node's name."""
         return self.node.rpartition("/")[2] or UNKNOWN_NODE
 
     @property
     def node_namespace(self) -> str:
-        """What is before it."""
         if not self.node:
             return UNKNOWN_NAMESPACE
         return self.node.rpartition("/")[0] or "/"
 
     def endpoint(self) -> Endpoint:
-        """The same with ROS's names."""
         name = ros_name(self.topic)
         return Endpoint(
             topic=name.name if name else self.topic,
@@ -158,7 +149,7 @@ class EndpointInfo:
         )
 
     def __str__(self) -> str:
-        """As rclpy's TopicEndpointInfo, which ros2cli prints."""
+        """The same as of rclpy's TopicEndpointInfo, which ros2cli prints."""
         lines = {
             "Node name": self.node_name,
             "Node namespace": self.node_namespace,
@@ -186,7 +177,7 @@ def _duration(nanoseconds: int) -> str:
 class GraphSnapshot:
     """Nodes (full names, sorted, twice if two share one), every endpoint, and `ghosts`.
 
-    Ghosts are nodes whose process is gone. What belongs to the one who looked is left out.
+    Ghosts are nodes whose process has ended. The observer itself is left out.
     """
 
     domain_id: int
@@ -195,15 +186,13 @@ class GraphSnapshot:
     ghosts: tuple[str, ...] = ()
 
     def topic_types(self) -> dict[str, list[str]]:
-        """Every topic and its types."""
         return _types_by_name(self.infos, (TOPIC,))
 
     def service_types(self) -> dict[str, list[str]]:
-        """Every service and its types, that somebody only calls, too."""
+        """Every service and its types, including those that have clients only."""
         return _types_by_name(self.infos, (REQUEST, REPLY))
 
     def on(self, topic: str, direction: Direction) -> list[EndpointInfo]:
-        """The publishers or subscriptions of a topic."""
         mangled = f"{TOPIC}{topic}"
         return [i for i in self.infos if i.topic == mangled and i.direction == direction.value]
 
@@ -227,13 +216,12 @@ class GraphSnapshot:
         }
 
     def snapshot(self) -> TopicGraph:
-        """The topics of nodes that are known, as pictures and comparisons take them."""
+        """The endpoints of topics whose node is known."""
         topics = [i for i in self.infos if i.topic.startswith(f"{TOPIC}/") and i.node]
         endpoints = tuple(sorted(info.endpoint() for info in topics))
         return TopicGraph(nodes=self.nodes, endpoints=endpoints, ghosts=self.ghosts)
 
     def to_document(self) -> dict[str, Any]:
-        """The look as JSON can carry it."""
         return {
             "domain_id": self.domain_id,
             "nodes": list(self.nodes),
@@ -264,7 +252,6 @@ def _types_by_name(
 
 
 def _actions(topics: Mapping[str, list[str]]) -> NamesAndTypes:
-    """The actions behind topics of feedback."""
     return [
         (name.removesuffix(_FEEDBACK), [t.removesuffix(_FEEDBACK_TYPE) for t in types])
         for name, types in sorted(topics.items())

@@ -308,7 +308,7 @@ def _first_target(
 
 def _hint(observer: Observer, name: str) -> str | None:
     """For a name that nobody has."""
-    look = observer.seen_ahead() or observer.look()
+    look = observer.seen_ahead() or observer.graph_snapshot()
     return did_you_mean(name, look.topic_types()) if look.nodes else why_empty(observer.domain_id)
 
 
