@@ -1,8 +1,8 @@
-"""Bridge: a run as ROS sees it: `python -m launcher.ros.bridge SOCKET`, started by `--ros`.
+"""A run as a ROS node: `python -m launcher.ros.bridge SOCKET`, started by `--ros`.
 
-A node `/launcher` (`node_name`) publishes /diagnostics once a second and when something changes,
-and offers `~/PROCESS/start`, `stop` and `restart`. It is a client of the run's control socket like
-any other, and ends with the run. Other commands may ask it for the graph (`ask`).
+The node `/launcher` publishes /diagnostics once a second and on every change, and offers the
+services `~/PROCESS/start`, `stop` and `restart`. It is a client of the run's control socket, and
+ends with the run. Other commands ask it for the graph (`discovery.graph_socket`).
 """
 
 from __future__ import annotations
@@ -34,16 +34,39 @@ from launcher.ros.discovery.graph_socket import graph_socket_path, query
 from launcher.ros.discovery.observer import Observer
 
 PERIOD_S = 1.0
-WATCH_S = 0.25  # how often the graph is looked at for participants that come and go
-STEADY_S = 1.0  # a participant that has just come is still telling what it has
+WATCH_S = 0.25  # between two looks for participants that have come or gone
+STEADY_S = 1.0  # a new participant is still announcing its endpoints
 PATIENCE_S = 3.0  # for the launcher's answer about its processes
-GOODBYE_S = 3.0  # whatever hangs at the end is left behind
-STEERING = ("start", "stop", "restart")
-THREADS = 4  # a process that takes its time to stop holds one of them
+GOODBYE_S = 3.0  # what takes longer at the end is abandoned
+VERBS = ("start", "stop", "restart")
+THREADS = 4  # a slow stop of a process occupies one of them
+NODE = "launcher"  # of the first bridge of a domain on this machine
+
+
+class NodeName:
+    """`launcher` for the first bridge of a domain on this machine, `launcher_PID` for others.
+
+    PID is that of the run. The first one holds an abstract socket, which the kernel frees however
+    the process ends. Keep the object as long as the node.
+    """
+
+    def __init__(self, domain_id: int, run_socket: Path) -> None:
+        self.text = NODE
+        self._claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            self._claim.bind(f"\0ros-launcher/domain-{domain_id}/{NODE}".encode())
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise
+            self._claim.close()
+            self.text = f"{NODE}_{run_socket.name.partition('-')[0]}"
+
+    def close(self) -> None:
+        self._claim.close()
 
 
 class Bridge:
-    """The node and what it does; `observer` is entered already."""
+    """The node's publisher and services; `observer` has been entered."""
 
     def __init__(self, observer: Observer, path: Path) -> None:
         self._observer = observer
@@ -56,19 +79,19 @@ class Bridge:
         node = self._node = observer.node
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         one_at_a_time = MutuallyExclusiveCallbackGroup()
-        self._steering = ReentrantCallbackGroup()
+        self._verb_group = ReentrantCallbackGroup()
         node.create_timer(PERIOD_S, self.publish, callback_group=one_at_a_time)
         node.create_timer(
-            WATCH_S, self._look_round, callback_group=MutuallyExclusiveCallbackGroup()
+            WATCH_S, self._watch_graph, callback_group=MutuallyExclusiveCallbackGroup()
         )
         self._news = node.create_guard_condition(self.publish, callback_group=one_at_a_time)
-        # Last: from here on it is asked.
-        self._answering = GraphServer(graph_socket_path(path), self.answer)
+        # last: its thread calls `answer`
+        self._server = GraphServer(graph_socket_path(path), self.answer)
 
     # processes
 
     def follow_events(self, on_end: Callable[[], None]) -> None:
-        """Publish at once what changes, until the run ends. Runs in a thread of its own."""
+        """Publish on every change until the run ends; for a thread of its own."""
         try:
             with connect(self._path) as connection:
                 for event in connection.follow("events", history=False):
@@ -79,7 +102,7 @@ class Bridge:
         on_end()
 
     def publish(self) -> None:
-        """Ask for the processes and publish how they are."""
+        """Ask for the state of the processes and publish it."""
         try:
             rows = self._connection.ask("ps", patience_s=PATIENCE_S).result["processes"]
         except ControlError as error:
@@ -91,7 +114,7 @@ class Bridge:
         self._send(self._known)
 
     def _connect_anew(self) -> None:
-        """What comes late would be taken for the answer to the next question."""
+        """A late answer would be taken for that to the next request."""
         self._connection.close()
         try:
             self._connection = connect(self._path, patience_s=PATIENCE_S)
@@ -99,10 +122,10 @@ class Bridge:
             self._node.get_logger().warning(error.message, throttle_duration_sec=10.0)
 
     def say_goodbye(self) -> None:
-        """The last message: nobody looks after the processes any more."""
-        self._answering.close()
+        """Publish the last message: the run has ended."""
+        self._server.close()
         self._send(all_stale(self._known, "the run has ended"))
-        # What nobody has taken yet would go with our shared memory.
+        # messages that were not taken yet would vanish with our shared memory
         self._publisher.wait_for_all_acked(Duration(seconds=GOODBYE_S / 3))
 
     def _send(self, found: list[Status]) -> None:
@@ -111,30 +134,30 @@ class Bridge:
         message.status = [_to_message(one) for one in found]
         self._publisher.publish(message)
 
-    # steering
+    # services
 
     def _offer_services(self, rows: list[dict[str, Any]]) -> None:
-        """Services for processes that are new; a name that was given once stays."""
+        """Create services for new processes; they keep their names."""
         for process, name in service_names(rows).items():
             if process in self._services:
                 continue
             self._services[process] = name
-            for verb in STEERING:
+            for verb in VERBS:
                 self._node.create_service(
                     Trigger,
                     f"~/{name}/{verb}",
-                    self._steer(verb, process),
-                    callback_group=self._steering,
+                    self._callback(verb, process),
+                    callback_group=self._verb_group,
                 )
 
-    def _steer(self, verb: str, process: str) -> Callable[[Any, Any], Any]:
+    def _callback(self, verb: str, process: str) -> Callable[[Any, Any], Any]:
         def answer(request: Any, response: Any) -> Any:
-            response.success, response.message = self._asked(verb, process)
+            response.success, response.message = self._control(verb, process)
             return response
 
         return answer
 
-    def _asked(self, verb: str, process: str) -> tuple[bool, str]:
+    def _control(self, verb: str, process: str) -> tuple[bool, str]:
         try:
             with connect(self._path) as connection:
                 return True, "\n".join(connection.ask(verb, [process]).text)
@@ -144,20 +167,20 @@ class Bridge:
 
     # the graph
 
-    def _look_round(self) -> None:
-        self._answering.look_after()
-        self._watch_graph()
-
     def _watch_graph(self) -> None:
+        self._server.look_after()
+        self._note_changes()
+
+    def _note_changes(self) -> None:
         participants = self._observer.participants()
         if participants != self._participants:
             self._participants, self._changed_s = participants, time.monotonic()
 
     def answer(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The graph, unless somebody is only just coming or going."""
+        """The graph, unless participants are just coming or going."""
         if asked != query(self._observer.domain_id, os.environ):
             return {"no": "another domain, or other settings of discovery"}
-        self._watch_graph()
+        self._note_changes()
         if time.monotonic() - self._changed_s < STEADY_S or not knows_all(self._observer):
             return {"no": "the graph is changing"}
         return {"look": self._observer.graph_snapshot().to_document()}
@@ -174,7 +197,7 @@ def _to_message(one: Status) -> DiagnosticStatus:
 
 
 def main(words: list[str]) -> int:
-    """Serve the run behind the socket until it ends, or our standard input does."""
+    """Serve until the run ends, or our standard input does."""
     path = Path(words[0])
     over = threading.Event()
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -191,7 +214,7 @@ def main(words: list[str]) -> int:
         ):
             threading.Thread(target=target, daemon=True).start()
         over.wait()
-        # A call that waits for its process would keep us.
+        # the executor may be waiting for a slow stop
         threading.Timer(GOODBYE_S, os._exit, (0,)).start()
         bridge.say_goodbye()
         executor.shutdown(GOODBYE_S / 3)
@@ -200,7 +223,7 @@ def main(words: list[str]) -> int:
 
 
 def _await_end_of_input(on_end: Callable[[], None]) -> None:
-    """The launcher holds the other end, and does not write."""
+    """The launcher keeps the other end open and never writes."""
     sys.stdin.buffer.read()
     on_end()
 
@@ -210,29 +233,3 @@ if __name__ == "__main__":
         sys.exit(main(sys.argv[1:]))
     except ControlError as error:
         sys.exit(error.message)
-
-
-NODE = "launcher"
-
-
-class NodeName:
-    """`launcher` for the first bridge of a domain on this machine, `launcher_PID` for others.
-
-    PID is that of the run. The first one is who has a name of the kernel's (an abstract socket),
-    which goes with the process that has it, however that ends. Keep the object as long as the node.
-    """
-
-    def __init__(self, domain_id: int, run_socket: Path) -> None:
-        self.text = NODE
-        self._claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        try:
-            self._claim.bind(f"\0ros-launcher/domain-{domain_id}/{NODE}".encode())
-        except OSError as error:
-            if error.errno != errno.EADDRINUSE:
-                raise
-            self._claim.close()
-            self.text = f"{NODE}_{run_socket.name.partition('-')[0]}"
-
-    def close(self) -> None:
-        """Leave the name to others."""
-        self._claim.close()

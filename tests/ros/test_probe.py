@@ -149,7 +149,7 @@ def test_a_subscription_waits_for_its_topic(probe, env):
         ("subscribe", {"sub": "x", "topic": "/a", "qos": {"speed": "1"}}, "no policy of QoS"),
         ("rate", {"sub": "nobody"}, "there is no subscription 'nobody'"),
         ("subscibe", {}, "unknown request 'subscibe'"),
-        ("explain", {"topic": "/weak", "as": {"direction": "up"}}, "'up' is no direction"),
+        ("explain", {"topic": "/weak", "as": {"direction": "up"}}, "unknown direction 'up'"),
         ("get_parameters", {"node": "/nobody"}, "is not available"),
         ("set_parameters", {"node": "/talker", "values": {"speed": {"a": 1}}}, "cannot hold"),
         ("call", {"service": "/nobody", "timeout_s": 0.1}, "is not available"),

@@ -34,7 +34,7 @@ def read_all(descriptor: int, outbox: Outbox) -> list[dict]:
 def test_lines_come_in_order_and_survive_a_full_pipe(pipe):
     outbox = Outbox(pipe[1])
     for number in range(20_000):
-        outbox.hand_over({"number": number})
+        outbox.push({"number": number})
     outbox.flush()
     assert not outbox.is_empty  # the pipe is full
     assert [line["number"] for line in read_all(pipe[0], outbox)] == list(range(20_000))
@@ -44,7 +44,7 @@ def test_messages_over_the_limit_are_dropped_and_counted_answers_are_not(pipe, m
     monkeypatch.setattr(module, "LIMIT_BYTES", 100)
     outbox = Outbox(pipe[1])
     for number in range(50):
-        outbox.hand_over({"message": number})
+        outbox.push({"message": number})
         outbox.say({"answer": number})
     lines = read_all(pipe[0], outbox)
     kept = [line["message"] for line in lines if "message" in line]
@@ -57,9 +57,9 @@ def test_messages_over_the_limit_are_dropped_and_counted_answers_are_not(pipe, m
 def test_what_was_dropped_is_told_before_the_next_message(pipe, monkeypatch):
     monkeypatch.setattr(module, "LIMIT_BYTES", 20)
     outbox = Outbox(pipe[1])
-    outbox.hand_over({"m": 1})
-    outbox.hand_over({"long": "x" * 30})
-    outbox.hand_over({"m": 2})
+    outbox.push({"m": 1})
+    outbox.push({"long": "x" * 30})
+    outbox.push({"m": 2})
     lines = read_all(pipe[0], outbox)
     assert [line.get("m") or line["messages"] for line in lines] == [1, 1, 2]
 
@@ -73,7 +73,7 @@ def test_a_graph_that_waits_is_replaced_by_a_newer_one(pipe):
 
 def test_a_huge_message_is_told_without_its_content(pipe):
     outbox = Outbox(pipe[1])
-    outbox.hand_over({"sub": "s", "data": "x" * module.MESSAGE_BYTES})
+    outbox.push({"sub": "s", "data": "x" * module.MESSAGE_BYTES})
     (line,) = read_all(pipe[0], outbox)
     assert (line["sub"], line["data"]) == ("s", None)
     assert line["bytes"] > module.MESSAGE_BYTES

@@ -1,8 +1,7 @@
-"""From YAML: fills a message from plain values, and refuses what does not fit before it is used."""
+"""Fills a message from YAML, and refuses values that do not fit."""
 
 from __future__ import annotations
 
-import difflib
 import importlib
 from collections.abc import Callable
 from typing import Any
@@ -11,6 +10,7 @@ import yaml
 from rosidl_parser import definition
 
 from launcher.ros.errors import VerbError
+from launcher.text import did_you_mean
 
 FLOATS = {"float", "double", "long double"}
 _LIMITS = {
@@ -23,7 +23,7 @@ Stamp = Callable[[Any], None]
 
 
 def parse(text: str) -> dict[str, Any]:
-    """The values that a YAML text holds; an empty text holds none. VerbError with the place."""
+    """The fields of a YAML text; none for an empty one. VerbError with line and column."""
     try:
         values = value_of(text)
     except yaml.YAMLError as error:
@@ -151,8 +151,7 @@ def _misfit(path: str, expected: str, value: Any) -> VerbError:
 
 def _unknown(message: Any, name: Any, fields: list[str]) -> VerbError:
     owner = type(message).__name__
-    near = difflib.get_close_matches(str(name), fields, n=1)
-    hint = f"did you mean '{near[0]}'?" if near else f"fields of {owner}: {', '.join(fields)}"
+    hint = did_you_mean(str(name), fields) or f"fields of {owner}: {', '.join(fields)}"
     return VerbError(
         f"Failed to populate field: '{owner}' object has no attribute '{name}'", hint=hint
     )
@@ -170,21 +169,21 @@ def _named(value: Any) -> str:
 
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-# Nothing that ROS carries is as deep, and what is far deeper would overflow the parser's C stack.
+# deeper than any message; far deeper text would overflow the parser's C stack
 _DEPTH = 100
-# What PyYAML lets through of `!!bool x`, `!!timestamp x` and their like.
-_STUMBLES = (LookupError, AttributeError, TypeError, OverflowError)
+# raised by PyYAML for `!!bool x`, `!!timestamp x` and so on
+_TAG_ERRORS = (LookupError, AttributeError, TypeError, OverflowError)
 
 
 def value_of(text: str) -> Any:
-    """The value that a text holds, None if it is empty; yaml.YAMLError and no other."""
+    """The value of a YAML text, None if it is empty; raises yaml.YAMLError only."""
     try:
         if len(text) > _DEPTH:
             _refuse_depth(text)
         return yaml.load(text, Loader=_LOADER)
-    except ValueError as error:  # a date that is none, `!!int x`
+    except ValueError as error:  # an invalid date, `!!int x`
         raise yaml.YAMLError(str(error)) from error
-    except _STUMBLES as error:
+    except _TAG_ERRORS as error:
         raise yaml.YAMLError("a value is not what its tag (!!) says") from error
 
 
@@ -201,7 +200,7 @@ def _refuse_depth(text: str) -> None:
 
 
 def shown(value: Any, most: int = 60) -> str:
-    """Like repr, at most so many characters; Python refuses to write numbers of a mile's length."""
+    """`repr`, cut; `repr(int)` raises ValueError past the digit limit."""
     try:
         text = repr(value)
     except ValueError:

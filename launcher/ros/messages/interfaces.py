@@ -1,8 +1,7 @@
-"""Interfaces: which message, service and action types are installed, and their Python classes."""
+"""Installed message, service and action types: their names, definitions and Python classes."""
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import os
 import re
@@ -11,16 +10,16 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from launcher.errors import nearest
 from launcher.ros.errors import VerbError
 from launcher.ros.verb import warn
+from launcher.text import suggest
 
 KINDS = ("msg", "srv", "action")
 _INDEX = Path("share/ament_index/resource_index/rosidl_interfaces")
 
 
 def prefixes() -> list[Path]:
-    """Where packages are installed, the first one wins."""
+    """Where packages are installed; the first one wins."""
     words = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     return [Path(word) for word in dict.fromkeys([*filter(None, words), sys.prefix])]
 
@@ -59,16 +58,16 @@ def load(type_name: str, kind: str, complaint: str) -> Any:
         try:
             return getattr(importlib.import_module(f"{package}.{kind}"), name)
         except (ModuleNotFoundError, AttributeError):
-            pass  # the near miss is looked for below
-    raise VerbError(complaint, hint=_near(type_name, package, name, kind))
+            pass
+    raise VerbError(complaint, hint=_hint(type_name, package, name, kind))
 
 
 def load_message(type_name: str) -> Any:
-    """The class of a message type; VerbError as ros2cli words it."""
+    """The class of a message type; VerbError with the text of ros2cli."""
     return load(type_name, "msg", "The passed message type is invalid")
 
 
-def _near(type_name: str, package: str, name: str, kind: str) -> str | None:
+def _hint(type_name: str, package: str, name: str, kind: str) -> str | None:
     near = near_miss(type_name, [kind])
     if near is None:
         return f"no such type is installed: {type_name}"
@@ -78,16 +77,16 @@ def _near(type_name: str, package: str, name: str, kind: str) -> str | None:
 
 
 def near_miss(type_name: str, kinds: Iterable[str] = KINDS) -> str | None:
-    """The installed type that was probably meant; None if none has a name that is alike."""
+    """The installed type with the most similar name; None if there is none."""
     package, name = type_name.partition("/")[0], type_name.rpartition("/")[2]
     known = all_interfaces(kinds)
-    alike = [full for full in known if nearest(name, [full.rsplit("/", 1)[1]])]
+    alike = [full for full in known if suggest(name, [full.rsplit("/", 1)[1]])]
     own = {full.rsplit("/", 1)[1]: full for full in alike if full.startswith(f"{package}/")}
-    if last := nearest(name, own):
+    if last := suggest(name, own):
         return own[last]
-    if package == name:  # it came without one
+    if package == name:  # there is no package in it
         return next((full for full in alike if full.endswith(f"/{name}")), None)
-    return next(iter(difflib.get_close_matches(type_name, alike, n=1)), None)
+    return suggest(type_name, alike)
 
 
 def full_type(name: str, kind: str = "msg") -> str:
@@ -98,9 +97,8 @@ def full_type(name: str, kind: str = "msg") -> str:
 
 
 def warn_if_unknown(full: str) -> None:
-    """A line on stderr if no such type is installed; there may be topics of it all the same."""
-    known = all_interfaces()
-    if full not in known:
+    """Warn if no such type is installed; others may use it all the same."""
+    if full not in all_interfaces():
         near = near_miss(full)
         warn(f"hint: {f'did you mean {near}?' if near else f'no type {full} is installed here'}")
 
@@ -113,7 +111,7 @@ _FIELD = re.compile(r"^(?P<type>[\w/]+)(<=\d+)?(\[[^\]]*\])?\s+\w+")
 
 
 def resolve(name: str) -> str:
-    """The full name of an installed interface; VerbError with a near miss."""
+    """The full name of an installed interface; VerbError with a suggestion."""
     known = all_interfaces()
     if name in known:
         return name
@@ -125,13 +123,12 @@ def resolve(name: str) -> str:
 
 
 def definition_path(full: str) -> Path:
-    """The file that defines an interface."""
     package, kind, name = full.split("/")
     return interface_packages()[package] / "share" / package / kind / f"{name}.{kind}"
 
 
 def show(full: str, *, comments: bool, nested_comments: bool, depth: int = 0) -> Iterator[str]:
-    """The lines of a definition; what a field is made of follows it, one tab deeper."""
+    """The lines of a definition; the definition of a nested type follows its field, indented."""
     for line in definition_path(full).read_text(encoding="utf-8").splitlines():
         code = _code(line)
         if comments:
@@ -145,7 +142,7 @@ def show(full: str, *, comments: bool, nested_comments: bool, depth: int = 0) ->
 
 
 def _code(line: str) -> str:
-    """The line without its comment; a # inside of a string constant is none."""
+    """The line without its comment; it keeps a # in a string constant."""
     if "'" in line or '"' in line:
         return line.strip() if not line.lstrip().startswith("#") else ""
     return line.partition("#")[0].strip()

@@ -19,20 +19,19 @@ from typing import Any
 import yaml
 from rosidl_parser import definition
 
-DEFAULT_LENGTH = 128
 _SEQUENCES = (list, tuple, array.array)
 LONG = 1024  # numbers; a shorter array goes through PyYAML
 _PIECE = 65536
 _BYTES = [str(number) for number in range(256)]
 _SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
-# No text of a message can know it, so none is taken for an array.
+# random, so that no text of a message is taken for an array
 _PREFIX = f"array-{os.urandom(12).hex()}-"
 _TOKEN = re.compile(f"{_PREFIX}(\\d+)-")
 _LEAD = re.compile(r"(?:- | )*")
 
 
 class LongArray:
-    """An array of numbers, and what follows its last one."""
+    """An array of numbers, and what follows the last of them."""
 
     _numbers = itertools.count()
 
@@ -42,7 +41,7 @@ class LongArray:
         self.token = f"{_PREFIX}{next(self._numbers)}-"
 
     def pieces(self, separator: str) -> Iterator[str]:
-        """The numbers in YAML, each behind a separator."""
+        """The numbers in YAML, each after a separator."""
         for piece in _pieces(self.values, _yaml_words):
             yield separator + separator.join(piece)
         for word in self._more:
@@ -51,13 +50,13 @@ class LongArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Style:
-    """What of a message is shown; `length` cuts strings, bytes and arrays, None cuts nothing."""
+    """How a message is shown; `length` cuts strings, bytes and arrays, None cuts nothing."""
 
     length: int | None = None
     no_arr: bool = False
     no_str: bool = False
     flow: bool = False
-    # where long arrays of numbers are put aside, to be written without PyYAML
+    # token -> long array that is written without PyYAML
     aside: dict[str, LongArray] | None = None
 
 
@@ -65,7 +64,7 @@ WHOLE = Style()
 
 
 class _Dumper(yaml.SafeDumper):
-    """Keeps repeated values written out: a message has no aliases."""
+    """Writes repeated values out instead of aliases."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
@@ -86,12 +85,11 @@ _Dumper.add_representer(LongArray, _token)
 
 
 def to_yaml(message: Any, style: Style = WHOLE) -> str:
-    """A message as a YAML document."""
     return "".join(yaml_pieces(message, style))
 
 
 def yaml_pieces(message: Any, style: Style = WHOLE) -> Iterator[str]:
-    """The same piece by piece, of which none is much longer than the message without arrays."""
+    """A YAML document, in pieces not much longer than the message without arrays."""
     arrays: dict[str, LongArray] = {}
     text = dump(to_plain(message, replace(style, aside=arrays)), flow=style.flow)
     return with_arrays(text, arrays, flow=style.flow)
@@ -131,17 +129,15 @@ def _plain(value: Any, kind: Any, style: Style) -> Any:
 
 
 def is_list(value: Any) -> bool:
-    """Whether it is an array of ROS."""
     return isinstance(value, _SEQUENCES) or _is_array(value)
 
 
 def _is_array(value: Any) -> bool:
-    """Whether it is one of numpy."""
     return _is_of_numpy(value) and hasattr(value, "__len__")
 
 
 def _is_of_numpy(value: Any) -> bool:
-    # numpy takes its time, so it is loaded only where a type has an array of it
+    # importing numpy is slow, so it is loaded only by types that have an array of it
     return type(value).__module__ == "numpy"
 
 
@@ -165,7 +161,7 @@ def _cut(text: str, length: int | None) -> str:
 
 
 def _shape(values: Any, kind: Any) -> str:
-    """What stands for an array that is not shown."""
+    """What is shown in place of an array."""
     name = _type_name(kind.value_type)
     if isinstance(kind, definition.Array):
         return f"<array type: {name}[{kind.size}]>"
@@ -218,7 +214,7 @@ def _csv_items(values: Any, style: Style) -> Iterator[str]:
 
 
 def to_json_plain(value: Any) -> Any:
-    """Plain values with what JSON has no word for (nan, inf) as strings."""
+    """Plain values with nan and inf as strings, since JSON does not have them."""
     if isinstance(value, float) and (value != value or value in (float("inf"), -float("inf"))):
         return str(value)
     if isinstance(value, dict):
@@ -258,7 +254,7 @@ def _float_word(value: float) -> str:
 
 
 def with_arrays(text: str, arrays: dict[str, LongArray], *, flow: bool) -> Iterator[str]:
-    """YAML with the arrays in the place of their tokens."""
+    """YAML with the arrays in place of their tokens."""
     end = 0
     for match in _TOKEN.finditer(text):
         array = arrays[match[0]]
@@ -276,6 +272,6 @@ def with_arrays(text: str, arrays: dict[str, LongArray], *, flow: bool) -> Itera
 
 
 def _indent(text: str, place: int) -> str:
-    """Blanks up to the column of the field on this line."""
+    """Blanks up to the column of the field."""
     lead = _LEAD.match(text, text.rfind("\n", 0, place) + 1)
     return " " * (len(lead[0]) if lead else 0)

@@ -1,4 +1,4 @@
-"""Main: the probe's loop."""
+"""The probe's loop: requests, messages, changes of the graph."""
 
 from __future__ import annotations
 
@@ -32,50 +32,47 @@ from launcher.ros.topics.listing import endpoint_document, mismatch_documents
 
 PROTOCOL = 1
 _PROFILE = Path(__file__).with_name("participant.xml")
-GRAPH_LOOK_S = 0.1
-_LISTEN_LOOK_S = 0.01  # the middleware stamps what comes, so it need not be taken at once
-_IDLE_LOOK_S = 0.02
-_LAST_WORDS_S = 1.0
+GRAPH_PERIOD_S = 0.1
+_LISTEN_PERIOD_S = 0.01  # the middleware stamps messages, so they can wait
+_IDLE_PERIOD_S = 0.02
+_FLUSH_S = 1.0
 
 
 class Probe:
-    """Answers requests and tells what it sees until its input ends."""
-
     def __init__(self, observer: Observer, inbox: Inbox, outbox: Outbox) -> None:
         self._observer = observer
         self._inbox = inbox
         self._outbox = outbox
         self._graph = GraphWatcher(observer)
-        self._portrait = ProbeSnapshot(snapshot=TopicGraph(nodes=(), endpoints=()))
-        self._watches = Subscriptions(observer, outbox)
-        self._errands = Jobs(observer, self._answer)
+        self._snapshot = ProbeSnapshot(snapshot=TopicGraph(nodes=(), endpoints=()))
+        self._subscriptions = Subscriptions(observer, outbox)
+        self._jobs = Jobs(observer, self._answer)
         self._number = 0
         self._next_look_s = 0.0
         self._is_ended = False
         self._now: dict[str, Callable[[Request], dict[str, Any]]] = {
-            "subscribe": lambda request: self._watches.subscribe(request, self._portrait),
-            "unsubscribe": self._watches.unsubscribe,
-            "rate": self._watches.rate,
+            "subscribe": lambda request: self._subscriptions.subscribe(request, self._snapshot),
+            "unsubscribe": self._subscriptions.unsubscribe,
+            "rate": self._subscriptions.rate,
             "graph": lambda _: self._fresh().document(),
-            "services": lambda _: {"services": self._portrait.document()["services"]},
+            "services": lambda _: {"services": self._snapshot.document()["services"]},
             "explain": self._explain,
             "clock": lambda _: moment(),
         }
-        errands = handlers.Handlers(lambda: self._portrait, self._watches)
+        later = handlers.Handlers(lambda: self._snapshot, self._subscriptions)
         self._later: dict[str, Handler] = {
             "get_parameters": handlers.get_parameters,
             "set_parameters": handlers.set_parameters,
-            "call": errands.call,
-            "publish": errands.publish,
-            "draw": errands.draw,
+            "call": later.call,
+            "publish": later.publish,
+            "draw": later.draw,
         }
 
     def end(self, signum: int, frame: FrameType | None) -> None:
-        """For a signal: go on to the end of the loop, then stop."""
+        """Handle a signal: stop after this pass of the loop."""
         self._is_ended = True
 
     def run(self) -> None:
-        """Serve until the input ends."""
         self._outbox.say(
             {
                 "event": "ready",
@@ -87,45 +84,45 @@ class Probe:
         )
         while not (self._is_ended or self._inbox.is_closed or self._outbox.is_broken):
             self._look()
-            self._watches.take()
+            self._subscriptions.take()
             self._outbox.flush()
             self._await_news()
-        self._errands.close()
-        self._say_last_words()
+        self._jobs.close()
+        self._flush()
 
-    def _say_last_words(self) -> None:
-        """Let a reader have what is left, if it reads."""
-        end_s = time.monotonic() + _LAST_WORDS_S
+    def _flush(self) -> None:
+        """Write what is left, as far as the reader takes it within a second."""
+        end_s = time.monotonic() + _FLUSH_S
         while not (self._outbox.is_empty or self._outbox.is_broken) and time.monotonic() < end_s:
-            select.select([], [sys.stdout.fileno()], [], _LISTEN_LOOK_S)
+            select.select([], [sys.stdout.fileno()], [], _LISTEN_PERIOD_S)
             self._outbox.flush()
 
     def _await_news(self) -> None:
-        """Sleep until a request comes, there is room for what waits, or it is time to look."""
-        pause_s = _LISTEN_LOOK_S if len(self._watches) else _IDLE_LOOK_S
+        """Sleep until a request comes, the output takes more, or it is time to look."""
+        pause_s = _LISTEN_PERIOD_S if len(self._subscriptions) else _IDLE_PERIOD_S
         writers = [] if self._outbox.is_empty else [sys.stdout.fileno()]
         readable, _, _ = select.select([sys.stdin.fileno()], writers, [], pause_s)
         for line in self._inbox.lines() if readable else ():
             self._handle(line)
 
     def _look(self) -> None:
-        """Tell the graph if it has changed."""
+        """Write the graph if it has changed."""
         now_s = time.monotonic()
         if now_s < self._next_look_s:
             return
-        self._next_look_s = now_s + GRAPH_LOOK_S
-        portrait = self._graph.take()
-        if portrait != self._portrait or self._number == 0:
-            self._portrait = portrait
+        self._next_look_s = now_s + GRAPH_PERIOD_S
+        snapshot = self._graph.take()
+        if snapshot != self._snapshot or self._number == 0:
+            self._snapshot = snapshot
             self._number += 1
             head = {"event": "graph", "number": self._number, **moment()}
-            self._outbox.show({**head, **portrait.document()})
-            self._watches.fit(portrait)
+            self._outbox.show({**head, **snapshot.document()})
+            self._subscriptions.fit(snapshot)
 
     def _fresh(self) -> ProbeSnapshot:
         self._next_look_s = 0.0
         self._look()
-        return self._portrait
+        return self._snapshot
 
     def _handle(self, line: bytes) -> None:
         try:
@@ -135,7 +132,7 @@ class Probe:
             return
         name = request.word
         if name in self._later:
-            self._errands.send(self._later[name], request)
+            self._jobs.send(self._later[name], request)
         else:
             self._answer(request, lambda: self._do(name, request))
 
@@ -143,8 +140,8 @@ class Probe:
         if name not in self._now:
             known = [*self._now, *self._later]
             raise VerbError(f"unknown request '{name}'", hint=did_you_mean(name, known))
-        # what has come until now belongs before the answer
-        self._watches.take()
+        # messages that have arrived go out before the answer
+        self._subscriptions.take()
         return self._now[name](request)
 
     def _answer(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
@@ -153,18 +150,18 @@ class Probe:
         except LauncherError as error:
             self._outbox.say(_refusal(request.id, error))
         except ExternalShutdownException:
-            raise  # the probe ends
-        except Exception as error:  # whoever asked must not wait for ever
+            raise
+        except Exception as error:  # every request gets an answer
             if not self._observer.context.ok():
-                raise ExternalShutdownException from error  # it was in the middle of a call
+                raise ExternalShutdownException from error  # the probe ended during a call
             text = f"{type(error).__name__}: {error}"
             self._outbox.say(_refusal(request.id, VerbError(text, hint="this is a bug")))
             traceback.print_exc()
 
     def _explain(self, request: Request) -> dict[str, Any]:
-        """What the endpoints of a topic have against each other, or against one like `as`."""
+        """How the endpoints of a topic match each other, or one like `as`."""
         topic = full_topic(request.text("topic"))
-        there = self._portrait.on(topic)
+        there = self._snapshot.on(topic)
         known = there
         if (other := request.mapping("as")) is not None:
             direction = _direction(other)
@@ -172,7 +169,7 @@ class Probe:
                 qos.from_words(other.get("qos") or {}, 10),
                 topic=topic,
                 type_name=full_type(
-                    other.get("type") or "".join(self._portrait.types_of(topic)[:1])
+                    other.get("type") or "".join(self._snapshot.types_of(topic)[:1])
                 ),
                 direction=direction,
                 node="the expectation",
@@ -188,7 +185,7 @@ class Probe:
 def _direction(words: dict[str, Any]) -> Direction:
     word = str(words.get("direction", "subscription")).lower()
     if word not in [direction.value for direction in Direction]:
-        raise VerbError(f"'{word}' is no direction", hint="publisher or subscription")
+        raise VerbError(f"unknown direction '{word}'", hint="publisher or subscription")
     return Direction(word)
 
 
@@ -198,10 +195,9 @@ def _refusal(request_id: Any, error: LauncherError) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Serve on standard input and output."""
     for signum in (signal.SIGINT, signal.SIGHUP):
-        signal.signal(signum, signal.SIG_IGN)  # they are for the system that is looked at
-    # announces us often; somebody's own profile for his network comes first
+        signal.signal(signum, signal.SIG_IGN)  # they are meant for the system
+    # announces us more often; a profile of the user takes precedence
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(_PROFILE))
     inbox, outbox = Inbox(sys.stdin.fileno()), Outbox(sys.stdout.fileno())
     os.set_blocking(sys.stdout.fileno(), False)

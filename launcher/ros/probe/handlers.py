@@ -1,4 +1,4 @@
-"""Works: what errands do: parameters, service calls, publishing, drawing."""
+"""The requests that run as jobs: parameters, service calls, publishing, drawing."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ from launcher.ros.snapshot.qos_matching import explain, mismatches
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import full_topic
 
-_LOOK_S = 0.01
+_PERIOD_S = 0.01
 _DEPTH = 100
-# A publisher knows a subscription up to half a second before the subscription knows it (measured
-# on a busy machine), and what is published in between is lost, RELIABLE or not.
-MEET_S = 0.8
+# A publisher discovers a subscription up to half a second before the subscription discovers it
+# (measured on a busy machine); what is published in between is lost, even if RELIABLE.
+DISCOVERY_S = 0.8
 
 
 def get_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
-    """Values and types of a node's parameters; `missing` are names that it does not have."""
+    """Values and types of a node's parameters; `missing` are unknown names."""
     node = full_topic(request.text("node"))
     caller.answer_s = request.number("timeout_s", ANSWER_S)
     known = parameters.list_names(caller, node)
@@ -51,7 +51,6 @@ def get_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
 
 
 def set_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
-    """Set some, each by itself."""
     node, values = full_topic(request.text("node")), request.values()
     caller.answer_s = request.number("timeout_s", ANSWER_S)
     declared = parameters.declared_types(caller, node, list(values))
@@ -67,32 +66,31 @@ def set_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
 
 @dataclass(slots=True, kw_only=True)
 class ProbePublisher:
-    """A publisher, how it looks in the graph, and how many subscriptions it knows since when."""
+    """A publisher, its endpoint, and how many subscriptions it has known since when."""
 
     publisher: Any
     endpoint: Endpoint
     known: int = 0
     since_s: float = field(default_factory=time.monotonic)
 
-    def look(self) -> bool:
-        """Whether it has known as many for long enough for them to know it, too."""
+    def is_steady(self) -> bool:
+        """Whether the subscriptions that it knows have had time to discover it."""
         count = self.publisher.get_subscription_count()
         if count != self.known:
             self.known, self.since_s = count, time.monotonic()
-        return time.monotonic() - self.since_s >= MEET_S
+        return time.monotonic() - self.since_s >= DISCOVERY_S
 
 
 class Handlers:
-    """The errands that need the newest graph."""
+    """The requests that need the newest snapshot."""
 
-    def __init__(self, portrait: Callable[[], ProbeSnapshot], watches: Subscriptions) -> None:
-        self._portrait = portrait
-        self._watches = watches
+    def __init__(self, snapshot: Callable[[], ProbeSnapshot], subscriptions: Subscriptions) -> None:
+        self._snapshot = snapshot
+        self._subscriptions = subscriptions
         self._lock = threading.Lock()
-        self._speakers: dict[tuple[str, str, str], ProbePublisher] = {}
+        self._publishers: dict[tuple[str, str, str], ProbePublisher] = {}
 
     def call(self, caller: ServiceCaller, request: Request) -> dict[str, Any]:
-        """Call a service, once it is there."""
         name = full_topic(request.text("service"))
         end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
         type_name = self._service_type(caller, name, request.optional_text("type"), end_s)
@@ -109,28 +107,28 @@ class Handlers:
     def _service_type(
         self, caller: ServiceCaller, name: str, wanted: str | None, end_s: float
     ) -> str:
-        """The type that the service has; VerbError if it is another than the one wanted."""
-        while name not in self._portrait().services and time.monotonic() < end_s:
-            pause(caller, _LOOK_S)
-        offered = self._portrait().services.get(name, ())
+        """The type of the service; VerbError if `wanted` is another one."""
+        while name not in self._snapshot().services and time.monotonic() < end_s:
+            pause(caller, _PERIOD_S)
+        offered = self._snapshot().services.get(name, ())
         if wanted is not None and "/srv/" not in wanted:
             wanted = wanted.replace("/", "/srv/")
         if not offered:
-            hint = did_you_mean(name, self._portrait().services)
+            hint = did_you_mean(name, self._snapshot().services)
             raise NoAnswerError(f"service '{name}' is not available", hint=hint)
         if wanted is not None and wanted not in offered:
             raise VerbError(f"service '{name}' has the type {', '.join(offered)}, not {wanted}")
         return wanted or offered[0]
 
     def publish(self, caller: ServiceCaller, request: Request) -> dict[str, Any]:
-        """Publish some messages, once somebody hears them."""
+        """Publish messages once `matched` subscriptions receive them."""
         topic = full_topic(request.text("topic"))
         end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
         type_name = self._topic_type(caller, topic, request.optional_text("type"), end_s)
         message = load_message(type_name)()
         stamps = fill(message, request.values())
-        speaker = self._speaker(caller, topic, type_name, request.mapping("qos"))
-        matched = self._await_matched(caller, speaker, int(request.number("matched", 1)), end_s)
+        publisher = self._publisher(caller, topic, type_name, request.mapping("qos"))
+        matched = self._await_matched(caller, publisher, int(request.number("matched", 1)), end_s)
         times, pause_s = (
             int(request.number("times", 1)),
             1.0 / (request.number("rate_hz", 1.0) or 1),
@@ -141,33 +139,31 @@ class Handlers:
             now = caller.observer.node.get_clock().now().to_msg()
             for stamp in stamps:
                 stamp(now)
-            speaker.publisher.publish(message)
+            publisher.publisher.publish(message)
         return {"published": times, "matched": matched, "type": full_type(type_name)}
 
     def _topic_type(
         self, caller: ServiceCaller, topic: str, wanted: str | None, end_s: float
     ) -> str:
-        """The type that the topic has."""
         while wanted is None and time.monotonic() < end_s:
-            if types := self._portrait().types_of(topic):
+            if types := self._snapshot().types_of(topic):
                 return types[0]
-            pause(caller, _LOOK_S)
+            pause(caller, _PERIOD_S)
         if wanted is None:
-            near = did_you_mean(topic, self._portrait().snapshot.topics())
+            near = did_you_mean(topic, self._snapshot().snapshot.topics())
             raise VerbError(f"nobody has the topic '{topic}', so its type is not known", hint=near)
         return full_type(wanted)
 
-    def _speaker(
+    def _publisher(
         self, caller: ServiceCaller, topic: str, type_name: str, words: dict[str, Any] | None
     ) -> ProbePublisher:
-        """A publisher, which stays."""
         if words is None:
-            asked = {e.durability for e in self._portrait().on(topic) if not e.is_publisher}
+            asked = {e.durability for e in self._snapshot().on(topic) if not e.is_publisher}
             words = {"durability": "TRANSIENT_LOCAL" if "TRANSIENT_LOCAL" in asked else "VOLATILE"}
         profile = qos.from_words(words, _DEPTH)
         key = (topic, type_name, json.dumps(words, sort_keys=True))
         with self._lock:
-            if key not in self._speakers:
+            if key not in self._publishers:
                 node, kind = caller.observer.node, load_message(type_name)
                 endpoint = qos.endpoint_of(
                     profile,
@@ -176,37 +172,37 @@ class Handlers:
                     direction=Direction.PUBLISHER,
                     node="this publisher",
                 )
-                self._speakers[key] = ProbePublisher(
+                self._publishers[key] = ProbePublisher(
                     publisher=node.create_publisher(kind, topic, profile), endpoint=endpoint
                 )
-        return self._speakers[key]
+        return self._publishers[key]
 
     def _await_matched(
-        self, caller: ServiceCaller, speaker: ProbePublisher, wanted: int, end_s: float
+        self, caller: ServiceCaller, publisher: ProbePublisher, wanted: int, end_s: float
     ) -> int:
-        """How many hear it, ourselves left out; VerbError with the reason if they are too few."""
+        """The number of subscriptions but ours; VerbError with the reason if it is too small."""
         while True:
-            is_steady = speaker.look()
-            matched = max(0, speaker.known - self._watches.matching(speaker.endpoint))
+            is_steady = publisher.is_steady()
+            matched = max(0, publisher.known - self._subscriptions.matching(publisher.endpoint))
             if matched >= wanted and (is_steady or wanted == 0):
                 return matched
             if matched < wanted and time.monotonic() >= end_s:
                 raise VerbError(
-                    f"{matched} of {wanted} subscriptions on '{speaker.endpoint.topic}' "
+                    f"{matched} of {wanted} subscriptions on '{publisher.endpoint.topic}' "
                     "would hear it",
-                    hint=self._reason(speaker.endpoint),
+                    hint=self._reason(publisher.endpoint),
                 )
-            pause(caller, _LOOK_S)
+            pause(caller, _PERIOD_S)
 
     def _reason(self, own: Endpoint) -> str:
-        there = [e for e in self._portrait().on(own.topic) if not e.is_publisher]
+        there = [e for e in self._snapshot().on(own.topic) if not e.is_publisher]
         if not there:
             return f"nobody subscribes to {own.topic}"
         return explain([*there, own]) if mismatches([*there, own]) else "the others are not there"
 
     def draw(self, caller: ServiceCaller, request: Request) -> dict[str, Any]:
-        """Write the graph to files; where drawing is not possible `notes` say why."""
-        snapshot = self._portrait().snapshot
+        """Write the graph to files; `notes` say why a drawing is not possible."""
+        snapshot = self._snapshot().snapshot
         data, drawing = request.optional_text("json"), request.optional_text("svg")
         notes: list[str] = []
         if data is not None:

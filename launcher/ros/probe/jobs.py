@@ -1,7 +1,7 @@
-"""Errands: requests that wait for somebody else, in threads, so that nothing else waits.
+"""Runs requests that have to wait for other nodes in threads.
 
-A thread has a hidden node of its own, because an executor takes whatever comes for its node: on
-the node that listens it would take the messages as well.
+A thread has a hidden node of its own, because an executor takes everything that arrives for its
+node: on the node that listens it would take the messages as well.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ Answer = Callable[[Request, Callable[[], dict[str, Any]]], None]
 
 
 def pause(caller: ServiceCaller, pause_s: float) -> None:
-    """Wait for a moment; ExternalShutdownException if the probe has ended."""
+    """Sleep; ExternalShutdownException if the probe has ended."""
     if not caller.observer.context.ok():
         raise ExternalShutdownException
     time.sleep(pause_s)
 
 
 class Jobs:
-    """Threads that are started when there is work for them; `answer` runs the work and tells."""
+    """Up to 8 threads, started on demand; `answer` runs a job and sends its result."""
 
     def __init__(self, observer: Observer, answer: Answer) -> None:
         self._observer = observer
@@ -44,15 +44,15 @@ class Jobs:
         self._idle = threading.Semaphore(0)
 
     def send(self, work: Handler, request: Request) -> None:
-        """Have this done by a thread that has nothing to do, or by a new one."""
+        """Hand the request to an idle thread, or to a new one."""
         if not self._idle.acquire(blocking=False) and len(self._threads) < MOST_THREADS:
             self._start_thread()
         self._queue.put((work, request))
 
     def _start_thread(self) -> None:
         number = len(self._threads)
-        # made here: the threads would make theirs at the same time
-        node = self._observer.helper(f"errands_{number}")
+        # rclpy cannot create nodes in several threads at the same time
+        node = self._observer.helper(f"jobs_{number}")
         thread = threading.Thread(target=self._run, args=(node,), daemon=True)
         self._threads.append(thread)
         thread.start()
@@ -60,17 +60,17 @@ class Jobs:
     def _run(self, node: Any) -> None:
         try:
             with ServiceCaller(self._observer, node) as caller:
-                while (errand := self._queue.get()) is not None:
-                    work, request = errand
+                while (job := self._queue.get()) is not None:
+                    work, request = job
                     self._answer(request, partial(work, caller, request))
                     self._idle.release()
         except ExternalShutdownException:
-            pass  # the probe ends while somebody still waits
+            pass  # the probe ended during a job
         finally:
             node.destroy_node()
 
     def close(self) -> None:
-        """End the threads; the context is shut down, which ends what they wait for."""
+        """Shut the context down, which ends all waiting, and join the threads."""
         self._observer.context.try_shutdown()
         for _ in self._threads:
             self._queue.put(None)

@@ -1,4 +1,8 @@
-"""Inbox: requests on their way in."""
+"""The probe's lines of JSON: requests that come in, answers and events that go out.
+
+Times are on two clocks: DDS stamps messages in wall time; the monotonic clock is the same for all
+processes of a machine.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +16,26 @@ from typing import Any
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.to_yaml import to_json_plain
 
+NANOS = 1_000_000_000
 READ_BYTES = 2**16
+LIMIT_BYTES = 16 * 2**20  # of messages that wait for a slow reader; more are dropped
+MESSAGE_BYTES = 2**20  # a longer message goes out without its content
+WRITE_BYTES = 2**16
+
+Line = tuple[bytes, bool]  # and whether it is a message
+
+
+def moment() -> dict[str, float]:
+    return {"mono": time.monotonic(), "wall": time.time()}
+
+
+def wall_offset_ns() -> int:
+    """Wall time minus monotonic time."""
+    return time.time_ns() - time.monotonic_ns()
 
 
 class Inbox:
-    """Cuts what a descriptor gives into lines; `is_closed` when there will be no more."""
+    """Reads lines from a descriptor; `is_closed` at its end."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
@@ -24,7 +43,7 @@ class Inbox:
         self.is_closed = False
 
     def lines(self) -> list[bytes]:
-        """The lines that have come; call it when there is something to read."""
+        """Complete lines; call it when the descriptor is readable."""
         chunk = os.read(self._descriptor, READ_BYTES)
         self.is_closed = not chunk
         *lines, self._partial = (self._partial + chunk).split(b"\n")
@@ -32,7 +51,7 @@ class Inbox:
 
 
 class Request:
-    """One request. Its fields are asked for by name and kind; VerbError if one does not fit."""
+    """One request. The methods return fields by name and kind; VerbError if one does not fit."""
 
     def __init__(self, line: bytes) -> None:
         self.id: Any = None
@@ -47,11 +66,10 @@ class Request:
 
     @property
     def word(self) -> str:
-        """What is to be done."""
         return str(self._fields.get("do"))
 
     def text(self, name: str) -> str:
-        """A text that must be there."""
+        """A text that is required and not empty."""
         value = self._fields.get(name)
         if not isinstance(value, str) or not value:
             raise VerbError(f"'{name}' must be a text, got {json.dumps(value)}")
@@ -74,7 +92,6 @@ class Request:
         return None if self._fields.get(name) is None else self.number(name, 0.0)
 
     def flag(self, name: str, default: bool) -> bool:
-        """True or false."""
         value = self._fields.get(name, default)
         if not isinstance(value, bool):
             raise VerbError(f"'{name}' must be true or false, got {json.dumps(value)}")
@@ -105,15 +122,12 @@ class Request:
         return self.mapping("values") or {}
 
 
-LIMIT_BYTES = 16 * 2**20  # of messages that wait
-MESSAGE_BYTES = 2**20  # a longer one is told without its content
-WRITE_BYTES = 2**16
-
-Line = tuple[bytes, bool]  # and whether it is a message
-
-
 class Outbox:
-    """Writes to a descriptor that does not block. `say` may be called from any thread."""
+    """Queues lines for a descriptor that does not block. `say` may be called from any thread.
+
+    Answers and events are kept until they are read; messages only up to LIMIT_BYTES. Dropped ones
+    are counted, and the count is reported as soon as there is room.
+    """
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
@@ -125,33 +139,32 @@ class Outbox:
         self.is_broken = False
 
     def say(self, document: Mapping[str, Any]) -> None:
-        """A line that is never thrown away."""
+        """Queue a line that is never dropped."""
         self._lines.append((encoded(document), False))
 
     def show(self, graph: Mapping[str, Any]) -> None:
-        """The graph as it is now, in place of one that is still waiting."""
+        """Queue the graph, in place of one that is still waiting."""
         self._graph = graph
 
-    def hand_over(self, message: Mapping[str, Any]) -> None:
-        """A line that is thrown away if the reader is too far behind."""
+    def push(self, message: Mapping[str, Any]) -> None:
+        """Queue a line, or drop it if the reader is too far behind."""
         line = encoded(message)
         if len(line) > MESSAGE_BYTES:
             line = encoded({**message, "data": None, "bytes": len(line)})
         if self._waiting_bytes + len(line) > LIMIT_BYTES:
             self._dropped += 1
             return
-        self._tell_dropped()
+        self._report_dropped()
         self._waiting_bytes += len(line)
         self._lines.append((line, True))
 
-    def _tell_dropped(self) -> None:
+    def _report_dropped(self) -> None:
         if self._dropped:
             self.say({"event": "dropped", "messages": self._dropped, **moment()})
             self._dropped = 0
 
     @property
     def is_empty(self) -> bool:
-        """Whether everything has been written."""
         return not (self._lines or self._partial or self._graph or self._dropped)
 
     def flush(self) -> None:
@@ -167,7 +180,7 @@ class Outbox:
 
     def _next_chunk(self) -> bytes:
         if not self._lines:
-            self._tell_dropped()
+            self._report_dropped()
         if self._graph is not None:
             self.say(self._graph)
             self._graph = None
@@ -182,22 +195,9 @@ class Outbox:
 
 
 def encoded(document: Mapping[str, Any]) -> bytes:
-    """One line of JSON; what JSON has no word for (nan, inf) becomes a string."""
+    """One line of JSON; nan and inf become strings."""
     try:
         text = json.dumps(document, allow_nan=False, separators=(",", ":"))
     except ValueError:
         text = json.dumps(to_json_plain(dict(document)), separators=(",", ":"))
     return text.encode() + b"\n"
-
-
-NANOS = 1_000_000_000
-
-
-def moment() -> dict[str, float]:
-    """Now, on both clocks."""
-    return {"mono": time.monotonic(), "wall": time.time()}
-
-
-def wall_offset_ns() -> int:
-    """What is added to a monotonic time to make it wall time."""
-    return time.time_ns() - time.monotonic_ns()

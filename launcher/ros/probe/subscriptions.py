@@ -1,7 +1,7 @@
-"""Watches: the probe's subscriptions, each fitted to its publishers or with exactly the QoS asked.
+"""The probe's subscriptions, with QoS that is given or fitted to the publishers.
 
-A fitted one is made when the first publisher is known, and made anew, weaker, if another turns up
-that it would not match. It never becomes stronger: that could only lose messages.
+A fitted one is created when the first publisher is known, and replaced by a weaker one if a
+publisher comes that it does not match. It never becomes stronger: that could only lose messages.
 """
 
 from __future__ import annotations
@@ -47,19 +47,17 @@ class Subscription:
 
 
 class Subscriptions:
-    """All subscriptions of a probe."""
-
     def __init__(self, observer: Observer, outbox: Outbox) -> None:
         self._observer = observer
         self._outbox = outbox
-        self._watches: dict[str, Subscription] = {}
+        self._subscriptions: dict[str, Subscription] = {}
 
     def __len__(self) -> int:
-        return len(self._watches)
+        return len(self._subscriptions)
 
-    def subscribe(self, request: Request, portrait: ProbeSnapshot) -> dict[str, Any]:
-        """Begin; VerbError for a request that can never work."""
-        watch = Subscription(
+    def subscribe(self, request: Request, snapshot: ProbeSnapshot) -> dict[str, Any]:
+        """Add one; VerbError for a request that can never work."""
+        sub = Subscription(
             key=request.text("sub"),
             topic=full_topic(request.text("topic")),
             type=request.optional_text("type"),
@@ -67,120 +65,118 @@ class Subscriptions:
             pushes=request.flag("messages", True),
             depth=int(request.number("depth", DEPTH)),
         )
-        if watch.key in self._watches:
-            raise VerbError(f"there is a subscription '{watch.key}' already")
-        if watch.type is not None:
-            load_message(watch.type)
-        if watch.qos is not None:
-            qos.from_words(watch.qos, watch.depth)
-        self._watches[watch.key] = watch
-        self._look(watch, portrait)
-        return {"state": "waiting" if watch.listener is None else "subscribed"}
+        if sub.key in self._subscriptions:
+            raise VerbError(f"there is a subscription '{sub.key}' already")
+        if sub.type is not None:
+            load_message(sub.type)
+        if sub.qos is not None:
+            qos.from_words(sub.qos, sub.depth)
+        self._subscriptions[sub.key] = sub
+        self._look(sub, snapshot)
+        return {"state": "waiting" if sub.listener is None else "subscribed"}
 
     def unsubscribe(self, request: Request) -> dict[str, Any]:
-        """End one."""
-        watch = self._watch(request)
-        del self._watches[watch.key]
-        if watch.listener is not None:
-            watch.listener.close()
+        sub = self._sub(request)
+        del self._subscriptions[sub.key]
+        if sub.listener is not None:
+            sub.listener.close()
         return {}
 
-    def _watch(self, request: Request) -> Subscription:
+    def _sub(self, request: Request) -> Subscription:
         key = request.text("sub")
-        if key not in self._watches:
+        if key not in self._subscriptions:
             raise VerbError(f"there is no subscription '{key}'")
-        return self._watches[key]
+        return self._subscriptions[key]
 
-    def fit(self, portrait: ProbeSnapshot) -> None:
-        """Look at a new graph: subscribe where it has become possible, say what cannot match."""
-        for watch in self._watches.values():
-            self._look(watch, portrait)
+    def fit(self, snapshot: ProbeSnapshot) -> None:
+        """Take a new snapshot: subscribe where it has become possible, report mismatches."""
+        for sub in self._subscriptions.values():
+            self._look(sub, snapshot)
 
-    def _look(self, watch: Subscription, portrait: ProbeSnapshot) -> None:
-        self._fit(watch, portrait)
-        if watch.endpoint is not None:
-            self._tell_mismatches(watch, watch.endpoint, portrait)
+    def _look(self, sub: Subscription, snapshot: ProbeSnapshot) -> None:
+        self._fit(sub, snapshot)
+        if sub.endpoint is not None:
+            self._report_mismatches(sub, sub.endpoint, snapshot)
 
-    def _fit(self, watch: Subscription, portrait: ProbeSnapshot) -> None:
+    def _fit(self, sub: Subscription, snapshot: ProbeSnapshot) -> None:
         try:
-            target = _target(watch, portrait)
-            if target is not None and self._is_wanting(watch, target):
-                self._make(watch, target)
+            target = _target(sub, snapshot)
+            if target is not None and self._is_needed(sub, target):
+                self._make(sub, target)
         except VerbError as error:
-            if not watch.has_failed:
-                watch.has_failed = True
+            if not sub.has_failed:
+                sub.has_failed = True
                 text = {"message": error.message, "hint": error.hint}
-                self._outbox.say({"event": "failed", "sub": watch.key, **text, **moment()})
+                self._outbox.say({"event": "failed", "sub": sub.key, **text, **moment()})
 
-    def _is_wanting(self, watch: Subscription, target: Target) -> bool:
-        """Whether a subscription has to be made, for the first time or a weaker one."""
-        if watch.endpoint is None:
+    def _is_needed(self, sub: Subscription, target: Target) -> bool:
+        """Whether a subscription has to be created, the first or a weaker one."""
+        if sub.endpoint is None:
             return True
-        own = watch.endpoint
-        return watch.qos is None and any(faults(p, own) for p in target.publishers)
+        own = sub.endpoint
+        return sub.qos is None and any(faults(p, own) for p in target.publishers)
 
-    def _make(self, watch: Subscription, target: Target) -> None:
-        if watch.qos is None:
-            profile, _ = qos.listening(target.publishers, watch.depth)
+    def _make(self, sub: Subscription, target: Target) -> None:
+        if sub.qos is None:
+            profile, _ = qos.listening(target.publishers, sub.depth)
         else:
-            profile = qos.from_words(watch.qos, watch.depth)
-        listener = Listener(self._observer, raw=not watch.pushes)
+            profile = qos.from_words(sub.qos, sub.depth)
+        listener = Listener(self._observer, raw=not sub.pushes)
         listener.subscribe(target, profile)
-        before, watch.listener = watch.listener, listener
+        before, sub.listener = sub.listener, listener
         if before is not None:
-            self._keep(watch, before.take())
+            self._keep(sub, before.take())
             before.close()
-        watch.endpoint = own_endpoint(profile, target)
+        sub.endpoint = own_endpoint(profile, target)
         self._outbox.say(
             {
                 "event": "subscribed",
-                "sub": watch.key,
-                "topic": watch.topic,
-                "type": watch.endpoint.type,
+                "sub": sub.key,
+                "topic": sub.topic,
+                "type": sub.endpoint.type,
                 "qos": qos.to_words(profile),
-                "fitted": watch.qos is None,
+                "fitted": sub.qos is None,
                 "again": before is not None,
                 **moment(),
             }
         )
 
-    def _tell_mismatches(self, watch: Subscription, own: Endpoint, portrait: ProbeSnapshot) -> None:
-        publishers = [e for e in portrait.on(watch.topic) if e.is_publisher]
+    def _report_mismatches(self, sub: Subscription, own: Endpoint, snapshot: ProbeSnapshot) -> None:
+        publishers = [e for e in snapshot.on(sub.topic) if e.is_publisher]
         policies = {f.policy for p in publishers for f in faults(p, own)}
         text = explain([*publishers, own])
-        if policies and text not in watch.told:
-            watch.told.add(text)
-            names = {"sub": watch.key, "topic": watch.topic}
+        if policies and text not in sub.told:
+            sub.told.add(text)
+            names = {"sub": sub.key, "topic": sub.topic}
             found = {"text": text, "policies": sorted(policies)}
             self._outbox.say({"event": "mismatch", **names, **found, **moment()})
 
     def matching(self, publisher: Endpoint) -> int:
-        """How many of our own subscriptions hear this publisher."""
-        own = [w.endpoint for w in list(self._watches.values()) if w.endpoint]
+        """How many of our own subscriptions match this publisher."""
+        own = [w.endpoint for w in list(self._subscriptions.values()) if w.endpoint]
         return sum(e.topic == publisher.topic and not faults(publisher, e) for e in own)
 
     def take(self) -> None:
-        """Push and count what has come."""
-        for watch in self._watches.values():
-            if watch.listener is not None and (samples := watch.listener.take()):
-                self._keep(watch, samples)
+        for sub in self._subscriptions.values():
+            if sub.listener is not None and (samples := sub.listener.take()):
+                self._keep(sub, samples)
 
-    def _keep(self, watch: Subscription, samples: list[Sample]) -> None:
+    def _keep(self, sub: Subscription, samples: list[Sample]) -> None:
         offset_ns = wall_offset_ns()
         for sample in samples:
-            watch.times_ns.append(sample.received_ns - offset_ns)
-            watch.count += 1
-            if watch.pushes:
-                self._push(watch, sample, offset_ns)
+            sub.times_ns.append(sample.received_ns - offset_ns)
+            sub.count += 1
+            if sub.pushes:
+                self._push(sub, sample, offset_ns)
             else:
-                watch.size_bytes += len(sample.message)
+                sub.size_bytes += len(sample.message)
 
-    def _push(self, watch: Subscription, sample: Sample, offset_ns: int) -> None:
-        self._outbox.hand_over(
+    def _push(self, sub: Subscription, sample: Sample, offset_ns: int) -> None:
+        self._outbox.push(
             {
                 "event": "message",
-                "sub": watch.key,
-                "topic": watch.topic,
+                "sub": sub.key,
+                "topic": sub.topic,
                 "mono": (sample.received_ns - offset_ns) / NANOS,
                 "wall": sample.received_ns / NANOS,
                 "sent": int(sample.info["source_timestamp"]) / NANOS,
@@ -190,36 +186,36 @@ class Subscriptions:
 
     def rate(self, request: Request) -> dict[str, Any]:
         """How often messages came in a span of time."""
-        watch = self._watch(request)
+        sub = self._sub(request)
         from_s, until_s = request.optional_number("from"), request.optional_number("until")
         start_ns = 0 if from_s is None else round(from_s * NANOS)
         end_ns = time.monotonic_ns() if until_s is None else round(until_s * NANOS)
-        times_ns = [at_ns for at_ns in watch.times_ns if start_ns <= at_ns <= end_ns]
-        forgotten = watch.count > KEPT_TIMES and watch.times_ns[0] > start_ns
+        times_ns = [at_ns for at_ns in sub.times_ns if start_ns <= at_ns <= end_ns]
+        forgotten = sub.count > KEPT_TIMES and sub.times_ns[0] > start_ns
         return {
             **_rate_document(times_ns, end_ns),
-            "bytes_mean": None if watch.pushes else watch.size_bytes / max(1, watch.count),
+            "bytes_mean": None if sub.pushes else sub.size_bytes / max(1, sub.count),
             "complete": not forgotten,
         }
 
 
-def _target(watch: Subscription, portrait: ProbeSnapshot) -> Target | None:
-    """What to subscribe to; None as long as its type or its publishers are not known."""
-    endpoints = portrait.on(watch.topic)
-    types = portrait.types_of(watch.topic)
-    if watch.type is None and len(types) > 1:
+def _target(sub: Subscription, snapshot: ProbeSnapshot) -> Target | None:
+    """What to subscribe to; None while its type or its publishers are unknown."""
+    endpoints = snapshot.on(sub.topic)
+    types = snapshot.types_of(sub.topic)
+    if sub.type is None and len(types) > 1:
         raise VerbError(
-            f"topic '{watch.topic}' has more than one type: {', '.join(types)}",
-            hint="say which one is meant",
+            f"topic '{sub.topic}' has more than one type: {', '.join(types)}",
+            hint="add the type to the request",
         )
-    type_name = watch.type or next(iter(types), None)
+    type_name = sub.type or next(iter(types), None)
     if type_name is None:
         return None
     wanted = full_type(type_name)
     publishers = tuple(e for e in endpoints if e.is_publisher and e.type == wanted)
-    if watch.qos is None and not publishers:
+    if sub.qos is None and not publishers:
         return None
-    return Target(name=watch.topic, type=wanted, publishers=publishers)
+    return Target(name=sub.topic, type=wanted, publishers=publishers)
 
 
 def own_endpoint(profile: Any, target: Target) -> Endpoint:

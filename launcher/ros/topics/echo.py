@@ -1,4 +1,4 @@
-"""Echo: prints the messages of topics, in the shapes of `ros2 topic echo`."""
+"""Formats messages like `ros2 topic echo`: YAML, CSV, JSON or raw, whole or one field."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _INFO = (
 
 
 def compiled_filter(expression: str | None) -> Check | None:
-    """A check of a message `m`; UsageError if the expression is no Python."""
+    """A check of a message `m`; UsageError if the expression is not valid Python."""
     if expression is None:
         return None
     try:
@@ -53,7 +53,7 @@ def compiled_filter(expression: str | None) -> Check | None:
 
 
 def field_of(message: Any, path: str) -> Any:
-    """The value at `a.b[2].c`; VerbError as ros2cli words it."""
+    """The value at `a.b[2].c`; VerbError with the text of ros2cli."""
     value = message
     for step in _STEP.findall(path):
         try:
@@ -64,7 +64,6 @@ def field_of(message: Any, path: str) -> Any:
 
 
 def _fields_of(value: Any) -> str | None:
-    """What there would be."""
     if hasattr(value, "get_fields_and_field_types"):
         return f"fields: {', '.join(value.get_fields_and_field_types()) or 'none'}"
     return f"it has {len(value)} values: [0] is the first" if is_list(value) else None
@@ -84,7 +83,6 @@ class Writer:
 
     @classmethod
     def of(cls, options: Namespace) -> Writer:
-        """From the options of `topic echo`."""
         length = None if options.full_length or options.json else options.truncate_length
         style = Style(
             length=length, no_arr=options.no_arr, no_str=options.no_str, flow=options.flow_style
@@ -104,7 +102,7 @@ class Writer:
         return "".join(self.pieces(sample, self.value(sample)))
 
     def value(self, sample: Sample) -> Any:
-        """What of a message is asked for."""
+        """The message, or the field that is asked for."""
         if self.field is None or self.raw:
             return sample.message
         return field_of(sample.message, self.field)

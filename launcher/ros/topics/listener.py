@@ -1,8 +1,7 @@
-"""Listener: takes the messages of topics in bursts, with the times at which they arrived.
+"""Subscribes to topics, now or when somebody publishes them, and takes their messages in bursts.
 
-The middleware stamps each message on arrival, so they need not be taken one by one as they come:
-a look every few milliseconds takes all that are there. That is what keeps up with thousands of
-messages a second; rclpy's executor would build a wait set for each of them.
+The middleware stamps each message on arrival, so a look every few milliseconds can take all that
+are there. rclpy's executor would build a wait set for each of thousands of messages a second.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from launcher.ros.discovery.completeness import settle
 from launcher.ros.discovery.domains import why_empty
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.messages.interfaces import full_type, load_message
-from launcher.ros.snapshot.graph import UNKNOWN_NODE, Direction, Endpoint, GraphSnapshot
+from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
 from launcher.ros.snapshot.qos_matching import explain, mismatches
 from launcher.ros.topics import qos
 from launcher.ros.verb import spin_time_s, warn
@@ -26,17 +25,17 @@ from launcher.ros.verb import spin_time_s, warn
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
 
-
-_LOOK_S = 0.004
+_PERIOD_S = 0.004
 _BURST = 1000
 _STEADY_S = 0.06  # endpoints of one participant arrive together
-_GRAPH_LOOK_S = 0.5
+_EXPLAIN_PERIOD_S = 0.5
 _INTRODUCTION_S = 0.3
+_AWAIT_PERIOD_S = 0.1  # the second look has all endpoints of a participant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """A message (bytes if taken raw) and rclpy's info: times are wall clock nanoseconds."""
+    """A message (bytes if taken raw) and rclpy's info; times are wall clock nanoseconds."""
 
     topic: str
     message: Any
@@ -44,13 +43,12 @@ class Sample:
 
     @property
     def received_ns(self) -> int:
-        """When the middleware got it."""
         return int(self.info["received_timestamp"])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """A topic that is listened to, its type and the publishers that were there at the start."""
+    """A topic to subscribe to, its type and the publishers that were there at the start."""
 
     name: str
     type: str
@@ -58,7 +56,7 @@ class Target:
 
 
 def full_topic(name: str) -> str:
-    """The full name; VerbError if it cannot be one."""
+    """The name with its slash; VerbError if it is not a valid one."""
     from rclpy.exceptions import InvalidTopicNameException
     from rclpy.validate_full_topic_name import validate_full_topic_name
 
@@ -71,50 +69,19 @@ def full_topic(name: str) -> str:
 
 
 def are_published(names: Iterable[str]) -> Callable[[GraphSnapshot], bool]:
-    """Whether a look has publishers of all these topics."""
+    """Checks whether a graph has publishers of all these topics."""
     full = ["/" + name.removeprefix("/") for name in names]
     return lambda look: all(look.on(name, Direction.PUBLISHER) for name in full)
 
 
-def find_target(
-    observer: Observer, name: str, type_name: str | None, spin_time_s: float
-) -> Target | None:
-    """The topic as soon as its publishers are known to rclpy; otherwise as `target_in`."""
-    _await_publishers(observer, full_topic(name), spin_time_s)
-    return target_now(observer, name, type_name)
-
-
-def target_now(observer: Observer, name: str, type_name: str | None = None) -> Target | None:
-    """The topic as rclpy knows it at this moment; otherwise as `target_in`."""
-    full = full_topic(name)
-    types = observer.topic_types().get(full, [])
-    return _target(full, type_name, types, observer.endpoints(full))
-
-
-def target_in(look: GraphSnapshot, name: str, type_name: str | None) -> Target | None:
-    """The topic; None if its type cannot be told.
-
-    With a type the topic need not exist yet. VerbError if the name is none or the types differ.
-    """
-    full = full_topic(name)
-    return _target(full, type_name, look.topic_types().get(full, []), look.endpoints(full))
-
-
-def await_introduction(observer: Observer, target: Target) -> None:
-    """Return when rclpy knows the publishers of a target that a scout has seen, or soon.
-
-    Somebody may publish at once when he hears of our subscription, and then we have to know him.
-    """
-    deadline = time.monotonic() + _INTRODUCTION_S
-    while time.monotonic() < deadline:
-        if len(observer.infos(target.name, Direction.PUBLISHER)) >= len(target.publishers):
-            return
-        time.sleep(_LOOK_S)
-
-
 def _target(
-    full: str, type_name: str | None, types: list[str], endpoints: list[Endpoint]
+    graph: GraphSnapshot | Observer, full: str, type_name: str | None = None
 ) -> Target | None:
+    """The topic as the graph has it; None if its type is unknown.
+
+    With a type the topic need not exist yet. VerbError if there are several types.
+    """
+    types = graph.topic_types().get(full, [])
     if type_name is None and len(types) > 1:
         raise VerbError(
             f"Cannot echo topic '{full}', as it contains more than one type: [{', '.join(types)}]",
@@ -122,8 +89,33 @@ def _target(
         )
     if type_name is None and not types:
         return None
-    publishers = tuple(e for e in endpoints if e.is_publisher)
+    publishers = tuple(e for e in graph.endpoints(full) if e.is_publisher)
     return Target(name=full, type=type_name or types[0], publishers=publishers)
+
+
+def _first_target(
+    observer: Observer, name: str, type_name: str | None, options: Namespace
+) -> Target | None:
+    """The topic as soon as its publishers are known; None if it has none and no type."""
+    full = full_topic(name)
+    if (look := observer.seen_ahead()) is None:
+        _await_publishers(observer, full, spin_time_s(options))
+        return _target(observer, full, type_name)
+    if target := _target(look, full, type_name):
+        _await_introduction(observer, target)
+    return target
+
+
+def _await_introduction(observer: Observer, target: Target) -> None:
+    """Return when rclpy knows the publishers of a target that was prefetched, or soon.
+
+    A publisher may publish at once when it discovers our subscription, and we have to know it then.
+    """
+    deadline = time.monotonic() + _INTRODUCTION_S
+    while time.monotonic() < deadline:
+        if len(observer.infos(target.name, Direction.PUBLISHER)) >= len(target.publishers):
+            return
+        time.sleep(_PERIOD_S)
 
 
 def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None:
@@ -133,7 +125,7 @@ def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None
     def steady() -> bool:
         nonlocal last, changed
         infos = observer.infos(full, Direction.PUBLISHER)
-        if len(infos) != last or any(i.node_name == UNKNOWN_NODE for i in infos):
+        if len(infos) != last or not all(info.node for info in infos):
             last, changed = len(infos), time.monotonic()
         return bool(infos) and time.monotonic() - changed > _STEADY_S
 
@@ -141,24 +133,23 @@ def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None
 
 
 class Listener:
-    """Subscribes to topics; `samples` yields what comes."""
+    """Subscriptions of an observer; `samples` yields what they receive."""
 
     def __init__(self, observer: Observer, *, raw: bool) -> None:
         self._observer = observer
         self._raw = raw
         self._subscriptions: list[tuple[Target, Any]] = []
-        self._told: set[str] = set()
-        self.heard: set[str] = set()
+        self._explained: set[str] = set()
+        self._heard: set[str] = set()
 
     def subscribe(self, target: Target, profile: Any) -> None:
-        """Listen to one more topic."""
         subscription = self._observer.node.create_subscription(
             load_message(target.type), target.name, _ignore, profile, raw=self._raw
         )
         self._subscriptions.append((target, subscription))
 
     def take(self) -> list[Sample]:
-        """All messages that are there now; no end of them from one topic holds up the others."""
+        """The messages that are there now, at most 1000 of each topic."""
         found: list[Sample] = []
         for target, subscription in self._subscriptions:
             take, kind = subscription.handle.take_message, subscription.msg_type
@@ -168,19 +159,18 @@ class Listener:
                         break
                     message, info = taken
                     found.append(Sample(topic=target.name, message=message, info=info))
-        self.heard.update(sample.topic for sample in found)
+        self._heard.update(sample.topic for sample in found)
         return found
 
     def close(self) -> None:
-        """Listen to nothing more."""
         subscriptions, self._subscriptions = self._subscriptions, []
         for _, subscription in subscriptions:
             self._observer.node.destroy_subscription(subscription)
 
-    def samples(self, tick: Callable[[], bool], say: Callable[[str], None]) -> Iterator[Sample]:
-        """What comes, until `tick` (called after each look) says that it is enough.
+    def samples(self, tick: Callable[[], bool]) -> Iterator[Sample]:
+        """All messages until `tick`, which is called after each look, returns False.
 
-        `say` is told once of each reason why a topic stays silent.
+        Warns, once for each reason, why a topic is silent.
         """
         next_look = time.monotonic()
         while True:
@@ -189,54 +179,40 @@ class Listener:
             if not tick():
                 return
             if time.monotonic() >= next_look:
-                self._explain_silence(say)
-                next_look = time.monotonic() + _GRAPH_LOOK_S
+                self._explain_silence()
+                next_look = time.monotonic() + _EXPLAIN_PERIOD_S
             if not samples:
-                time.sleep(_LOOK_S)
+                time.sleep(_PERIOD_S)
 
-    def _explain_silence(self, say: Callable[[str], None]) -> None:
+    def _explain_silence(self) -> None:
         for target, subscription in self._subscriptions:
-            if target.name in self.heard:
+            if target.name in self._heard:
                 continue
             text = self._why_silent(target, subscription)
-            if text and text not in self._told:
-                self._told.add(text)
-                say(text)
+            if text and text not in self._explained:
+                self._explained.add(text)
+                warn(text)
 
     def _why_silent(self, target: Target, subscription: Any) -> str | None:
-        publishers = [e for e in self._observer.endpoints(target.name) if e.is_publisher]
-        known = [*publishers, self._own_endpoint(target, subscription)]
-        if not mismatches(known):
-            return None
-        return f"nothing will be received on {target.name}:\n{explain(known)}"
-
-    def _own_endpoint(self, target: Target, subscription: Any) -> Endpoint:
-        return qos.endpoint_of(
+        own = qos.endpoint_of(
             subscription.qos_profile,
             topic=target.name,
             type_name=full_type(target.type),
             direction=Direction.SUBSCRIPTION,
             node="this command",
         )
+        known = [*(e for e in self._observer.endpoints(target.name) if e.is_publisher), own]
+        if not mismatches(known):
+            return None
+        return f"nothing will be received on {target.name}:\n{explain(known)}"
 
 
 def _ignore(message: Any) -> None:
-    """Messages are taken by hand; no executor ever calls this."""
-
-
-def fitted_profile(target: Target, options: Any) -> tuple[Any, list[str]]:
-    """The QoS for a topic: what the options ask for, otherwise what fits its publishers."""
-    profile, notes = qos.listening(target.publishers)
-    if qos.asked(options):
-        return qos.from_options(options, profile), []
-    return profile, notes
-
-
-_AWAIT_PERIOD_S = 0.1  # endpoints of one participant arrive together, so the next look has them all
+    """A callback that no executor ever calls: messages are taken by `Listener.take`."""
 
 
 def subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
-    """Subscribe; VerbError as ros2cli words it if the type cannot be told."""
+    """Subscribe; VerbError with the text of ros2cli if the type is unknown."""
     target = _first_target(observer, name, options.message_type, options)
     if target is None:
         print(_unpublished(name), flush=True)
@@ -247,9 +223,9 @@ def subscribe_now(observer: Observer, listener: Listener, name: str, options: Na
 
 
 class AwaitedTopics:
-    """Subscribes to topics now, and to those that nobody has yet as soon as somebody does.
+    """Subscribes to topics now, and to unpublished ones as soon as they are published.
 
-    `found` is told of each.
+    `found` is called for each.
     """
 
     def __init__(
@@ -283,31 +259,19 @@ class AwaitedTopics:
         self._found(target)
 
     def look(self) -> None:
-        """Look for those that are missing, ten times a second; call it as often as you like."""
+        """Look for the missing topics, at most ten times a second; call it as often as you like."""
         if not self._missing or time.monotonic() < self._next_look:
             return
         for name, before in list(self._missing.items()):
-            target = self._missing[name] = target_now(self._observer, name)
+            target = self._missing[name] = _target(self._observer, full_topic(name))
             if target is not None and target == before:
                 del self._missing[name]
                 self._take(target)
         self._next_look = time.monotonic() + _AWAIT_PERIOD_S
 
 
-def _first_target(
-    observer: Observer, name: str, type_name: str | None, options: Namespace
-) -> Target | None:
-    """The topic as it is at the start."""
-    if (look := observer.seen_ahead()) is not None:
-        target = target_in(look, name, type_name)
-        if target is not None:
-            await_introduction(observer, target)
-        return target
-    return find_target(observer, name, type_name, spin_time_s(options))
-
-
 def _hint(observer: Observer, name: str) -> str | None:
-    """For a name that nobody has."""
+    """What to do about an unpublished topic."""
     look = observer.seen_ahead() or observer.graph_snapshot()
     return did_you_mean(name, look.topic_types()) if look.nodes else why_empty(observer.domain_id)
 
@@ -317,7 +281,9 @@ def _unpublished(name: str) -> str:
 
 
 def _subscribe(listener: Listener, target: Target, options: Namespace) -> None:
-    profile, notes = fitted_profile(target, options)
+    profile, notes = qos.listening(target.publishers)
+    if qos.asked(options):
+        profile, notes = qos.from_options(options, profile), []
     for note in notes:
         print(note)
     sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""Topics: what the graph says about them, in the texts of `ros2 topic`."""
+"""`topic list`, `info`, `type` and `find` of a graph, in the format of ros2cli."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.snapshot.qos_matching import Mismatch, explain, mismatches
 
-# Every tool of ROS brings these two itself, so `ros2 topic list` always shows them.
+# every node of ros2cli has these two, so `ros2 topic list` always shows them
 ALWAYS = {
     "/parameter_events": ["rcl_interfaces/msg/ParameterEvent"],
     "/rosout": ["rcl_interfaces/msg/Log"],
@@ -19,7 +19,7 @@ ALWAYS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Topic:
-    """A topic and how many use it, ourselves left out."""
+    """A topic and how many use it."""
 
     name: str
     types: tuple[str, ...]
@@ -28,7 +28,6 @@ class Topic:
 
     @property
     def label(self) -> str:
-        """The name with its types: `/chatter [std_msgs/msg/String]`."""
         return f"{self.name} [{', '.join(self.types)}]"
 
 
@@ -38,7 +37,6 @@ def known_types(look: GraphSnapshot) -> dict[str, list[str]]:
 
 
 def listed(look: GraphSnapshot, *, hidden: bool) -> list[Topic]:
-    """Every topic, sorted by name."""
     return [
         Topic(
             name=name,
@@ -65,7 +63,7 @@ def verbose_listing(topics: list[Topic]) -> Iterator[str]:
 
 
 def types_of(look: GraphSnapshot, name: str) -> list[str]:
-    """The types of a topic; VerbError with the text of ros2cli if nobody has it."""
+    """The types of a topic; VerbError with the text of ros2cli if nobody uses it."""
     topics = look.topic_types()
     used = name in topics and look.endpoints(name)
     if used:
@@ -75,7 +73,6 @@ def types_of(look: GraphSnapshot, name: str) -> list[str]:
 
 
 def types_or_none(look: GraphSnapshot, name: str) -> list[str]:
-    """The types of a topic, none if nobody has it."""
     return known_types(look).get(name, [])
 
 
@@ -112,7 +109,6 @@ def info_document(look: GraphSnapshot, name: str) -> Mapping[str, Any]:
 
 
 def mismatch_documents(found: Iterable[Mismatch]) -> list[dict[str, Any]]:
-    """Mismatches as plain data."""
     return [
         {
             "subscription": m.subscription.node,

@@ -1,4 +1,4 @@
-"""Publish: `topic pub`, with everything checked before the first message leaves."""
+"""`topic pub`: checks everything, then publishes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ _DELIVERY_S = 10.0
 
 
 def publish(options: Namespace) -> int:
-    """Publish as the options say; the exit code."""
     from rclpy.qos import QoSProfile
 
     message = load_message(options.message_type)()
@@ -41,9 +40,10 @@ def publish(options: Namespace) -> int:
 
 
 def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
-    """Stay for a while, and longer if a subscription that asks for it has not got all yet.
+    """Stay for a while, and until RELIABLE subscriptions have received everything.
 
-    A publisher knows a subscription before the subscription knows it, and may have published.
+    A publisher discovers a subscription before the subscription discovers it, and may have
+    published by then.
     """
     from rclpy.duration import Duration
 

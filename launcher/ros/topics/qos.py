@@ -1,4 +1,4 @@
-"""Profiles: the QoS of our own endpoints, from options or fitted to the publishers there are."""
+"""The QoS of our own endpoints: from options, from words, or fitted to publishers."""
 
 from __future__ import annotations
 
@@ -49,21 +49,22 @@ def add_qos_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _depth(word: str) -> int:
-    """A length that DDS takes; with 0 a queue could keep nothing."""
     if not word.isdecimal() or not 1 <= int(word) <= MAX_DEPTH:
-        raise argparse.ArgumentTypeError(f"a queue has a length from 1 to {MAX_DEPTH}, not {word}")
+        raise argparse.ArgumentTypeError(
+            f"the length of a queue is from 1 to {MAX_DEPTH}, not {word}"
+        )
     return int(word)
 
 
 def asked(options: argparse.Namespace) -> bool:
-    """Whether any option says something about QoS."""
+    """Whether any option sets QoS."""
     return any(
         value is not None for name, value in vars(options).items() if name.startswith("qos_")
     )
 
 
 def from_options(options: argparse.Namespace, base: QoSProfile) -> QoSProfile:
-    """The base profile (or the preset that is named) with what the options change."""
+    """The base profile, or the preset of the options, changed by the other options."""
     from rclpy.duration import Duration
     from rclpy.qos import (
         DurabilityPolicy,
@@ -93,9 +94,9 @@ def from_options(options: argparse.Namespace, base: QoSProfile) -> QoSProfile:
 
 
 def from_words(words: Mapping[str, Any], depth: int) -> QoSProfile:
-    """Exactly the profile that the words name as `topic info -v` does; ROS's default elsewhere.
+    """Exactly the profile of the words, which are those of `topic info -v`; else ROS's default.
 
-    Times are `deadline_s` and `lease_s`. VerbError for a word that is none.
+    Times are `deadline_s` and `lease_s`. VerbError for an unknown word.
     """
     from rclpy.duration import Duration
     from rclpy.qos import QoSProfile
@@ -103,7 +104,7 @@ def from_words(words: Mapping[str, Any], depth: int) -> QoSProfile:
     named = {name: _policy(name, words.get(name)) for name in POLICIES}
     for name in words:
         if name not in (*POLICIES, "deadline_s", "lease_s"):
-            raise VerbError(f"'{name}' is no policy of QoS", hint=f"known: {', '.join(POLICIES)}")
+            raise VerbError(f"unknown QoS policy '{name}'", hint=f"known: {', '.join(POLICIES)}")
     options = argparse.Namespace(
         qos_profile=None,
         qos_depth=depth,
@@ -119,7 +120,7 @@ def from_words(words: Mapping[str, Any], depth: int) -> QoSProfile:
 def _policy(name: str, word: str | None) -> str | None:
     if word is not None and str(word).lower() not in POLICIES[name]:
         known = ", ".join(choice.upper() for choice in POLICIES[name])
-        raise VerbError(f"'{word}' is no {name}", hint=f"one of {known}")
+        raise VerbError(f"unknown {name} '{word}'", hint=f"one of {known}")
     return None if word is None else str(word)
 
 
@@ -136,7 +137,7 @@ def to_words(profile: QoSProfile) -> dict[str, Any]:
 def endpoint_of(
     profile: QoSProfile, *, topic: str, type_name: str, direction: Direction, node: str
 ) -> Endpoint:
-    """An endpoint of ours as the graph would show it, to compare it with what is there."""
+    """An endpoint of ours as the graph would show it, to compare it with others."""
     return Endpoint(
         topic=topic,
         node=node,

@@ -1,4 +1,4 @@
-"""Rates: statistics over the arrivals of a topic, and how ros2cli words them. No ROS in here."""
+"""Rates, delays and bandwidth of a topic, in the format of ros2cli. Does not import rclpy."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from launcher.ros.verb import aligned
+
 NANOS = 1_000_000_000
 REPORT_NS = NANOS
-SILENT_INTERVALS = 2  # of the longest one: a topic that pauses longer has stopped
+SILENT_INTERVALS = 2  # a topic that pauses for twice its longest interval has stopped
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +31,6 @@ class Spread:
 
 
 def spread(values_ns: Iterable[int]) -> Spread | None:
-    """None without values."""
     values = list(values_ns)
     if not values:
         return None
@@ -55,7 +56,6 @@ class Arrivals:
         self.count = 0
 
     def add(self, received_ns: int) -> None:
-        """One message."""
         if self._first_ns is None or received_ns < self._first_ns:  # or the clock was set back
             self._first_ns = received_ns
             self._intervals_ns.clear()
@@ -66,7 +66,7 @@ class Arrivals:
         self.count += 1
 
     def due(self) -> Spread | None:
-        """A report, if a second of messages has come since the last one."""
+        """The window, if the messages since the last report span a second."""
         if not self._intervals_ns:
             return None
         if self._reported_ns is None:
@@ -78,7 +78,6 @@ class Arrivals:
         return self.now()
 
     def now(self) -> Spread | None:
-        """The window as it is."""
         return spread(self._intervals_ns)
 
     def mean_rate_hz(self, end_ns: int) -> float:
@@ -91,19 +90,18 @@ class Arrivals:
 
 
 class Delays:
-    """How old messages were when they arrived; the latest `window` of them."""
+    """The ages of the latest `window` messages when they arrived."""
 
     def __init__(self, window: int) -> None:
         self._delays_ns: deque[int] = deque(maxlen=window)
         self._news = False
 
     def add(self, delay_ns: int) -> None:
-        """One message."""
         self._delays_ns.append(delay_ns)
         self._news = True
 
     def due(self) -> tuple[Spread, bool] | None:
-        """The spread, and whether anything is new since the last look; None before the first."""
+        """The spread, and whether it is new since the last call; None before the first message."""
         found = spread(self._delays_ns)
         if found is None:
             return None
@@ -118,7 +116,6 @@ class Bandwidth:
         self._sizes: deque[tuple[int, int]] = deque(maxlen=window)
 
     def add(self, received_ns: int, size_bytes: int) -> None:
-        """One message."""
         self._sizes.append((received_ns, size_bytes))
 
     def due(self, now_ns: int) -> tuple[float, list[int]] | None:
@@ -135,7 +132,7 @@ def rate_text(found: Spread) -> str:
 
 
 def delay_text(found: Spread, *, fresh: bool) -> str:
-    """Two lines, as `ros2 topic delay` prints them, or one that says that nothing came."""
+    """Two lines, as `ros2 topic delay` prints them, or one without a new message."""
     if not fresh:
         return "no new messages"
     return f"average delay: {found.mean_s:.3f}\n{_spread_text(found)}"
@@ -178,9 +175,6 @@ def rate_table(rows: dict[str, Spread]) -> str:
         )
         for topic, s in rows.items()
     ]
-    widths = [max(len(row[column]) for row in cells) for column in range(len(head))]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in cells
-    ]
+    lines = aligned(cells)
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return "\n".join([lines[0], "=" * (sum(widths) + 2 * len(widths) - 2), *lines[1:]])

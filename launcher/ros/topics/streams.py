@@ -1,4 +1,4 @@
-"""Streams: `topic echo`, `hz`, `bw` and `delay`: listen until enough is heard or Ctrl-C."""
+"""`topic echo`, `hz`, `bw` and `delay`: listen until enough has arrived, or Ctrl-C."""
 
 from __future__ import annotations
 
@@ -29,19 +29,18 @@ SILENCE_S = 3.0
 
 @contextlib.contextmanager
 def until_interrupted() -> Iterator[None]:
-    """Ctrl-C is how these verbs usually end; a closed pipe ends them as well."""
+    """Take Ctrl-C and a closed pipe for a normal end."""
     try:
         yield
         sys.stdout.flush()
     except KeyboardInterrupt:
         sys.stdout.flush()
     except BrokenPipeError:
-        # what the interpreter flushes at its end must not complain again
+        # so that the interpreter's last flush does not fail again
         sys.stdout = open("/dev/null", "w")  # noqa: SIM115
 
 
 def echo(options: Namespace) -> int:
-    """Print messages; the exit code."""
     writer, accepts = Writer.of(options), compiled_filter(options.filter)
     enough = are_published(options.topic_names)
     with until_interrupted(), observing(options, enough, listens=True) as observer:
@@ -50,8 +49,8 @@ def echo(options: Namespace) -> int:
             subscribe_now(observer, listener, name, options)
         silence = _Silence(options.timeout)
         write = sys.stdout.write
-        for sample in listener.samples(silence.tick, warn):
-            silence.broken()
+        for sample in listener.samples(silence.tick):
+            silence.message()
             value = writer.value(sample)
             if accepts and not options.raw and not accepts(value):
                 continue
@@ -63,20 +62,18 @@ def echo(options: Namespace) -> int:
 
 
 class _Silence:
-    """Ends a listening after some seconds without a message; flushes after each burst."""
+    """Ends listening after `timeout_s` without a message; flushes after each burst."""
 
     def __init__(self, timeout_s: float | None) -> None:
         self._timeout_s = timeout_s
         self._last = time.monotonic()
         self._fresh = False
 
-    def broken(self) -> None:
-        """A message has come."""
+    def message(self) -> None:
         self._last = time.monotonic()
         self._fresh = True
 
     def tick(self) -> bool:
-        """Whether to go on."""
         if self._fresh:
             sys.stdout.flush()
             self._fresh = False
@@ -84,10 +81,7 @@ class _Silence:
 
 
 class _Clock:
-    """Ends a measurement after `for_s`, and calls `report` once a second until then.
-
-    Meanwhile it looks for the topics that are awaited.
-    """
+    """Ends a measurement after `for_s`, calls `report` once a second, looks for awaited topics."""
 
     def __init__(
         self, for_s: float | None, awaited: AwaitedTopics, report: Callable[[], None]
@@ -99,7 +93,6 @@ class _Clock:
         self._report = report
 
     def tick(self) -> bool:
-        """Whether to go on."""
         self._awaited.look()
         now = time.monotonic()
         if now >= self._next:
@@ -110,27 +103,25 @@ class _Clock:
 
 
 class _Quiet:
-    """Says on stderr, once per silence, that a topic has become silent."""
+    """Warns, once per silence, that a topic has become silent."""
 
     def __init__(self, topic: str) -> None:
         self._topic = topic
         self._last = time.monotonic()
-        self._said = False
+        self._has_warned = False
 
     def message(self) -> None:
-        """One has come."""
-        self._last, self._said = time.monotonic(), False
+        self._last, self._has_warned = time.monotonic(), False
 
     def look(self) -> None:
-        """Say it if it is so."""
         gap_s = time.monotonic() - self._last
-        if gap_s >= SILENCE_S and not self._said:
-            self._said = True
+        if gap_s >= SILENCE_S and not self._has_warned:
+            self._has_warned = True
             warn(f"no message on {self._topic} for {gap_s:.1f} s")
 
 
 def hz(options: Namespace) -> int:
-    """Print rates; 1 if one of them is below `--min` at the end."""
+    """Print rates; exit code 1 if one of them is below `--min` at the end."""
     accepts = compiled_filter(options.filter)
     names = options.topic_names
     arrivals: dict[str, statistics.Arrivals] = {}
@@ -144,7 +135,7 @@ def hz(options: Namespace) -> int:
         arrivals |= {full_topic(name): statistics.Arrivals(options.window) for name in names}
         awaited = AwaitedTopics(observer, listener, names, options, found)
         clock = _Clock(options.for_s, awaited, lambda: _report_rates(arrivals, quiet, options))
-        for sample in listener.samples(clock.tick, warn):
+        for sample in listener.samples(clock.tick):
             quiet[sample.topic].message()
             if accepts is None or accepts(sample.message):
                 arrivals[sample.topic].add(sample.received_ns)
@@ -167,7 +158,7 @@ def _report_rates(
     elif len(arrivals) == 1:
         print(statistics.rate_text(next(iter(found.values()))))
     else:
-        # a table that topics come into and go out of could not be read
+        # all topics, so that the rows stay in their places
         print(
             statistics.rate_table({n: spread for n, a in arrivals.items() if (spread := a.now())})
         )
@@ -202,7 +193,6 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: Namespace) -> in
 
 
 def bw(options: Namespace) -> int:
-    """Print bandwidths; the exit code."""
     sizes = statistics.Bandwidth(options.window)
 
     def report() -> None:
@@ -217,7 +207,7 @@ def bw(options: Namespace) -> int:
     with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
         listener = Listener(observer, raw=True)
         awaited = AwaitedTopics(observer, listener, names, options, found)
-        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick, warn):
+        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
             sizes.add(sample.received_ns, len(sample.message))
     return ExitCode.OK
 
@@ -230,7 +220,6 @@ def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
 
 
 def delay(options: Namespace) -> int:
-    """Print delays; the exit code."""
     delays = statistics.Delays(options.window)
 
     def report() -> None:
@@ -241,7 +230,7 @@ def delay(options: Namespace) -> int:
     with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
         listener = Listener(observer, raw=False)
         awaited = AwaitedTopics(observer, listener, names, options, lambda target: None)
-        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick, warn):
+        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
             delays.add(sample.received_ns - _stamp_ns(sample.message))
     return ExitCode.OK
 
