@@ -1,7 +1,7 @@
-"""Agent: the ROS side of a run, in a process of its own: `python -m launcher.ros.agent`.
+"""The ROS side of a run, in a process of its own: `python -m launcher.ros.agent`.
 
 It reads requests from standard input and answers on standard output, a JSON object a line, and
-ends with its input. rclpy stays out of the supervisor, which talks to it (engine/ros_agent.py).
+ends with its input. It keeps rclpy out of the supervisor, its client.
 
 | request | answer |
 |---|---|
@@ -32,13 +32,13 @@ from rclpy.signals import SignalHandlerOptions
 from launcher.ros.lifecycle_client import LifecycleClient
 from launcher.ros.transitions import Step
 
-LOOK_S = 0.1  # how often the services that requests wait for are looked at
+PERIOD_S = 0.1  # between two looks for the services that requests wait for
 
 Answer = dict[str, Any]
 
 
 class Agent(Node):  # type: ignore[misc]  # rclpy has no types
-    """Sends requests of the launch file to services, and tells transitions."""
+    """Sends requests of the launch file to services, and reports transitions."""
 
     def __init__(self, write: Callable[[Answer], None]) -> None:
         super().__init__(f"_launcher_agent_{os.getpid()}", start_parameter_services=False)
@@ -47,10 +47,10 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
         self._waiting: list[tuple[Any, Callable[[], None]]] = []
         self._lifecycle_nodes: dict[str, LifecycleClient] = {}
         self._wake = self.create_guard_condition(self._take_requests)
-        self.create_timer(LOOK_S, self._look)
+        self.create_timer(PERIOD_S, self._look)
 
-    def hand_in(self, request: Answer) -> None:
-        """Take a request; may be called from another thread."""
+    def submit(self, request: Answer) -> None:
+        """Queue a request; may be called from another thread."""
         self._inbox.append(request)
         self._wake.trigger()
 
@@ -117,14 +117,14 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
             )
 
         self._waiting.append((client, send))
-        self._send_what_can_be_sent()
+        self._send_ready()
 
     def _look(self) -> None:
-        self._send_what_can_be_sent()
+        self._send_ready()
         for node in self._lifecycle_nodes.values():
             node.look()
 
-    def _send_what_can_be_sent(self) -> None:
+    def _send_ready(self) -> None:
         ready = [pair for pair in self._waiting if pair[0].service_is_ready()]
         self._waiting = [pair for pair in self._waiting if pair not in ready]
         for _, send in ready:
@@ -142,13 +142,12 @@ def _write_line(answer: Answer) -> None:
 
 def _read_requests(agent: Agent) -> None:
     for line in sys.stdin:
-        agent.hand_in(json.loads(line))
+        agent.submit(json.loads(line))
     rclpy.try_shutdown()
 
 
 def main() -> None:
-    """Serve until standard input ends."""
-    # The supervisor decides about our end; the signals of a stop are not for us.
+    # we end with our input; signals that stop a run are for its other processes
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.SIG_IGN)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)

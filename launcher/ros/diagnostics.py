@@ -1,4 +1,4 @@
-"""Health: what a run tells about its processes, as levels, words and values of /diagnostics."""
+"""The processes of a run as levels, messages and values of /diagnostics."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-YOUNG_S = 10.0  # a process that was started again is watched this long before all is well
+YOUNG_S = 10.0  # a restarted process is shown as WARN for this time
 
 Row = Mapping[str, Any]
 
@@ -33,9 +33,9 @@ class Status:
 
 
 def statuses(rows: Iterable[Row], run: Mapping[str, Any], node: str) -> list[Status]:
-    """The run itself, then each process, as rqt_robot_monitor and Foxglove show them.
+    """The run itself, then each process, for rqt_robot_monitor and Foxglove.
 
-    `node` stands before their names: it tells the runs of a domain apart.
+    `node` comes before their names, so that the runs of a domain differ.
     """
     rows = list(rows)
     found = [_of_process(row, node) for row in rows]
@@ -44,7 +44,7 @@ def statuses(rows: Iterable[Row], run: Mapping[str, Any], node: str) -> list[Sta
 
 
 def all_stale(before: Iterable[Status], why: str) -> list[Status]:
-    """The same lines when nothing is known any more."""
+    """The same entries when their state is unknown."""
     return [
         Status(name=one.name, level=Level.STALE, message=why, values=one.values) for one in before
     ]
@@ -120,9 +120,9 @@ def _rounded(value: float | None, factor: float, digits: int) -> float | None:
 
 
 def service_names(rows: Iterable[Row]) -> dict[str, str]:
-    """Process -> what it is called in the names of its services: its label, if that is unique.
+    """Process -> its name in the names of services: its label if that is unique.
 
-    A ROS name has letters, digits and underscores; whatever else there is becomes an underscore.
+    Characters other than letters and digits become underscores.
     """
     rows = list(rows)
     labels = [_ros_name(row["label"]) for row in rows]

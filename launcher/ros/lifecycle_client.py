@@ -1,4 +1,4 @@
-"""The agent's end of one lifecycle node: hears its transitions, and asks it for others."""
+"""One lifecycle node as the agent sees it: its transitions, and requests for others."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ Answer = Callable[["str | None"], None]
 
 
 class LifecycleClient:
-    """Call `look()` regularly: it sends what can be sent, and settles what is overdue.
+    """Call `look()` regularly: it sends requests, and settles those that are overdue.
 
-    `tell` gets each step, and the label of its transition where the node gives one.
+    `tell` is called with each step, and the label of its transition if the node sends one.
     """
 
     def __init__(self, node: Node, name: str, tell: Callable[[Step, str], None]) -> None:
@@ -31,14 +31,14 @@ class LifecycleClient:
         self._unsent: deque[tuple[Any, Answer]] = deque()
         self._pending: list[_Pending] = []
         self._state: str | None = None
-        # When a step was concluded, in ns: its event may still come. The clocks of other hosts may
-        # differ, so that one event may come twice or, after a step back of a clock, not at all.
+        # When a step was concluded, in ns: its event may still arrive. With clocks of other hosts
+        # an event may be reported twice or, after a step back, not at all.
         self._concluded: dict[Step, int] = {}
         topic = f"{name}/transition_event"
         node.create_subscription(TransitionEvent, topic, self._hear, QUEUE_DEPTH)
 
     def request(self, transition_id: int, label: str, answer: Answer) -> None:
-        """Ask for a transition when the node is there; `answer` gets an error or None."""
+        """Request a transition once the node is there; `answer` is called with an error or None."""
         message = ChangeState.Request()
         message.transition.id = transition_id
         message.transition.label = label
@@ -46,7 +46,6 @@ class LifecycleClient:
         self.look()
 
     def look(self) -> None:
-        """Send, ask and conclude whatever it is time for."""
         now_s = time.monotonic()
         while self._unsent and self._change.service_is_ready():
             self._send(*self._unsent.popleft(), now_s)
@@ -83,7 +82,7 @@ class LifecycleClient:
     def _hear(self, message: TransitionEvent, info: dict[str, int]) -> None:
         step = Step(message.start_state.label, message.goal_state.label)
         if info["source_timestamp"] < self._concluded.pop(step, 0):
-            return  # told already
+            return  # already reported
         now_s = time.monotonic()
         for one in self._pending:
             missed = one.request.hear(step, now_s)
@@ -113,7 +112,7 @@ class _Pending:
         self._answer: Answer | None = answer
 
     def pass_on(self) -> None:
-        """Tell the outcome, once."""
+        """Report the outcome, once."""
         if self._answer is not None and self.request.succeeded is not None:
             self._answer(self.request.error)
             self._answer = None

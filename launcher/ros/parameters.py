@@ -1,4 +1,4 @@
-"""Parameters: asks nodes for theirs and sets them, in the texts of `ros2 param`."""
+"""Reads and sets parameters of nodes, in the format of `ros2 param`."""
 
 from __future__ import annotations
 
@@ -37,28 +37,27 @@ NOT_SET, BOOL, INTEGER, DOUBLE, STRING = 0, 1, 2, 3, 4
 BYTES, BOOLS, INTEGERS, DOUBLES, STRINGS = 5, 6, 7, 8, 9
 _INT64 = (-(2**63), 2**63 - 1)
 _WHOLE = f"a whole number is from {_INT64[0]} to {_INT64[1]}"
-# What a value that is of the right kind and does not fit has to be.
+# hints for values of the right kind that do not fit
 _LIMITS = {
     INTEGER: _WHOLE,
     INTEGERS: _WHOLE,
     DOUBLE: "a double is at most 1.8e308",
     DOUBLES: "a double is at most 1.8e308",
     BYTES: "a byte is from 0 to 255",
-    STRING: "a number of thousands of digits is not written as a string",
+    STRING: "a number of thousands of digits cannot be a string",
 }
 
 
 class NoKindError(VerbError):
-    """A value of a kind that parameters do not have."""
+    """The value is of a type that parameters do not have."""
 
 
 def type_name(number: int) -> str:
-    """`double`, or `not set`."""
     return KINDS[number][1] if number in KINDS else "not set"
 
 
 def plain_value(value: Any) -> Any:
-    """What a ParameterValue holds; None if it is not set."""
+    """The value of a ParameterValue; None if it is not set."""
     if value.type not in KINDS:
         return None
     held = getattr(value, KINDS[value.type][0])
@@ -68,7 +67,6 @@ def plain_value(value: Any) -> Any:
 
 
 def value_text(value: Any, *, hide_type: bool) -> str:
-    """The line of `param get`."""
     if value.type not in KINDS:
         return "None" if hide_type else "Parameter not set."
     field, _, label = KINDS[value.type]
@@ -77,14 +75,13 @@ def value_text(value: Any, *, hide_type: bool) -> str:
 
 
 def prepare(caller: ServiceCaller, node: str) -> None:
-    """Load what takes its time, while the node is being discovered."""
-    with contextlib.suppress(VerbError):  # no node can have the name, so it will not be found
+    """Create the clients, which is slow, while the node is being discovered."""
+    with contextlib.suppress(VerbError):  # an invalid name; the node will not be found
         caller.client(ListParameters, f"{node}/list_parameters")
         caller.client(GetParameters, f"{node}/get_parameters")
 
 
 def list_names(caller: ServiceCaller, node: str, prefixes: list[str] | None = None) -> list[str]:
-    """Names of a node's parameters, sorted."""
     request = ListParameters.Request(prefixes=prefixes or [])
     answer = caller.ask(ListParameters, f"{node}/list_parameters", request)
     return sorted(answer.result.names)
@@ -115,7 +112,6 @@ def get(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
 
 
 def descriptor_lines(descriptor: Any) -> Iterator[str]:
-    """The lines of `param describe`."""
     yield f"Parameter name: {descriptor.name}"
     yield f"  Type: {type_name(descriptor.type)}"
     if descriptor.description:
@@ -133,9 +129,9 @@ def descriptor_lines(descriptor: Any) -> Iterator[str]:
 
 
 def parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
-    """A Parameter message; a whole number becomes a double where one is declared.
+    """A Parameter message; an integer becomes a double where one is declared.
 
-    NoKindError if the value has no place in a parameter, VerbError if it is too large for it.
+    NoKindError if parameters cannot have such a value, VerbError if it is too large.
     """
     kind = _kind_of(value, declared_type)
     if kind is None:
@@ -197,7 +193,7 @@ def _cast(value: Any, kind: int) -> Any:
 
 
 def typed_parameter(name: str, word: str, declared_type: int) -> Any:
-    """A Parameter from a word of the command line; what is no other value is a string."""
+    """A Parameter from a word of the command line, a string if it is nothing else."""
     if declared_type == STRING:
         return parameter(name, word, STRING)
     try:
@@ -211,9 +207,9 @@ def typed_parameter(name: str, word: str, declared_type: int) -> Any:
 
 
 def declared_types(caller: ServiceCaller, node: str, names: list[str]) -> dict[str, int]:
-    """Name -> type number of those that the node has."""
+    """Name -> type number of those names that the node has."""
     found = _descriptors(caller, node, names)
-    if len(found) < len(names):  # one that is missing keeps rclpy from telling of the others
+    if len(found) < len(names):  # rclpy's answer ends before a missing one
         known = set(list_names(caller, node))
         found = _descriptors(caller, node, [name for name in names if name in known])
     return {descriptor.name: descriptor.type for descriptor in found}
@@ -225,13 +221,11 @@ def _descriptors(caller: ServiceCaller, node: str, names: list[str]) -> list[Any
 
 
 def set_all(caller: ServiceCaller, node: str, parameters: list[Any]) -> list[Any]:
-    """A result for each parameter."""
     request = SetParameters.Request(parameters=parameters)
     return list(caller.call(SetParameters, f"{node}/set_parameters", request).results)
 
 
 def set_atomically(caller: ServiceCaller, node: str, parameters: list[Any]) -> Any:
-    """One result for all."""
     request = SetParametersAtomically.Request(parameters=parameters)
     return caller.call(SetParametersAtomically, f"{node}/set_parameters_atomically", request).result
 
@@ -249,7 +243,7 @@ def dump_document(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
-    """Name -> value for a node from a parameter file; VerbError if it says nothing for it."""
+    """Name -> value for a node from a parameter file; VerbError if it has none for it."""
     document = _read(path)
     names = ([node, node.lstrip("/")], ["/**"] if use_wildcard else [])
     found = [document[name] for group in names for name in group if name in document]

@@ -1,4 +1,4 @@
-"""Calls: asks services of nodes, with a limit on how long an answer may take."""
+"""Calls services of nodes, with a limit on how long an answer may take."""
 
 from __future__ import annotations
 
@@ -13,24 +13,23 @@ if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
 
 ANSWER_S = 5.0
-_CONNECT_S = 1.0  # between the discovery of a service and its being ready
-_SEEN_AHEAD_S = 5.0  # the same where only the scout has discovered it
+_CONNECT_S = 1.0  # from the discovery of a service until it is ready
+_PREFETCHED_S = 5.0  # the same where only the prefetch has discovered it
 # A service of rmw_fastrtps drops its answer to a client that it has not discovered 0.1 s after the
-# question; the others need as long to ask a new participant for what it has, and on a busy
-# machine longer.
-_KNOWN_TO_OTHERS_S = 0.2
+# request; to discover a new participant takes as long, and longer on a busy machine.
+_DISCOVERED_S = 0.2
 ASK_AGAIN_S = 1.0
-_LOOK_S = 0.005
+_PERIOD_S = 0.005
 
 
 class NoAnswerError(VerbError):
-    """The node exists and is silent."""
+    """The service is not there, or did not answer in time."""
 
 
 class ServiceCaller:
-    """Calls services from the observer's node, or one that is given; close it before the observer.
+    """Calls services from the observer's node, or another one; close it before the observer.
 
-    `answer_s` is how long an answer may take where nothing else is said.
+    `answer_s` is the time limit where a call has no other.
     """
 
     def __init__(self, observer: Observer, node: Any = None) -> None:
@@ -50,7 +49,7 @@ class ServiceCaller:
         self._executor.shutdown()
 
     def client(self, kind: Any, name: str) -> Any:
-        """The client for a service, made at its first use; VerbError if it cannot have the name."""
+        """The client of a service, created once; VerbError if the name is not valid."""
         from rclpy.exceptions import InvalidServiceNameException
 
         if (kind, name) not in self._clients:
@@ -61,7 +60,7 @@ class ServiceCaller:
         return self._clients[kind, name]
 
     def load(self, kind: Any) -> None:
-        """Load what a service needs, while it is being discovered."""
+        """Load the libraries of a type, while its service is being discovered."""
         from rclpy.type_support import check_for_type_support
 
         check_for_type_support(kind)
@@ -72,7 +71,7 @@ class ServiceCaller:
         while not client.service_is_ready():
             if time.monotonic() >= deadline:
                 return False
-            time.sleep(_LOOK_S)
+            time.sleep(_PERIOD_S)
         return True
 
     def start(self, kind: Any, name: str, request: Any) -> Any:
@@ -81,13 +80,12 @@ class ServiceCaller:
         if not self.wait_for(client, self._connecting_s(name)):
             raise NoAnswerError(f"service '{name}' is not available")
         since_s = time.monotonic() - self.observer.created_s
-        time.sleep(max(0.0, _KNOWN_TO_OTHERS_S - since_s))
+        time.sleep(max(0.0, _DISCOVERED_S - since_s))
         return client.call_async(request)
 
     def _connecting_s(self, name: str) -> float:
-        """How long it may take until a service is ready."""
         look = self.observer.seen_ahead()
-        return _SEEN_AHEAD_S if look and name in look.service_types() else _CONNECT_S
+        return _PREFETCHED_S if look and name in look.service_types() else _CONNECT_S
 
     def call(self, kind: Any, name: str, request: Any, limit_s: float | None = None) -> Any:
         """The answer; NoAnswerError if there is none in time."""
@@ -99,7 +97,7 @@ class ServiceCaller:
         return future.result()
 
     def ask(self, kind: Any, name: str, request: Any) -> Any:
-        """As `call`, for what may be carried out twice: asked again, should the answer be lost."""
+        """As `call`, repeated if the answer is lost; for requests that may be carried out twice."""
         deadline = time.monotonic() + self.answer_s
         futures: list[Any] = []
         while (left_s := deadline - time.monotonic()) > 0:
@@ -137,12 +135,11 @@ def _silence(name: str, limit_s: float) -> NoAnswerError:
 
 
 def full_node(name: str) -> str:
-    """With its slash."""
     return name if name.startswith("/") else f"/{name}"
 
 
 def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
-    """The full name of a node that exists; VerbError in the words of ros2cli otherwise."""
+    """The full name of a node; VerbError with the text of ros2cli if it does not exist."""
     full = full_node(name)
     known: Sequence[str]
     if (look := observer.seen_ahead()) is not None:

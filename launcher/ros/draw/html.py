@@ -1,4 +1,4 @@
-"""Page: a drawing as one HTML file that works offline, with pan and zoom."""
+"""A drawing as one HTML file that works offline, with pan and zoom."""
 
 from __future__ import annotations
 
@@ -103,6 +103,6 @@ view.addEventListener("click", (event) => {{
 
 
 def to_html(svg: str, *, title: str, caption: str) -> str:
-    """The page around a drawing of Graphviz."""
+    """The page; `svg` is a drawing of Graphviz."""
     drawing = svg[svg.index("<svg") :]  # without the XML head and the doctype
     return _PAGE.format(svg=drawing, title=html.escape(title), caption=html.escape(caption))

@@ -1,20 +1,20 @@
-"""Mermaid: a snapshot as a flowchart for Markdown pages."""
+"""A graph as a Mermaid flowchart for Markdown pages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from launcher.ros.draw.filter import Mode, links
+from launcher.ros.draw.filter import Mode
 from launcher.ros.snapshot.graph import TopicGraph
-from launcher.ros.snapshot.qos_matching import silent_subscriptions
+from launcher.ros.snapshot.qos_matching import links, silent_subscriptions
 
 
 def to_mermaid(snapshot: TopicGraph, mode: Mode = Mode.ALL) -> str:
-    """The source of the flowchart; what receives nothing, and ghosts, are red."""
+    """The source of the flowchart; ghosts and unmatched subscriptions are red."""
     nodes = {name: f"n{index}" for index, name in enumerate(dict.fromkeys(snapshot.nodes))}
     known = () if mode is Mode.NODES else snapshot.topics()
     topics = {name: f"t{index}" for index, name in enumerate(known)}
-    for endpoint in snapshot.endpoints:  # a node may be known by its endpoints alone
+    for endpoint in snapshot.endpoints:  # a node may be missing in `nodes`
         nodes.setdefault(endpoint.node, f"n{len(nodes)}")
     shapes = [f"  {key}([{_quoted(name)}])" for name, key in nodes.items()]
     shapes += [f"  {key}[{_quoted(name)}]" for name, key in topics.items()]

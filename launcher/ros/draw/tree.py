@@ -1,15 +1,17 @@
-"""Tree: a snapshot as text, by node: what it publishes and to whom, what it receives from whom."""
+"""A graph as text, by node: what it publishes to whom and receives from whom."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from launcher.ros.draw.filter import Link, Mode, links
+from launcher.ros.draw.filter import Mode
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
+from launcher.ros.snapshot.qos_matching import Link, links
+from launcher.text import count
 
 
 def to_tree(snapshot: TopicGraph, mode: Mode = Mode.ALL) -> str:
-    """The lines of the tree, and at the end one line that counts."""
+    """The tree, and a last line with counts."""
     found = links(snapshot.endpoints)
     lines: list[str] = []
     for node in dict.fromkeys(snapshot.nodes):
@@ -53,13 +55,9 @@ def _neighbours(node: str, found: list[Link]) -> Iterator[str]:
 
 
 def _summary(snapshot: TopicGraph, found: list[Link]) -> str:
-    parts = [_count(len(snapshot.nodes), "node"), _count(len(snapshot.topics()), "topic")]
+    parts = [count(len(snapshot.nodes), "node"), count(len(snapshot.topics()), "topic")]
     if faults := sum(link.fault is not None for link in found):
-        parts.append(_count(faults, "connection") + " on which nothing arrives")
+        parts.append(count(faults, "connection") + " on which nothing arrives")
     if snapshot.ghosts:
-        parts.append(_count(len(snapshot.ghosts), "ghost"))
+        parts.append(count(len(snapshot.ghosts), "ghost"))
     return ", ".join(parts)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

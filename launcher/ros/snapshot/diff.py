@@ -1,4 +1,4 @@
-"""Saved: a snapshot as JSON, read back, and what differs between two of them."""
+"""A graph as JSON, read back, and compared with another one."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from launcher.ros.draw.filter import links
 from launcher.ros.errors import VerbError
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
+from launcher.ros.snapshot.qos_matching import links
 
 VERSION = 1
 
 
 def to_document(snapshot: TopicGraph) -> dict[str, Any]:
-    """Plain data, in a stable order."""
     return {
         "version": VERSION,
         "nodes": list(snapshot.nodes),
@@ -29,7 +28,7 @@ def to_document(snapshot: TopicGraph) -> dict[str, Any]:
 
 
 def load(path: str) -> TopicGraph:
-    """A snapshot from a file that `graph --json` made; VerbError if it is none."""
+    """A graph from a file that `graph --json` wrote; VerbError if it is not one."""
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
         return TopicGraph(
@@ -40,14 +39,14 @@ def load(path: str) -> TopicGraph:
     except OSError as error:
         raise VerbError(f"{path}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError) as error:
-        hint = "graph --json > FILE makes one"
-        raise VerbError(f"{path} is no saved graph: {error}", hint=hint) from None
+        hint = "create it with: graph --json > FILE"
+        raise VerbError(f"{path} is not a saved graph: {error}", hint=hint) from None
 
 
 def difference(before: TopicGraph, after: TopicGraph) -> list[str]:
-    """`- fact` for what is gone and `+ fact` for what is new, sorted; empty if nothing changed.
+    """`- fact` for what has gone and `+ fact` for what is new, sorted; empty if nothing changed.
 
-    GIDs are left out: they are new with every start.
+    GIDs are left out, since they change with every start.
     """
     old, new = Counter(_facts(before)), Counter(_facts(after))
     gone = [f"- {fact}" for fact in (old - new).elements()]

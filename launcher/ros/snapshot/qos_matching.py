@@ -1,6 +1,6 @@
-"""Matching: which publishers and subscriptions of a topic do not meet, why, and what to change.
+"""Which publishers and subscriptions of a topic do not match, why, and what to change.
 
-DDS's rule of request and offer: a subscription may ask for less than is offered, never for more.
+DDS matches a publisher with subscriptions that request no more than it offers.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _NANOS = 1_000_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """One policy on which a pair disagrees, both values as words."""
+    """A policy that does not match; its values as words."""
 
     policy: str
     offered: str
@@ -23,7 +23,6 @@ class Fault:
 
     @property
     def advice(self) -> str:
-        """What to change, on either side."""
         if self.policy == "TYPE":
             return f"use one type on both sides: {self.offered} or {self.asked}"
         noun = self.policy.lower().replace("_", " ")
@@ -33,7 +32,7 @@ class Fault:
 
 
 def faults(publisher: Endpoint, subscription: Endpoint) -> list[Fault]:
-    """Every policy on which the pair disagrees; empty if messages flow."""
+    """Every policy that does not match; empty if the pair does."""
     return list(_faults(publisher, subscription))
 
 
@@ -63,13 +62,13 @@ def _seconds(duration_ns: int) -> str:
 
 
 def mismatched_policy(publisher: Endpoint, subscription: Endpoint) -> str | None:
-    """The first policy because of which this pair exchanges nothing; None if the pair matches."""
+    """The first policy that does not match; None if the pair does."""
     found = faults(publisher, subscription)
     return found[0].policy if found else None
 
 
 def silent_subscriptions(snapshot: TopicGraph) -> dict[Endpoint, str]:
-    """Subscriptions that get nothing although their topic has publishers, and the policy why."""
+    """Subscriptions that match none of their topic's publishers, and a policy that differs."""
     silent: dict[Endpoint, str] = {}
     for subscription in snapshot.endpoints:
         if subscription.is_publisher:
@@ -84,9 +83,35 @@ def silent_subscriptions(snapshot: TopicGraph) -> dict[Endpoint, str]:
     return silent
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, order=True)
+class Link:
+    """Two nodes connected by a topic; `fault` is a policy that does not match."""
+
+    source: str
+    target: str
+    topic: str
+    fault: str | None = None
+
+
+def links(endpoints: Iterable[Endpoint]) -> list[Link]:
+    """Every pair of nodes that share a topic, sorted; a matching pair hides one that does not."""
+    known = sorted(set(endpoints))
+    found: dict[tuple[str, str, str], str | None] = {}
+    for publisher in (e for e in known if e.is_publisher):
+        for subscription in (e for e in known if not e.is_publisher):
+            if publisher.topic == subscription.topic:
+                key = (publisher.node, subscription.node, publisher.topic)
+                fault = mismatched_policy(publisher, subscription)
+                found[key] = None if found.get(key, fault) is None else fault
+    return [
+        Link(source=source, target=target, topic=topic, fault=fault)
+        for (source, target, topic), fault in sorted(found.items())
+    ]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mismatch:
-    """Publishers from which one subscription gets nothing, all for the same reasons."""
+    """Publishers that do not match one subscription, all for the same reasons."""
 
     subscription: Endpoint
     publishers: tuple[Endpoint, ...]
@@ -94,7 +119,7 @@ class Mismatch:
 
 
 def mismatches(endpoints: Iterable[Endpoint]) -> list[Mismatch]:
-    """All pairs of one topic that do not meet, gathered by subscription and reasons."""
+    """All pairs of one topic that do not match, grouped by subscription and reasons."""
     known = sorted(endpoints)
     found: list[Mismatch] = []
     for subscription in (e for e in known if not e.is_publisher):
