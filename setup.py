@@ -22,7 +22,11 @@ setup(
     # `launch/` is data and never a package: a top-level `launch` package would be installed ahead
     # of ROS's own for everything in the workspace.
     packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
-    package_data={"launcher.smoke": ["*.json"], "launcher.ros.probe": ["*.xml"]},
+    package_data={
+        "launcher.smoke": ["*.json"],
+        "launcher.ros.draw": ["*.html"],
+        "launcher.ros.probe": ["*.xml"],
+    },
     python_requires=">=3.10",
     install_requires=REQUIREMENTS,
     data_files=[

@@ -110,8 +110,7 @@ def _show(snapshot: TopicGraph, chosen: Filter, options: Namespace, domain_id: i
 
 
 def _draw(snapshot: TopicGraph, chosen: Filter, options: Namespace, domain_id: int) -> None:
-    from launcher.ros.draw.dot import to_dot, to_svg
-    from launcher.ros.draw.html import to_html
+    from launcher.ros.draw.dot import to_dot, to_html, to_svg
 
     dot = to_dot(snapshot, chosen.mode)
     if options.dot:

@@ -11,9 +11,8 @@ import pytest
 from launcher.errors import UsageError
 from launcher.ros.discovery.gids import ghosts, pid_low16, scheme_holds
 from launcher.ros.discovery.reannounce import disposal, silent_ports
-from launcher.ros.draw.dot import to_dot
+from launcher.ros.draw.dot import to_dot, to_html
 from launcher.ros.draw.filter import Filter, Mode
-from launcher.ros.draw.html import to_html
 from launcher.ros.draw.mermaid import to_mermaid
 from launcher.ros.draw.tree import to_tree
 from launcher.ros.errors import VerbError

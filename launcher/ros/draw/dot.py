@@ -5,7 +5,10 @@ Nodes are ellipses, topics boxes, namespaces clusters; ghosts and unmatched subs
 
 from __future__ import annotations
 
+import html
+import re
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 from launcher.errors import LauncherError
 from launcher.ros.draw.filter import Mode
@@ -117,3 +120,14 @@ def to_svg(dot: str) -> str:
         ) from None
     drawing: bytes = render(dot, format="svg", backend="wasmtime")
     return drawing.decode()
+
+
+def to_html(svg: str, *, title: str, caption: str) -> str:
+    """The page; `svg` is a drawing of Graphviz."""
+    page = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
+    parts = {
+        "title": html.escape(title),
+        "caption": html.escape(caption),
+        "svg": svg[svg.index("<svg") :],  # without the XML declaration and the doctype
+    }
+    return re.sub(r"\{(title|caption|svg)\}", lambda found: parts[found[1]], page)

@@ -18,7 +18,6 @@ from rclpy.executors import ExternalShutdownException
 from launcher.errors import LauncherError
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError, did_you_mean
-from launcher.ros.messages.interfaces import full_type
 from launcher.ros.probe import handlers
 from launcher.ros.probe.jobs import Handler, Jobs
 from launcher.ros.probe.protocol import Inbox, Outbox, Request, moment
@@ -165,15 +164,9 @@ class Probe:
         known = there
         if (other := request.mapping("as")) is not None:
             direction = _direction(other)
-            own = qos.endpoint_of(
-                qos.from_words(other.get("qos") or {}, 10),
-                topic=topic,
-                type_name=full_type(
-                    other.get("type") or "".join(self._snapshot.types_of(topic)[:1])
-                ),
-                direction=direction,
-                node="the expectation",
-            )
+            type_name = other.get("type") or "".join(self._snapshot.types_of(topic)[:1])
+            profile = qos.from_words(other.get("qos") or {}, 10)
+            own = qos.endpoint_of(profile, direction, topic, type_name, node="the expectation")
             known = [own, *(e for e in there if e.direction != direction.value)]
         return {
             "endpoints": [endpoint_document(e) for e in there],

@@ -166,11 +166,7 @@ class Handlers:
             if key not in self._publishers:
                 node, kind = caller.observer.node, load_message(type_name)
                 endpoint = qos.endpoint_of(
-                    profile,
-                    topic=topic,
-                    type_name=full_type(type_name),
-                    direction=Direction.PUBLISHER,
-                    node="this publisher",
+                    profile, Direction.PUBLISHER, topic, type_name, node="this publisher"
                 )
                 self._publishers[key] = ProbePublisher(
                     publisher=node.create_publisher(kind, topic, profile), endpoint=endpoint

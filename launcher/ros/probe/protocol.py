@@ -10,7 +10,7 @@ import json
 import os
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from launcher.ros.errors import VerbError
@@ -68,28 +68,32 @@ class Request:
     def word(self) -> str:
         return str(self._fields.get("do"))
 
+    def _optional(self, name: str, noun: str, fits: Callable[[Any], object]) -> Any:
+        """A field, None if it is missing or null."""
+        value = self._fields.get(name)
+        if value is not None and not fits(value):
+            raise VerbError(f"'{name}' must be {noun}, got {json.dumps(value)}")
+        return value
+
     def text(self, name: str) -> str:
         """A text that is required and not empty."""
-        value = self._fields.get(name)
-        if not isinstance(value, str) or not value:
-            raise VerbError(f"'{name}' must be a text, got {json.dumps(value)}")
+        value = self.optional_text(name)
+        if value is None:
+            raise VerbError(f"'{name}' must be a text, got null")
         return value
 
     def optional_text(self, name: str) -> str | None:
-        """A text, or None if it is missing or null."""
-        return None if self._fields.get(name) is None else self.text(name)
+        value: str | None = self._optional(name, "a text", lambda v: isinstance(v, str) and v)
+        return value
 
     def number(self, name: str, default: float) -> float:
         """A number that is not negative."""
-        value = self._fields.get(name)
-        value = default if value is None else value
-        if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
-            raise VerbError(f"'{name}' must be a number, got {json.dumps(value)}")
-        return float(value)
+        value = self.optional_number(name)
+        return default if value is None else value
 
     def optional_number(self, name: str) -> float | None:
-        """A number, or None if it is missing or null."""
-        return None if self._fields.get(name) is None else self.number(name, 0.0)
+        value = self._optional(name, "a number", _is_number)
+        return None if value is None else float(value)
 
     def flag(self, name: str, default: bool) -> bool:
         value = self._fields.get(name, default)
@@ -98,19 +102,12 @@ class Request:
         return value
 
     def mapping(self, name: str) -> dict[str, Any] | None:
-        """An object, or None if it is missing or null."""
-        value = self._fields.get(name)
-        if value is not None and not isinstance(value, dict):
-            raise VerbError(f"'{name}' must be an object, got {json.dumps(value)}")
+        value: dict[str, Any] | None
+        value = self._optional(name, "an object", lambda v: isinstance(v, dict))
         return value
 
     def names(self, name: str) -> list[str] | None:
-        """A list of texts, or None if it is missing or null."""
-        value = self._fields.get(name)
-        if value is None:
-            return None
-        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-            raise VerbError(f"'{name}' must be a list of texts, got {json.dumps(value)}")
+        value: list[str] | None = self._optional(name, "a list of texts", _are_texts)
         return value
 
     def values(self) -> dict[str, Any]:
@@ -120,6 +117,14 @@ class Request:
         if isinstance(self._fields.get("values"), str):
             return parse(self._fields["values"])
         return self.mapping("values") or {}
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and value >= 0
+
+
+def _are_texts(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(item, str) for item in value)
 
 
 class Outbox:

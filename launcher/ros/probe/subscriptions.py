@@ -220,13 +220,7 @@ def _target(sub: Subscription, snapshot: ProbeSnapshot) -> Target | None:
 
 def own_endpoint(profile: Any, target: Target) -> Endpoint:
     """Our subscription as the graph would show it."""
-    return qos.endpoint_of(
-        profile,
-        topic=target.name,
-        type_name=target.type,
-        direction=Direction.SUBSCRIPTION,
-        node=OWN_NAME,
-    )
+    return qos.endpoint_of(profile, Direction.SUBSCRIPTION, target.name, target.type, node=OWN_NAME)
 
 
 def _rate_document(times_ns: list[int], end_ns: int) -> dict[str, Any]:

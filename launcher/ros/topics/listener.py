@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.discovery.domains import why_empty
 from launcher.ros.errors import VerbError, did_you_mean
-from launcher.ros.messages.interfaces import full_type, load_message
+from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
 from launcher.ros.snapshot.qos_matching import explain, mismatches
 from launcher.ros.topics import qos
@@ -196,9 +196,9 @@ class Listener:
     def _why_silent(self, target: Target, subscription: Any) -> str | None:
         own = qos.endpoint_of(
             subscription.qos_profile,
-            topic=target.name,
-            type_name=full_type(target.type),
-            direction=Direction.SUBSCRIPTION,
+            Direction.SUBSCRIPTION,
+            target.name,
+            target.type,
             node="this command",
         )
         known = [*(e for e in self._observer.endpoints(target.name) if e.is_publisher), own]

@@ -10,7 +10,7 @@ from typing import Any
 from launcher.errors import ExitCode
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
-from launcher.ros.messages.interfaces import full_type, load_message
+from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import explain, mismatches
 from launcher.ros.topics import qos
@@ -31,7 +31,9 @@ def publish(options: Namespace) -> int:
     profile = qos.from_options(options, QoSProfile(depth=10))
     with until_interrupted(), observing(options) as observer:
         publisher = observer.node.create_publisher(type(message), name, profile)
-        own = _own_endpoint(name, options.message_type, profile)
+        own = qos.endpoint_of(
+            profile, Direction.PUBLISHER, name, options.message_type, node="this command"
+        )
         _await_subscriptions(observer, publisher, _wanted(options), own)
         _loop(observer, publisher, message, stamps, options)
         if options.once or options.times:
@@ -72,16 +74,6 @@ def _await_subscriptions(observer: Observer, publisher: Any, wanted: int, own: E
                 warn(text)
                 told = text
         time.sleep(_LOOK_S)
-
-
-def _own_endpoint(name: str, type_name: str, profile: Any) -> Endpoint:
-    return qos.endpoint_of(
-        profile,
-        topic=name,
-        type_name=full_type(type_name),
-        direction=Direction.PUBLISHER,
-        node="this command",
-    )
 
 
 def _loop(

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from launcher.ros.errors import VerbError
+from launcher.ros.messages.interfaces import full_type
 from launcher.ros.snapshot.graph import INFINITE_NS, Direction, Endpoint
 from launcher.ros.verb import seconds
 
@@ -135,14 +136,14 @@ def to_words(profile: QoSProfile) -> dict[str, Any]:
 
 
 def endpoint_of(
-    profile: QoSProfile, *, topic: str, type_name: str, direction: Direction, node: str
+    profile: QoSProfile, direction: Direction, topic: str, type_name: str, *, node: str
 ) -> Endpoint:
     """An endpoint of ours as the graph would show it, to compare it with others."""
     return Endpoint(
         topic=topic,
         node=node,
         direction=direction.value,
-        type=type_name,
+        type=full_type(type_name),
         reliability=profile.reliability.name,
         durability=profile.durability.name,
         liveliness=profile.liveliness.name,

@@ -17,9 +17,9 @@ from launcher.ros.topics.echo import Writer, compiled_filter
 from launcher.ros.topics.listener import (
     AwaitedTopics,
     Listener,
+    Sample,
     Target,
     are_published,
-    full_topic,
     subscribe_now,
 )
 from launcher.ros.verb import observing, warn
@@ -120,25 +120,42 @@ class _Quiet:
             warn(f"no message on {self._topic} for {gap_s:.1f} s")
 
 
+def _measure(
+    options: Namespace,
+    names: list[str],
+    found: Callable[[Target], None],
+    take: Callable[[Sample], None],
+    report: Callable[[], None],
+    *,
+    raw: bool,
+) -> None:
+    """Call `found` for each topic, `take` for each message, and `report` once a second."""
+    with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
+        listener = Listener(observer, raw=raw)
+        awaited = AwaitedTopics(observer, listener, names, options, found)
+        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
+            take(sample)
+
+
 def hz(options: Namespace) -> int:
     """Print rates; exit code 1 if one of them is below `--min` at the end."""
     accepts = compiled_filter(options.filter)
-    names = options.topic_names
-    arrivals: dict[str, statistics.Arrivals] = {}
+    names = ["/" + name.removeprefix("/") for name in options.topic_names]
+    arrivals = {name: statistics.Arrivals(options.window) for name in names}
     quiet: dict[str, _Quiet] = {}
 
     def found(target: Target) -> None:
         quiet[target.name] = _Quiet(target.name)
 
-    with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
-        listener = Listener(observer, raw=accepts is None)
-        arrivals |= {full_topic(name): statistics.Arrivals(options.window) for name in names}
-        awaited = AwaitedTopics(observer, listener, names, options, found)
-        clock = _Clock(options.for_s, awaited, lambda: _report_rates(arrivals, quiet, options))
-        for sample in listener.samples(clock.tick):
-            quiet[sample.topic].message()
-            if accepts is None or accepts(sample.message):
-                arrivals[sample.topic].add(sample.received_ns)
+    def take(sample: Sample) -> None:
+        quiet[sample.topic].message()
+        if accepts is None or accepts(sample.message):
+            arrivals[sample.topic].add(sample.received_ns)
+
+    def report() -> None:
+        _report_rates(arrivals, quiet, options)
+
+    _measure(options, options.topic_names, found, take, report, raw=accepts is None)
     if options.for_s is None:
         return ExitCode.OK
     return _verdict(arrivals, options)
@@ -203,12 +220,10 @@ def bw(options: Namespace) -> int:
         if not options.json:
             print(f"Subscribed to [{target.name}]", flush=True)
 
-    names = [options.topic_name]
-    with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
-        listener = Listener(observer, raw=True)
-        awaited = AwaitedTopics(observer, listener, names, options, found)
-        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
-            sizes.add(sample.received_ns, len(sample.message))
+    def take(sample: Sample) -> None:
+        sizes.add(sample.received_ns, len(sample.message))
+
+    _measure(options, [options.topic_name], found, take, report, raw=True)
     return ExitCode.OK
 
 
@@ -226,12 +241,10 @@ def delay(options: Namespace) -> int:
         if due := delays.due():
             print(_delay_line(*due, as_json=options.json))
 
-    names = [options.topic_name]
-    with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
-        listener = Listener(observer, raw=False)
-        awaited = AwaitedTopics(observer, listener, names, options, lambda target: None)
-        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
-            delays.add(sample.received_ns - _stamp_ns(sample.message))
+    def take(sample: Sample) -> None:
+        delays.add(sample.received_ns - _stamp_ns(sample.message))
+
+    _measure(options, [options.topic_name], lambda target: None, take, report, raw=False)
     return ExitCode.OK
 
 
