@@ -43,26 +43,20 @@ THREADS = 4  # a slow stop of a process occupies one of them
 NODE = "launcher"  # of the first bridge of a domain on this machine
 
 
-class NodeName:
+def claim_name(domain_id: int, run_socket: Path) -> tuple[str, socket.socket]:
     """`launcher` for the first bridge of a domain on this machine, `launcher_PID` for others.
 
     PID is that of the run. The first one holds an abstract socket, which the kernel frees however
-    the process ends. Keep the object as long as the node.
+    the process ends. Keep the socket as long as the node.
     """
-
-    def __init__(self, domain_id: int, run_socket: Path) -> None:
-        self.text = NODE
-        self._claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        try:
-            self._claim.bind(f"\0ros-launcher/domain-{domain_id}/{NODE}".encode())
-        except OSError as error:
-            if error.errno != errno.EADDRINUSE:
-                raise
-            self._claim.close()
-            self.text = f"{NODE}_{run_socket.name.partition('-')[0]}"
-
-    def close(self) -> None:
-        self._claim.close()
+    claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        claim.bind(f"\0ros-launcher/domain-{domain_id}/{NODE}".encode())
+    except OSError as error:
+        if error.errno != errno.EADDRINUSE:
+            raise
+        return f"{NODE}_{run_socket.name.partition('-')[0]}", claim
+    return NODE, claim
 
 
 class Bridge:
@@ -202,8 +196,8 @@ def main(words: list[str]) -> int:
     over = threading.Event()
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, lambda *_: over.set())
-    name = NodeName(environment_domain(), path)
-    with Observer(name=name.text) as observer:
+    name, claim = claim_name(environment_domain(), path)
+    with Observer(name=name) as observer:
         bridge = Bridge(observer, path)
         executor = MultiThreadedExecutor(THREADS, context=observer.context)
         executor.add_node(observer.node)
@@ -218,7 +212,7 @@ def main(words: list[str]) -> int:
         threading.Timer(GOODBYE_S, os._exit, (0,)).start()
         bridge.say_goodbye()
         executor.shutdown(GOODBYE_S / 3)
-    name.close()
+    claim.close()
     os._exit(0)
 
 

@@ -149,12 +149,6 @@ def parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
     return Parameter(name=name, value=held)
 
 
-def _within(numbers: list[int], low: int, high: int) -> list[int]:
-    if not all(low <= number <= high for number in numbers):
-        raise OverflowError
-    return numbers
-
-
 def _kind_of(value: Any, declared: int) -> int | None:
     if isinstance(value, list):
         return _list_kind(value, declared)
@@ -177,19 +171,19 @@ def _list_kind(values: list[Any], declared: int) -> int | None:
 
 
 def _cast(value: Any, kind: int) -> Any:
-    if kind == INTEGER:
-        return _within([value], *_INT64)[0]
-    if kind == DOUBLE:
+    if kind > STRING:
+        return [_cast_one(item, kind) for item in value]
+    return _cast_one(value, kind)
+
+
+def _cast_one(value: Any, kind: int) -> Any:
+    if kind in (INTEGER, INTEGERS) and not _INT64[0] <= value <= _INT64[1]:
+        raise OverflowError
+    if kind in (DOUBLE, DOUBLES):
         return float(value)
-    if kind == STRING:
-        return str(value)
-    if kind == INTEGERS:
-        return _within(value, *_INT64)
-    if kind == DOUBLES:
-        return [float(item) for item in value]
     if kind == BYTES:
-        return [bytes([item]) for item in value]
-    return value
+        return bytes([value])
+    return str(value) if kind == STRING else value
 
 
 def typed_parameter(name: str, word: str, declared_type: int) -> Any:

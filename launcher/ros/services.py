@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from launcher.ros.discovery.completeness import settle
@@ -102,28 +102,18 @@ class ServiceCaller:
         futures: list[Any] = []
         while (left_s := deadline - time.monotonic()) > 0:
             futures.append(self.start(kind, name, request))
-            answered = self.wait_for_one(futures, min(left_s, ASK_AGAIN_S))
-            if answered is not None:
-                return answered.result()
+            self._spin(lambda: any(future.done() for future in futures), min(left_s, ASK_AGAIN_S))
+            if done := [future for future in futures if future.done()]:
+                return done[0].result()
         raise _silence(name, self.answer_s)
-
-    def wait_for_one(self, futures: list[Any], limit_s: float) -> Any:
-        """The first of them that is done; None at the limit."""
-        deadline = time.monotonic() + limit_s
-        while True:
-            done = next((future for future in futures if future.done()), None)
-            left_s = deadline - time.monotonic()
-            if done is not None or left_s <= 0:
-                return done
-            self._executor.spin_once(timeout_sec=min(left_s, 0.1))
 
     def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
         """Return when all are done, or at the limit."""
+        self._spin(lambda: all(future.done() for future in futures), limit_s)
+
+    def _spin(self, is_done: Callable[[], bool], limit_s: float) -> None:
         deadline = time.monotonic() + limit_s
-        while not all(future.done() for future in futures):
-            left_s = deadline - time.monotonic()
-            if left_s <= 0:
-                return
+        while not is_done() and (left_s := deadline - time.monotonic()) > 0:
             self._executor.spin_once(timeout_sec=min(left_s, 0.1))
 
 

@@ -58,7 +58,8 @@ def test_a_field_that_is_not_there_is_told_with_what_is(path: str, reason: str):
 
 def written(message: object, **options: bool) -> str:
     sample = Sample(topic="/t", message=message, info=INFO)
-    return Writer(style=Style(), info=True, **options).text(sample)
+    writer = Writer(style=Style(), info=True, **options)
+    return "".join(writer.pieces(sample, writer.value(sample)))
 
 
 def test_times_and_numbers_come_before_a_message_in_each_shape():

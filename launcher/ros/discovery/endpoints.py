@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from launcher.ros.discovery import rtps
@@ -19,20 +21,22 @@ _LIVELINESSES = {0: "AUTOMATIC", 2: "MANUAL_BY_TOPIC"}
 _OTHER = "UNKNOWN"  # ROS has no name for it
 
 
-def endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
-    """The endpoint in a sample of SEDP, without its node; ValueError if there is none."""
+@contextlib.contextmanager
+def _errors_as_value_errors() -> Iterator[None]:
     try:
-        return _endpoint_in(payload, direction)
-    except struct.error as error:
+        yield
+    except (struct.error, IndexError) as error:
         raise ValueError("cut short") from error
 
 
-def _endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
+@_errors_as_value_errors()
+def endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
+    """The endpoint in a sample of SEDP, without its node; ValueError if there is none."""
     order, listed = rtps.parameters(payload)
     found = dict(listed)
     if not {_TOPIC, _TYPE, _GUID} <= found.keys():
         raise ValueError("no endpoint")
-    kind, lease_ns = _liveliness(found.get(_LIVELINESS), order)
+    liveliness = found.get(_LIVELINESS)
     # DDS's default for what is left out
     reliable = 2 if direction is Direction.PUBLISHER else 1
     return EndpointInfo(
@@ -42,9 +46,9 @@ def _endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
         direction=direction.value,
         reliability=_RELIABILITIES.get(_kind(found.get(_RELIABILITY), order, reliable), _OTHER),
         durability=_DURABILITIES.get(_kind(found.get(_DURABILITY), order, 0), _OTHER),
-        liveliness=_LIVELINESSES.get(kind, _OTHER),
+        liveliness=_LIVELINESSES.get(_kind(liveliness, order, 0), _OTHER),
         deadline_ns=_duration(found.get(_DEADLINE), order),
-        lease_ns=lease_ns,
+        lease_ns=_duration(liveliness and liveliness[4:], order),
         lifespan_ns=_duration(found.get(_LIFESPAN), order),
         type_hash=_type_hash(found.get(_USER_DATA, b"")),
         gid=found[_GUID].hex("."),
@@ -53,10 +57,6 @@ def _endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
 
 def _kind(value: bytes | None, order: str, default: int) -> int:
     return default if value is None else int(struct.unpack_from(f"{order}I", value)[0])
-
-
-def _liveliness(value: bytes | None, order: str) -> tuple[int, int]:
-    return _kind(value, order, 0), _duration(value and value[4:], order)
 
 
 def _duration(value: bytes | None, order: str) -> int:
@@ -78,6 +78,7 @@ def gone_guid(data: rtps.Data) -> bytes:
     return dict(rtps.parameters(data.payload)[1]).get(_GUID, b"")
 
 
+@_errors_as_value_errors()
 def contact_in(payload: bytes) -> tuple[int, int, int | None]:
     """A participant's UDP ports for discovery and for data, and its built-in endpoints.
 
@@ -85,11 +86,8 @@ def contact_in(payload: bytes) -> tuple[int, int, int | None]:
     """
     order, listed = rtps.parameters(payload)
     endpoint_set = dict(listed).get(_ENDPOINT_SET)
-    try:
-        metatraffic, data = (_udp_port(listed, n, order) for n in (_METATRAFFIC, _DEFAULT))
-        told = None if endpoint_set is None else _kind(endpoint_set, order, 0)
-    except struct.error as error:
-        raise ValueError("cut short") from error
+    metatraffic, data = (_udp_port(listed, n, order) for n in (_METATRAFFIC, _DEFAULT))
+    told = None if endpoint_set is None else _kind(endpoint_set, order, 0)
     if metatraffic is None or data is None:
         raise ValueError("no UDP port")
     return metatraffic, data, told
@@ -127,12 +125,11 @@ class NodeEndpoints:
     gids: frozenset[bytes]
 
 
+@_errors_as_value_errors()
 def nodes_in(payload: bytes) -> tuple[NodeEndpoints, ...]:
     """The nodes in a sample of NODES_TOPIC; ValueError if it is malformed."""
-    try:
-        return _Cdr(payload).members()
-    except (struct.error, IndexError) as error:
-        raise ValueError("cut short") from error
+    sample = _Cdr(payload)
+    return tuple(sample.node() for _ in range(sample.count()))
 
 
 class _Cdr:
@@ -143,15 +140,12 @@ class _Cdr:
         self._body = payload[4:]
         self._at = _GID_BYTES  # the participant's own GID
 
-    def members(self) -> tuple[NodeEndpoints, ...]:
-        return tuple(self._member() for _ in range(self._count()))
-
-    def _member(self) -> NodeEndpoints:
+    def node(self) -> NodeEndpoints:
         namespace, name = self._text(), self._text()
-        gids = [self._gid() for _ in range(2) for _ in range(self._count())]
+        gids = [self._gid() for _ in range(2) for _ in range(self.count())]
         return NodeEndpoints(name=f"{namespace.rstrip('/')}/{name}", gids=frozenset(gids))
 
-    def _count(self) -> int:
+    def count(self) -> int:
         self._at += -self._at % 4
         (count,) = struct.unpack_from(f"{self._order}I", self._body, self._at)
         self._at += 4
@@ -160,7 +154,7 @@ class _Cdr:
         return int(count)
 
     def _text(self) -> str:
-        length = self._count()
+        length = self.count()
         word = self._body[self._at : self._at + length]
         self._at += length
         return word.rstrip(b"\0").decode(errors="replace")

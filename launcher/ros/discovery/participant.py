@@ -87,7 +87,7 @@ class Participant:
             yield from ((stream.reader, sample) for sample in samples if sample.payload)
 
     @property
-    def told(self) -> int:
+    def arrived(self) -> int:
         return sum(len(stream.samples) for stream in self.streams())
 
     def streams(self) -> list[SampleStream]:

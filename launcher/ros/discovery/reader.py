@@ -106,15 +106,19 @@ class DiscoveryReader:
         shortest = start + min(spin_time_s, REMOTE_S if self._remote else 0.0)
         expected = occupied_ports(self._domain_id)
         announce, anew = start, start + _ANEW_S
-        steady = _Steady(start)
+        samples, steady = -1, start
         while True:
             now = time.monotonic()
             silent = self._silent(expected)
             complete = self._is_complete(strangers=now - start < _REMOTE_LATEST_S)
             if self._is_stopped or now >= end or (now >= shortest and complete and not silent):
                 break
-            if steady.is_news(self._told(), now) and enough(self._known()):
-                break
+            if (arrived := self._arrived()) != samples:
+                samples, steady = arrived, now + _STEADY_S
+            elif now >= steady:
+                steady = math.inf
+                if enough(self._known()):
+                    break
             if now >= announce:
                 expected &= occupied_ports(self._domain_id)
                 if now >= anew:
@@ -123,7 +127,7 @@ class DiscoveryReader:
                 self._announce(self._everyone(silent))
                 announce = now + _ANNOUNCE_S
             self._ask_again(now)
-            self._receive(min(end, announce, steady.next_s) - now)
+            self._receive(min(end, announce, steady) - now)
         return ReadResult(
             look=self._known(),
             missing=len(self._silent(expected) | self._incomplete(expected)),
@@ -134,9 +138,9 @@ class DiscoveryReader:
         """End `read` soon; may be called from another thread."""
         self._is_stopped = True
 
-    def _told(self) -> int:
+    def _arrived(self) -> int:
         """A number that changes with every sample."""
-        return len(self._peers) + sum(peer.told for peer in self._peers.values())
+        return len(self._peers) + sum(peer.arrived for peer in self._peers.values())
 
     def _known(self) -> GraphSnapshot:
         return snapshot_of(self._domain_id, self._peers.values())
@@ -288,26 +292,3 @@ class DiscoveryReader:
             peer = self._peers[prefix] = Participant(prefix, data, where)
             self.met.append(peer)
             self._subscribe(peer)
-
-
-class _Steady:
-    """Notices, once for each state, that it has lasted for a moment."""
-
-    def __init__(self, now_s: float) -> None:
-        self._state: object = None
-        self._since_s = now_s
-        self._told = False
-
-    @property
-    def next_s(self) -> float:
-        """The monotonic time at which to ask again."""
-        return math.inf if self._told else self._since_s + _STEADY_S
-
-    def is_news(self, state: object, now_s: float) -> bool:
-        """Whether this state has lasted, and that was not returned before."""
-        if state != self._state:
-            self._state, self._since_s, self._told = state, now_s, False
-        if self._told or now_s - self._since_s < _STEADY_S:
-            return False
-        self._told = True
-        return True

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from launcher.errors import LauncherError
 from launcher.ros.draw.filter import Mode
-from launcher.ros.snapshot.graph import Endpoint, TopicGraph
+from launcher.ros.snapshot.graph import TopicGraph
 from launcher.ros.snapshot.qos_matching import links, silent_subscriptions
 
 _HEAD = """digraph ros {
@@ -79,11 +79,11 @@ def _edges(snapshot: TopicGraph) -> Iterator[str]:
     for endpoint in sorted(set(snapshot.endpoints)):
         node, topic = _id("node", endpoint.node), _id("topic", endpoint.topic)
         ends = (node, topic) if endpoint.is_publisher else (topic, node)
-        drawn[f"  {ends[0]} -> {ends[1]}{_style(endpoint, silent.get(endpoint))};"] = None
+        drawn[f"  {ends[0]} -> {ends[1]}{_style(silent.get(endpoint))};"] = None
     yield from drawn
 
 
-def _style(endpoint: Endpoint, fault: str | None) -> str:
+def _style(fault: str | None) -> str:
     return "" if fault is None else f" [{_RED} label={_quoted(f'nothing arrives: {fault}')}]"
 
 

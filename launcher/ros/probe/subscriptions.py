@@ -24,7 +24,6 @@ from launcher.ros.topics.listener import Listener, Sample, Target, full_topic
 
 DEPTH = 2000  # messages that wait for us: 0.4 s of a topic with 5000 a second
 KEPT_TIMES = 20_000
-OWN_NAME = "this subscription"
 
 
 @dataclass(slots=True, kw_only=True)
@@ -127,7 +126,9 @@ class Subscriptions:
         if before is not None:
             self._keep(sub, before.take())
             before.close()
-        sub.endpoint = own_endpoint(profile, target)
+        sub.endpoint = qos.endpoint_of(
+            profile, Direction.SUBSCRIPTION, target.name, target.type, node="this subscription"
+        )
         self._outbox.say(
             {
                 "event": "subscribed",
@@ -216,11 +217,6 @@ def _target(sub: Subscription, snapshot: ProbeSnapshot) -> Target | None:
     if sub.qos is None and not publishers:
         return None
     return Target(name=sub.topic, type=wanted, publishers=publishers)
-
-
-def own_endpoint(profile: Any, target: Target) -> Endpoint:
-    """Our subscription as the graph would show it."""
-    return qos.endpoint_of(profile, Direction.SUBSCRIPTION, target.name, target.type, node=OWN_NAME)
 
 
 def _rate_document(times_ns: list[int], end_ns: int) -> dict[str, Any]:

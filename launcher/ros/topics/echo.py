@@ -97,10 +97,6 @@ class Writer:
             prefixed=len(options.topic_names) > 1,
         )
 
-    def text(self, sample: Sample) -> str:
-        """What is printed for a message, with its line end."""
-        return "".join(self.pieces(sample, self.value(sample)))
-
     def value(self, sample: Sample) -> Any:
         """The message, or the field that is asked for."""
         if self.field is None or self.raw:
@@ -108,7 +104,7 @@ class Writer:
         return field_of(sample.message, self.field)
 
     def pieces(self, sample: Sample, value: Any) -> Iterator[str]:
-        """The same for a value that is known already, so that long arrays are not held as text."""
+        """What is printed for `value`; in pieces, so that long arrays are not held as text."""
         if self.json:
             yield json.dumps(self._document(sample, value), ensure_ascii=False) + "\n"
         elif self.prefixed:

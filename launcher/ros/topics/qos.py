@@ -18,15 +18,11 @@ if TYPE_CHECKING:
 LISTEN_DEPTH = 5000
 MAX_DEPTH = 2**31 - 1
 
-RELIABILITIES = ("system_default", "reliable", "best_effort", "best_available")
-DURABILITIES = ("system_default", "transient_local", "volatile", "best_available")
-LIVELINESSES = ("system_default", "automatic", "manual_by_topic", "best_available")
-HISTORIES = ("system_default", "keep_last", "keep_all")
 POLICIES = {
-    "reliability": RELIABILITIES,
-    "durability": DURABILITIES,
-    "liveliness": LIVELINESSES,
-    "history": HISTORIES,
+    "reliability": ("system_default", "reliable", "best_effort", "best_available"),
+    "durability": ("system_default", "transient_local", "volatile", "best_available"),
+    "liveliness": ("system_default", "automatic", "manual_by_topic", "best_available"),
+    "history": ("system_default", "keep_last", "keep_all"),
 }
 PRESETS = (
     "system_default",
@@ -170,32 +166,27 @@ def listening(
 
     known = list(publishers)
     notes: list[str] = []
+
+    def fitted(strong: Any, weak: Any, offered: list[str]) -> Any:
+        count = offered.count(strong.name)
+        if offered and count == len(offered):
+            return strong
+        if count:
+            kind = f"QoS{type(strong).__name__.removeprefix('QoS')}"
+            notes.append(
+                f"Some, but not all, publishers are offering {kind}.{strong.name}. "
+                f"Falling back to {kind}.{weak.name} as it will connect to all publishers"
+            )
+        return weak
+
+    reliability, durability = ReliabilityPolicy, DurabilityPolicy
     profile = QoSProfile(
         depth=depth,
-        reliability=_fitted(
-            ReliabilityPolicy.RELIABLE,
-            ReliabilityPolicy.BEST_EFFORT,
-            [e.reliability for e in known],
-            notes,
+        reliability=fitted(
+            reliability.RELIABLE, reliability.BEST_EFFORT, [e.reliability for e in known]
         ),
-        durability=_fitted(
-            DurabilityPolicy.TRANSIENT_LOCAL,
-            DurabilityPolicy.VOLATILE,
-            [e.durability for e in known],
-            notes,
+        durability=fitted(
+            durability.TRANSIENT_LOCAL, durability.VOLATILE, [e.durability for e in known]
         ),
     )
     return profile, notes
-
-
-def _fitted(strong: Any, weak: Any, offered: list[str], notes: list[str]) -> Any:
-    count = offered.count(strong.name)
-    if offered and count == len(offered):
-        return strong
-    if count:
-        kind = f"QoS{type(strong).__name__.removeprefix('QoS')}"
-        notes.append(
-            f"Some, but not all, publishers are offering {kind}.{strong.name}. "
-            f"Falling back to {kind}.{weak.name} as it will connect to all publishers"
-        )
-    return weak
