@@ -29,8 +29,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from launcher.ros.lifecycle_client import LifecycleClient
-from launcher.ros.transitions import Step
+from launcher.ros.lifecycle_client import LifecycleClient, Step
 
 PERIOD_S = 0.1  # between two looks for the services that requests wait for
 

@@ -9,16 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher import proc
-from launcher.ros.discovery.gids import (
-    all_live,
-    find_pid,
-    holders,
-    innermost_pid,
-    living_pids,
-    pid_low16,
-    same_host,
-    scheme_holds,
-)
+from launcher.ros.discovery import gids
 from launcher.ros.discovery.ports import announcement_ports
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.services import NoAnswerError, ServiceCaller
@@ -155,9 +146,9 @@ def with_ghosts(found: list[Row], ghosts: Iterable[str]) -> list[Row]:
 def _silent_pids(caller: ServiceCaller) -> list[int]:
     """Processes that hold ports of the domain and have not been discovered."""
     observer = caller.observer
-    known = {pid_low16(gid) for gid in observer.participants()}
-    silent = holders(set(announcement_ports(observer.domain_id)), known)
-    return sorted(pid for pid in silent if innermost_pid(pid) & 0xFFFF not in known)
+    known = {gids.pid_low16(gid) for gid in observer.participants()}
+    silent = gids.holders(set(announcement_ports(observer.domain_id)), known)
+    return sorted(pid for pid in silent if gids.innermost_pid(pid) & 0xFFFF not in known)
 
 
 def _silent_row(pid: int) -> Row:
@@ -178,20 +169,20 @@ def _silent_row(pid: int) -> Row:
 def _owners(caller: ServiceCaller, *, hidden: bool) -> Iterator[Owner]:
     observer = caller.observer
     own_gid = observer.own_gid()
-    trusted = scheme_holds(own_gid, os.getpid())
-    live = all_live(observer.participants(), own_gid, observer.domain_id)
-    gids: dict[str, set[bytes]] = {}
+    trusted = gids.scheme_holds(own_gid, os.getpid())
+    live = gids.all_live(observer.participants(), own_gid, observer.domain_id)
+    owned: dict[str, set[bytes]] = {}
     for topic in observer.topic_types():
         for endpoint in observer.endpoints(topic):
-            gids.setdefault(endpoint.node, set()).add(bytes.fromhex(endpoint.gid.replace(".", "")))
+            owned.setdefault(endpoint.node, set()).add(bytes.fromhex(endpoint.gid.replace(".", "")))
     for node in sorted(set(visible_names(observer.node_names(), hidden=hidden))):
-        local = {gid for gid in gids.get(node, ()) if trusted and same_host(gid, own_gid)}
-        lows = {pid_low16(gid) for gid in local}
+        local = {gid for gid in owned.get(node, ()) if trusted and gids.same_host(gid, own_gid)}
+        lows = {gids.pid_low16(gid) for gid in local}
         if not lows:
             yield Owner(node=node)
         for low in sorted(low for low in lows if low is not None):
-            pid = find_pid(low, observer.domain_id)
-            is_there = live or any(living & 0xFFFF == low for living in living_pids())
+            pid = gids.find_pid(low, observer.domain_id)
+            is_there = live or any(living & 0xFFFF == low for living in gids.living_pids())
             yield Owner(node=node, pid=pid, gone=pid is None and not is_there)
 
 

@@ -7,15 +7,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from launcher.ros.discovery import rtps
-from launcher.ros.discovery.endpoints import (
-    NODES_TOPIC,
-    NodeEndpoints,
-    contact_in,
-    endpoint_in,
-    gone_guid,
-    nodes_in,
-)
+from launcher.ros.discovery import endpoints, rtps
 from launcher.ros.snapshot.graph import Direction, EndpointInfo, GraphSnapshot
 
 OWN_READER = bytes.fromhex("00000104")  # of NODES_TOPIC
@@ -61,7 +53,7 @@ class Participant:
     """A participant; `host` is where its announcement came from."""
 
     def __init__(self, prefix: bytes, announcement: rtps.Data, host: str) -> None:
-        metatraffic, data, told = contact_in(announcement.payload)
+        metatraffic, data, told = endpoints.contact_in(announcement.payload)
         self.announcement = announcement
         self.prefix = prefix
         self.is_local = host.startswith("127.")
@@ -110,7 +102,7 @@ class Participant:
             return False
         if self._members is not None:
             return self._members.is_complete
-        return all(info.topic != NODES_TOPIC for info in self._endpoints())
+        return all(info.topic != endpoints.NODES_TOPIC for info in self._endpoints())
 
     def _endpoints(self) -> list[EndpointInfo]:
         return [
@@ -118,11 +110,11 @@ class Participant:
             *_endpoints(self._subscriptions, Direction.SUBSCRIPTION),
         ]
 
-    def members(self) -> tuple[NodeEndpoints, ...]:
+    def members(self) -> tuple[endpoints.NodeEndpoints, ...]:
         """Its nodes; each sample contains all of them."""
         samples = list(self._members.in_order()) if self._members else []
         try:
-            return nodes_in(samples[-1].payload) if samples else ()
+            return endpoints.nodes_in(samples[-1].payload) if samples else ()
         except ValueError:
             return ()  # not a participant of ROS
 
@@ -136,10 +128,10 @@ def _endpoints(stream: SampleStream, direction: Direction) -> list[EndpointInfo]
     found: dict[str, EndpointInfo] = {}
     for data in stream.in_order():
         if data.gone:
-            found.pop(gone_guid(data).hex("."), None)
+            found.pop(endpoints.gone_guid(data).hex("."), None)
         else:
             with contextlib.suppress(ValueError):  # malformed, so not of ROS
-                info = endpoint_in(data.payload, direction)
+                info = endpoints.endpoint_in(data.payload, direction)
                 found[info.gid] = info
     return list(found.values())
 

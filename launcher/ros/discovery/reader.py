@@ -22,7 +22,6 @@ import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import TracebackType
 
 from launcher.ros.discovery import rtps
 from launcher.ros.discovery.domains import REMOTE_S
@@ -85,12 +84,7 @@ class DiscoveryReader:
         self._socket.setblocking(False)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exit_info: object) -> None:
         self._take_back({peer.address for peer in self._peers.values()} | self._everyone(set()))
         self._socket.close()
 

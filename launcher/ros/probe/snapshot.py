@@ -10,13 +10,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from launcher import proc
-from launcher.ros.discovery.gids import (
-    PARTICIPANT_BYTES,
-    find_pid,
-    pid_low16,
-    same_host,
-    scheme_holds,
-)
+from launcher.ros.discovery import gids
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.discovery.ports import participants_by_domain
 from launcher.ros.discovery.reannounce import reannounce_to_silent
@@ -134,15 +128,15 @@ class GraphWatcher:
         """The process of each participant; None if it is unknown."""
         new = participants - self._pids.keys()
         own = self._observer.own_gid() if new else b""
-        if own and scheme_holds(own, os.getpid()):
+        if own and gids.scheme_holds(own, os.getpid()):
             for participant in new:
                 self._find(participant, own)
         return {participant: self._pids.get(participant) for participant in participants}
 
     def _find(self, participant: str, own: bytes) -> None:
         gid = bytes.fromhex(participant.replace(".", ""))
-        low16 = pid_low16(gid) if same_host(gid, own) else None
-        pid = None if low16 is None else find_pid(low16, self._observer.domain_id)
+        low16 = gids.pid_low16(gid) if gids.same_host(gid, own) else None
+        pid = None if low16 is None else gids.find_pid(low16, self._observer.domain_id)
         if pid is not None:
             self._pids[participant] = pid
 
@@ -178,7 +172,7 @@ def _pids(endpoints: Iterable[Endpoint], owners: Mapping[str, int | None]) -> di
 
 def _participant(endpoint: Endpoint) -> str:
     """The part of its GID (dotted hex) that all endpoints of a participant share."""
-    return endpoint.gid[: 3 * PARTICIPANT_BYTES - 1]
+    return endpoint.gid[: 3 * gids.PARTICIPANT_BYTES - 1]
 
 
 def _is_ours(node: str) -> bool:

@@ -222,12 +222,7 @@ class GraphSnapshot:
         return TopicGraph(nodes=self.nodes, endpoints=endpoints, ghosts=self.ghosts)
 
     def to_document(self) -> dict[str, Any]:
-        return {
-            "domain_id": self.domain_id,
-            "nodes": list(self.nodes),
-            "infos": [asdict(info) for info in self.infos],
-            "ghosts": list(self.ghosts),
-        }
+        return asdict(self)
 
 
 def from_document(document: Mapping[str, Any]) -> GraphSnapshot:

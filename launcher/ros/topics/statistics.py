@@ -176,5 +176,4 @@ def rate_table(rows: dict[str, Spread]) -> str:
         for topic, s in rows.items()
     ]
     lines = aligned(cells)
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return "\n".join([lines[0], "=" * (sum(widths) + 2 * len(widths) - 2), *lines[1:]])
+    return "\n".join([lines[0], "=" * max(map(len, lines)), *lines[1:]])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.ros.transitions import MAX_QUESTIONS, OVERDUE_S, REFUSED, Step, TransitionRequest
+from launcher.ros.lifecycle_client import MAX_QUESTIONS, OVERDUE_S, REFUSED, Step, TransitionRequest
 
 CONFIGURE = 1
 BEGUN, DONE = Step("unconfigured", "configuring"), Step("configuring", "inactive")
