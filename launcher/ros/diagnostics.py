@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from launcher.text import count
+
 YOUNG_S = 10.0  # a restarted process is shown as WARN for this time
 
 Row = Mapping[str, Any]
@@ -53,12 +55,11 @@ def all_stale(before: Iterable[Status], why: str) -> list[Status]:
 def _of_run(processes: list[Status], running: int, run: Mapping[str, Any], node: str) -> Status:
     bad = [one for one in processes if one.level in (Level.WARN, Level.ERROR)]
     names = ", ".join(one.name.partition(": ")[2] for one in bad)
-    noun = "process runs" if len(processes) == 1 else "processes run"
-    count = f"{running} of {len(processes)} {noun}"
+    summary = f"{running} of {count(len(processes), 'process')} running"
     return Status(
         name=f"{node}: run",
         level=max((one.level for one in bad), default=Level.OK),
-        message=f"{count}; look at {names}" if bad else count,
+        message=f"{summary}; see {names}" if bad else summary,
         values=tuple(
             (name, str(run[name]))
             for name in ("id", "pid", "target", "log_dir", "domain_id")
@@ -81,21 +82,21 @@ def _judged(row: Row) -> tuple[Level, str]:
         case "RUNNING" if row["paused"]:
             return Level.WARN, "paused"
         case "RUNNING" if restarts and (row["uptime_s"] or 0.0) < YOUNG_S:
-            return Level.WARN, f"started again ({restarts}) after {end or 'its end'}"
+            return Level.WARN, f"restarted ({restarts}) after {end or 'its end'}"
         case "RUNNING" | "STARTING" | "STOPPING":
             return Level.OK, row["state"].lower()
         case "BACKOFF":
-            return Level.WARN, f"waits for its restart after {end or 'its end'}"
+            return Level.WARN, f"waiting to restart after {end or 'its end'}"
         case "STOPPED" if last is None:
             return Level.STALE, "not started"
         case "STOPPED":
-            return Level.STALE, "stopped because somebody asked"
+            return Level.STALE, "stopped by request"
         case "EXITED" if last is None or last["asked"] or last["returncode"] == 0:
             return Level.OK, "finished"
         case "EXITED":
-            return Level.ERROR, f"died: {end}"
+            return Level.ERROR, f"exited unexpectedly: {end}"
         case _:
-            return Level.ERROR, f"failed: {end or 'it could not be started'}"
+            return Level.ERROR, f"failed: {end or 'could not be started'}"
 
 
 def _values(row: Row) -> tuple[tuple[str, str], ...]:

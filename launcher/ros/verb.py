@@ -42,7 +42,7 @@ def add_verb(table: Any, name: str, help_text: str) -> Parser:
 
 
 def add_common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-d", "--domain", metavar="ID", help="look at this ROS domain")
+    parser.add_argument("-d", "--domain", metavar="ID", help="ROS domain (default: ROS_DOMAIN_ID)")
     parser.add_argument(
         "--spin-time",
         type=seconds,
@@ -51,10 +51,8 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    parser.add_argument(
-        "--no-observer", action="store_true", help="look ourselves, even if a run's bridge knows"
-    )
-    parser.add_argument("--no-daemon", action="store_true", help="accepted: there is no daemon")
+    parser.add_argument("--no-observer", action="store_true", help="do not ask the bridge of a run")
+    parser.add_argument("--no-daemon", action="store_true", help="accepted and ignored")
 
 
 def dispatch(

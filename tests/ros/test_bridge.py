@@ -162,8 +162,8 @@ def test_diagnostics_tell_each_process_and_its_death(run: Steered, monitor: Moni
     assert {"state", "restarts", "uptime (s)"} <= values.keys()
     assert left.hardware_id == socket.gethostname()
     os.kill(run.row("left")["pid"], signal.SIGKILL)
-    monitor.wait("left-1", ERROR, "died: SIGKILL")
-    monitor.wait("run", ERROR, "1 of 2 processes run; look at left-1")
+    monitor.wait("left-1", ERROR, "exited unexpectedly: SIGKILL")
+    monitor.wait("run", ERROR, "1 of 2 processes running; see left-1")
 
 
 @pytest.mark.thorough
@@ -186,7 +186,7 @@ def test_services_steer_and_say_what_happened(run: Steered, monitor: Monitor):
     stopped = monitor.steer("left", "stop")
     assert stopped.success
     assert stopped.message.startswith("left-1 stopped in ")
-    monitor.wait("left-1", STALE, "stopped because somebody asked")
+    monitor.wait("left-1", STALE, "stopped by request")
     assert run.row("left")["state"] == "STOPPED"
     assert monitor.steer("left", "start").message.startswith("left-1 started with pid ")
     again = monitor.steer("left", "start")
@@ -241,7 +241,7 @@ def test_two_runs_in_one_domain_are_seen_and_steered_apart(
         node = f"launcher_{other.process.pid}"
         monitor.wait("left-1", OK, "running", node=node)
         assert monitor.steer("left", "stop", node).message.startswith("left-1 stopped in ")
-        monitor.wait("left-1", STALE, "stopped because somebody asked", node=node)
+        monitor.wait("left-1", STALE, "stopped by request", node=node)
         assert other.row("left")["state"] == "STOPPED"
         assert run.row("left")["state"] == "RUNNING"
         assert monitor.last["launcher: left-1"].level == OK

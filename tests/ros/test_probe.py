@@ -151,7 +151,7 @@ def test_a_subscription_waits_for_its_topic(probe, env):
             "unknown reliability 'SURE'",
         ),
         ("subscribe", {"sub": "x", "topic": "/a", "qos": {"speed": "1"}}, "unknown QoS policy"),
-        ("rate", {"sub": "nobody"}, "there is no subscription 'nobody'"),
+        ("rate", {"sub": "nobody"}, "unknown subscription 'nobody'"),
         ("subscibe", {}, "unknown request 'subscibe'"),
         ("explain", {"topic": "/weak", "as": {"direction": "up"}}, "unknown direction 'up'"),
         ("get_parameters", {"node": "/nobody"}, "is not available"),
@@ -229,7 +229,7 @@ def test_what_is_published_is_heard_and_who_would_not_hear_it_is_named(probe, en
             qos={"reliability": "BEST_EFFORT"},
             timeout_s=0.3,
         )
-    assert error["message"] == "0 of 1 subscriptions on '/weak' would hear it"
+    assert error["message"] == "0 of 1 subscriptions on '/weak' match"
     assert "RELIABILITY: the publisher offers BEST_EFFORT" in error["hint"]
 
 

@@ -41,25 +41,25 @@ def end(returncode: int, *, asked: bool = False):
         (
             {"restarts": 2, "uptime_s": 1.0, "last_exit": end(3)},
             Level.WARN,
-            "started again (2) after exit code 3",
+            "restarted (2) after exit code 3",
         ),
         ({"restarts": 2, "last_exit": end(3)}, Level.OK, "running"),
         (
             {"state": "BACKOFF", "last_exit": end(3)},
             Level.WARN,
-            "waits for its restart after exit code 3",
+            "waiting to restart after exit code 3",
         ),
         (
             {"state": "STOPPED", "last_exit": end(0, asked=True)},
             Level.STALE,
-            "stopped because somebody asked",
+            "stopped by request",
         ),
         ({"state": "STOPPED"}, Level.STALE, "not started"),
         ({"state": "EXITED", "last_exit": end(0)}, Level.OK, "finished"),
         ({"state": "EXITED", "last_exit": end(-15, asked=True)}, Level.OK, "finished"),
-        ({"state": "EXITED", "last_exit": end(3)}, Level.ERROR, "died: exit code 3"),
+        ({"state": "EXITED", "last_exit": end(3)}, Level.ERROR, "exited unexpectedly: exit code 3"),
         ({"state": "FATAL", "last_exit": end(3)}, Level.ERROR, "failed: exit code 3"),
-        ({"state": "FATAL"}, Level.ERROR, "failed: it could not be started"),
+        ({"state": "FATAL"}, Level.ERROR, "failed: could not be started"),
     ],
 )
 def test_the_level_says_how_bad_it_is(facts, level, message):
@@ -85,13 +85,13 @@ def test_the_run_is_as_bad_as_its_worst_process():
     rows = [row(), row(name="b-2", state="BACKOFF"), row(name="c-3", state="FATAL")]
     run, *_ = statuses(rows, RUN, "launcher")
     assert run.level is Level.ERROR
-    assert run.message == "1 of 3 processes run; look at b-2, c-3"
+    assert run.message == "1 of 3 processes running; see b-2, c-3"
     assert dict(run.values) == {"id": "1-a", "pid": "1", "target": "x.launch.py", "domain_id": "7"}
 
 
 def test_a_stopped_process_is_no_alarm():
     run, _ = statuses([row(state="STOPPED", last_exit=end(0, asked=True))], RUN, "launcher")
-    assert (run.level, run.message) == (Level.OK, "0 of 1 process runs")
+    assert (run.level, run.message) == (Level.OK, "0 of 1 process running")
 
 
 def test_what_is_stale_keeps_its_values():

@@ -1,7 +1,7 @@
-"""RTPS: the few messages of DDS discovery that a look at the graph needs, read and written.
+"""Parses and writes the messages of DDS discovery that the reader needs.
 
-Only what the standard (RTPS 2.3) lays down, so that participants of any vendor answer: SPDP tells
-which participants there are, SEDP which endpoints they have. Byte order is a flag of each part.
+Only what the standard (RTPS 2.3) defines, so that participants of any vendor answer: SPDP announces
+participants, SEDP their endpoints. Byte order is a flag of each submessage.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-PREFIX_BYTES = 12  # of a GUID: the participant; the last four are the entity in it
+PREFIX_BYTES = 12  # of a GUID: the participant; the last four bytes are the entity
 
 PARTICIPANT = bytes.fromhex("000001c1")
 SPDP_WRITER = bytes.fromhex("000100c2")
@@ -31,7 +31,7 @@ WINDOW = 256  # sequence numbers that one ACKNACK can ask for
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Data:
-    """A sample; `key` is set instead of a payload where it says that something is gone."""
+    """A sample; one that disposes of something may have a `key` instead of a payload."""
 
     writer: bytes
     number: int
@@ -51,7 +51,7 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
-    """A writer does not hold these samples any more."""
+    """A writer no longer holds these samples."""
 
     writer: bytes
     numbers: frozenset[int]
@@ -59,7 +59,7 @@ class Gap:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """A reader asks one of our writers for samples."""
+    """A reader requests samples from one of our writers."""
 
     reader: bytes
     writer_entity: bytes
@@ -76,11 +76,11 @@ Part = Data | Heartbeat | Gap | Request | Fragment
 
 
 class Malformed(ValueError):
-    """The datagram is no RTPS message."""
+    """Not an RTPS message."""
 
 
 def parts(datagram: bytes, own_prefix: bytes) -> Iterator[Part]:
-    """What a datagram tells to us; what is for others is left out. Raises Malformed."""
+    """The submessages that are for us. Raises Malformed."""
     if datagram[:4] != b"RTPS" or len(datagram) < 20:
         raise Malformed
     try:
@@ -95,7 +95,7 @@ def _parts(datagram: bytes, own_prefix: bytes) -> Iterator[Part]:
         kind, flags = datagram[at], datagram[at + 1]
         order = "<" if flags & _LITTLE else ">"
         (length,) = struct.unpack_from(f"{order}H", datagram, at + 2)
-        if length == 0 and kind not in (_PAD, 9):  # the last part may say so: all the rest
+        if length == 0 and kind not in (_PAD, 9):  # the last one may extend to the end
             length = len(datagram) - at - 4
         body = datagram[at + 4 : at + 4 + length]
         at += 4 + length
@@ -176,7 +176,7 @@ def _parameter_list(body: bytes, at: int, order: str) -> tuple[dict[int, bytes],
 
 
 def parameters(payload: bytes) -> tuple[str, list[tuple[int, bytes]]]:
-    """Byte order and parameters of a parameter list, in their order. Raises Malformed."""
+    """Byte order and parameters of a parameter list. Raises Malformed."""
     order = {b"\0\3": "<", b"\0\2": ">"}.get(payload[:2])
     if order is None:
         raise Malformed
@@ -191,12 +191,11 @@ def parameters(payload: bytes) -> tuple[str, list[tuple[int, bytes]]]:
 
 
 def message(prefix: bytes, vendor: bytes, *submessages: bytes) -> bytes:
-    """A datagram from our participant."""
     return b"RTPS" + bytes([2, 3]) + vendor + prefix + b"".join(submessages)
 
 
 def to(prefix: bytes) -> bytes:
-    """What follows is for this participant."""
+    """The following submessages are for this participant."""
     return _submessage(_INFO_DST, 0, prefix)
 
 
@@ -207,7 +206,7 @@ def sample(reader: bytes, writer: bytes, number: int, listed: list[tuple[int, by
 
 
 def repeated(reader: bytes, sample: Data) -> bytes:
-    """The submessage that tells once more what a participant has told."""
+    """The submessage with which a participant sent this sample."""
     entity = sample.writer[PREFIX_BYTES:]
     numbers = struct.pack("<iI", sample.number >> 32, sample.number & 0xFFFFFFFF)
     body = struct.pack("<HH", 0, 16) + reader + entity + numbers + sample.payload
@@ -215,7 +214,7 @@ def repeated(reader: bytes, sample: Data) -> bytes:
 
 
 def end_of(reader: bytes, writer: bytes, number: int, guid: bytes) -> bytes:
-    """The sample that says that what has this GUID is gone."""
+    """The sample that disposes of what has this GUID."""
     body = struct.pack("<HH", 0, 16) + reader + writer + struct.pack("<iI", 0, number)
     # disposed and unregistered
     qos = _listed([(PID_KEY_HASH, guid), (_PID_STATUS, bytes([0, 0, 0, 3]))])
@@ -229,7 +228,7 @@ def heartbeat(reader: bytes, writer: bytes, last: int, count: int) -> bytes:
 
 
 def ask(reader: bytes, writer: bytes, missing: list[int], count: int) -> bytes:
-    """Our reader lacks these samples (sorted, not empty); what is too far away waits."""
+    """Our reader requests these samples (sorted, not empty), as many as one ACKNACK can name."""
     base = missing[0]
     bits = [number - base for number in missing if number - base < WINDOW]
     words = [0] * (bits[-1] // 32 + 1)
@@ -246,7 +245,6 @@ def _listed(listed: list[tuple[int, bytes]]) -> bytes:
 
 
 def parameter(number: int, value: bytes) -> bytes:
-    """One parameter, padded as it has to be."""
     value += bytes(-len(value) % 4)
     return struct.pack("<HH", number, len(value)) + value
 
@@ -256,19 +254,18 @@ def _submessage(kind: int, flags: int, body: bytes) -> bytes:
 
 
 def text(value: str) -> bytes:
-    """A string as CDR has it."""
+    """A string in CDR."""
     encoded = value.encode() + b"\0"
     return struct.pack("<I", len(encoded)) + encoded
 
 
 def text_in(value: bytes, order: str) -> str:
-    """The string in a parameter."""
     (length,) = struct.unpack_from(f"{order}I", value)
     return value[4 : 4 + length].rstrip(b"\0").decode(errors="replace")
 
 
 def nanoseconds_in(value: bytes, order: str) -> int:
-    """The duration in a parameter; infinite is the largest that ROS knows."""
+    """The duration in a parameter; infinite is the largest one of ROS."""
     seconds, fraction = struct.unpack_from(f"{order}iI", value)
     if seconds == 0x7FFFFFFF:
         return 2**63 - 1

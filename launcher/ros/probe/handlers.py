@@ -151,7 +151,7 @@ class Handlers:
             pause(caller, _PERIOD_S)
         if wanted is None:
             near = did_you_mean(topic, self._snapshot().snapshot.topics())
-            raise VerbError(f"nobody has the topic '{topic}', so its type is not known", hint=near)
+            raise VerbError(f"unknown type: topic '{topic}' does not exist", hint=near)
         return full_type(wanted)
 
     def _publisher(
@@ -185,7 +185,7 @@ class Handlers:
             if matched < wanted and time.monotonic() >= end_s:
                 raise VerbError(
                     f"{matched} of {wanted} subscriptions on '{publisher.endpoint.topic}' "
-                    "would hear it",
+                    "match",
                     hint=self._reason(publisher.endpoint),
                 )
             pause(caller, _PERIOD_S)
@@ -193,8 +193,8 @@ class Handlers:
     def _reason(self, own: Endpoint) -> str:
         there = [e for e in self._snapshot().on(own.topic) if not e.is_publisher]
         if not there:
-            return f"nobody subscribes to {own.topic}"
-        return explain([*there, own]) if mismatches([*there, own]) else "the others are not there"
+            return f"{own.topic} has no subscriptions"
+        return explain([*there, own]) if mismatches([*there, own]) else "the others do not exist"
 
     def draw(self, caller: ServiceCaller, request: Request) -> dict[str, Any]:
         """Write the graph to files; `notes` say why a drawing is not possible."""

@@ -65,7 +65,7 @@ class Subscriptions:
             depth=int(request.number("depth", DEPTH)),
         )
         if sub.key in self._subscriptions:
-            raise VerbError(f"there is a subscription '{sub.key}' already")
+            raise VerbError(f"duplicate subscription '{sub.key}'")
         if sub.type is not None:
             load_message(sub.type)
         if sub.qos is not None:
@@ -84,7 +84,7 @@ class Subscriptions:
     def _sub(self, request: Request) -> Subscription:
         key = request.text("sub")
         if key not in self._subscriptions:
-            raise VerbError(f"there is no subscription '{key}'")
+            raise VerbError(f"unknown subscription '{key}'")
         return self._subscriptions[key]
 
     def fit(self, snapshot: ProbeSnapshot) -> None:

@@ -16,7 +16,7 @@ DEBUG_TOPICS = frozenset({"/rosout", "/parameter_events"})
 
 INFINITE_NS = 2**63 - 1
 
-UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # an endpoint whose participant has not said so yet
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # as in rclpy
 UNKNOWN_NAMESPACE = "_NODE_NAMESPACE_UNKNOWN_"
 TOPIC, REQUEST, REPLY = "rt", "rq", "rr"
 _FEEDBACK, _FEEDBACK_TYPE = "/_action/feedback", "_FeedbackMessage"
@@ -205,14 +205,14 @@ class GraphSnapshot:
         own = [info for info in self.infos if info.node == node]
         reading = [i for i in own if i.direction == Direction.SUBSCRIPTION.value]
         writing = [i for i in own if i.direction == Direction.PUBLISHER.value]
-        heard, said = _types_by_name(reading, (TOPIC,)), _types_by_name(writing, (TOPIC,))
+        read, written = _types_by_name(reading, (TOPIC,)), _types_by_name(writing, (TOPIC,))
         return {
-            "Subscribers": sorted(heard.items()),
-            "Publishers": sorted(said.items()),
+            "Subscribers": sorted(read.items()),
+            "Publishers": sorted(written.items()),
             "Service Servers": sorted(_types_by_name(reading, (REQUEST,)).items()),
             "Service Clients": sorted(_types_by_name(reading, (REPLY,)).items()),
-            "Action Servers": _actions(said),
-            "Action Clients": _actions(heard),
+            "Action Servers": _actions(written),
+            "Action Clients": _actions(read),
         }
 
     def snapshot(self) -> TopicGraph:
