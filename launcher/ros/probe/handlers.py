@@ -184,8 +184,7 @@ class Handlers:
                 return matched
             if matched < wanted and time.monotonic() >= end_s:
                 raise VerbError(
-                    f"{matched} of {wanted} subscriptions on '{publisher.endpoint.topic}' "
-                    "match",
+                    f"{matched} of {wanted} subscriptions on '{publisher.endpoint.topic}' match",
                     hint=self._reason(publisher.endpoint),
                 )
             pause(caller, _PERIOD_S)
