@@ -26,14 +26,14 @@ def visible_names(names: Iterable[str], *, hidden: bool) -> list[str]:
     return [name for name in names if hidden or not is_hidden(name)]
 
 
-def sections(look: GraphSnapshot, full: str, *, hidden: bool) -> dict[str, NamesAndTypes]:
+def sections(graph: GraphSnapshot, full: str, *, hidden: bool) -> dict[str, NamesAndTypes]:
     """Title -> what one node has of it, sorted; VerbError if there is no such node."""
-    if full not in look.nodes:
-        hint = did_you_mean(full, visible_names(look.nodes, hidden=False))
+    if full not in graph.nodes:
+        hint = did_you_mean(full, visible_names(graph.nodes, hidden=False))
         raise VerbError(f"Unable to find node '{full}'", hint=hint)
     return {
         title: [(name, types) for name, types in entries if hidden or not is_hidden(name)]
-        for title, entries in look.of_node(full).items()
+        for title, entries in graph.of_node(full).items()
     }
 
 

@@ -84,8 +84,8 @@ class ServiceCaller:
         return client.call_async(request)
 
     def _connecting_s(self, name: str) -> float:
-        look = self.observer.seen_ahead()
-        return _PREFETCHED_S if look and name in look.service_types() else _CONNECT_S
+        graph = self.observer.seen_ahead()
+        return _PREFETCHED_S if graph and name in graph.service_types() else _CONNECT_S
 
     def call(self, kind: Any, name: str, request: Any, limit_s: float | None = None) -> Any:
         """The answer; NoAnswerError if there is none in time."""
@@ -132,8 +132,8 @@ def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
     """The full name of a node; VerbError with the text of ros2cli if it does not exist."""
     full = full_node(name)
     known: Sequence[str]
-    if (look := observer.seen_ahead()) is not None:
-        known = look.nodes
+    if (graph := observer.seen_ahead()) is not None:
+        known = graph.nodes
     else:
         settle(observer, spin_time_s, enough=lambda: full in observer.node_names())
         known = observer.node_names()

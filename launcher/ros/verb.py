@@ -143,14 +143,14 @@ def _read_graph(options: argparse.Namespace) -> GraphSnapshot | None:
         result = read_graph(domain_id, spin_time_s(options), remote=not domains.localhost_only())
     except (UnsupportedDiscovery, OSError):
         return None
-    warn_if_incomplete(domain_id, result.look.nodes, result.missing, result.waited_s)
-    return result.look
+    warn_if_incomplete(domain_id, result.snapshot.nodes, result.missing, result.waited_s)
+    return result.snapshot
 
 
 @contextlib.contextmanager
 def observing(
     options: argparse.Namespace,
-    enough: Callable[[GraphSnapshot], object] = lambda look: False,
+    enough: Callable[[GraphSnapshot], object] = lambda graph: False,
     *,
     listens: bool = False,
 ) -> Iterator[Observer]:

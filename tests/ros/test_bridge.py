@@ -289,7 +289,7 @@ def test_the_observer_of_a_run_sees_what_a_look_of_our_own_sees(
     with talking(domain, "tests.support.sample_nodes"):
 
         def has_seen_all_too() -> bool:
-            ours = read_graph(domain_id, 10.0, remote=False).look
+            ours = read_graph(domain_id, 10.0, remote=False).snapshot
             return "/talker" in ours.nodes and graph_socket.snapshot_of_run(domain_id) == ours
 
         wait_until(has_seen_all_too, "both have seen the same")

@@ -19,17 +19,17 @@ from tests.support.waiting import wait_until
 PATIENCE_S = 60.0
 
 
-def by_wire(domain_id: int, *, remote: bool = False):
+def by_reader(domain_id: int, *, remote: bool = False):
     seen = read_graph(domain_id, PATIENCE_S, remote=remote)
     assert seen.missing == 0
-    return seen.look
+    return seen.snapshot
 
 
 @pytest.mark.parametrize("remote", [False, True], ids=["localhost", "subnet"])
 def test_both_ways_see_the_same_in_every_detail(tmp_path, remote):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes"):
         domain_id = int(env["ROS_DOMAIN_ID"])
-        ours = by_wire(domain_id, remote=remote)
+        ours = by_reader(domain_id, remote=remote)
         with Observer(domain_id) as observer:
             wait_until(lambda: observer.graph_snapshot() == ours, "rclpy has seen all")
         assert len(ours.infos) > 50
@@ -43,7 +43,7 @@ def test_who_has_looked_is_forgotten_at_once(env, observer):
 
     before = readers()
     assert before
-    by_wire(int(env["ROS_DOMAIN_ID"]))
+    by_reader(int(env["ROS_DOMAIN_ID"]))
     wait_until(lambda: readers() == before, "nobody else is known")
 
 
@@ -53,7 +53,7 @@ def test_many_looks_at_a_time_are_all_complete(env):
 
     domain_id = int(env["ROS_DOMAIN_ID"])
     with ThreadPoolExecutor(5) as pool:
-        looks = list(pool.map(by_wire, [domain_id] * 10))
+        looks = list(pool.map(by_reader, [domain_id] * 10))
     assert {look.nodes for look in looks} == {looks[0].nodes}
     assert looks[0].nodes.count("/twin") == 2
 
@@ -64,7 +64,7 @@ def test_more_endpoints_than_one_request_can_name(empty_domain):
     with Observer(domain_id, name="busy") as busy:
         topics = {f"/t{number}" for number in range(600)}
         publishers = [busy.node.create_publisher(String, topic, 1) for topic in topics]
-        look = by_wire(domain_id)
+        look = by_reader(domain_id)
         assert topics <= look.topic_types().keys()
         assert look.nodes == ("/busy",)
         assert len(publishers) == 600
@@ -84,8 +84,8 @@ def test_a_participant_that_cannot_answer_is_told(tmp_path):
             seen = read_graph(int(env["ROS_DOMAIN_ID"]), 0.5, remote=False)
         finally:
             os.kill(program.pid, signal.SIGCONT)
-        assert (seen.missing, seen.look.nodes) == (1, ())
-        assert "/talker" in by_wire(int(env["ROS_DOMAIN_ID"])).nodes
+        assert (seen.missing, seen.snapshot.nodes) == (1, ())
+        assert "/talker" in by_reader(int(env["ROS_DOMAIN_ID"])).nodes
 
 
 @pytest.mark.thorough
@@ -100,4 +100,4 @@ def test_where_discovery_is_unusual_the_verbs_say_the_same(env):
 def test_a_domain_without_anybody_is_known_to_be_empty(empty_domain):
     domain_id = int(empty_domain["ROS_DOMAIN_ID"])
     assert participants_by_domain()[domain_id] == 0
-    assert by_wire(domain_id).infos == ()
+    assert by_reader(domain_id).infos == ()

@@ -36,7 +36,7 @@ def prefetching(
 def test_it_sees_the_same_as_a_look_of_its_own_and_not_us(tmp_path, remote):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes"):
         domain_id = int(env["ROS_DOMAIN_ID"])
-        alone = read_graph(domain_id, PATIENCE_S, remote=remote).look
+        alone = read_graph(domain_id, PATIENCE_S, remote=remote).snapshot
         with (
             prefetching(domain_id, remote=remote) as prefetch,
             Observer(domain_id, prefetch=prefetch) as observer,

@@ -32,26 +32,26 @@ def asked(path: Path) -> Any:
 
 
 def test_a_question_is_answered_until_the_end(path: Path):
-    answering = GraphServer(path, echo)
+    server = GraphServer(path, echo)
     assert asked(path) == asked(path) == {"asked": {"domain_id": 7}}
-    answering.close()
+    server.close()
     assert not path.exists()
 
 
 def test_a_removed_socket_is_made_anew_and_one_that_is_there_stays(path: Path):
-    answering = GraphServer(path, echo)
+    server = GraphServer(path, echo)
     path.unlink()
-    answering.look_after()
+    server.look_after()
     made = path.stat().st_ino
-    answering.look_after()
+    server.look_after()
     assert path.stat().st_ino == made
     assert asked(path) == {"asked": {"domain_id": 7}}
-    answering.close()
+    server.close()
     assert not path.exists()
 
 
 def test_nobody_makes_the_socket_anew_after_its_end(path: Path):
-    answering = GraphServer(path, echo)
-    answering.close()
-    answering.look_after()
+    server = GraphServer(path, echo)
+    server.close()
+    server.look_after()
     assert not path.exists()

@@ -44,7 +44,7 @@ class Prefetch:
         spin_time_s: float,
         *,
         remote: bool,
-        enough: Callable[[GraphSnapshot], object] = lambda look: False,
+        enough: Callable[[GraphSnapshot], object] = lambda graph: False,
         listens: bool = False,
     ) -> None:
         self._listens = listens
@@ -95,7 +95,7 @@ class Prefetch:
         self._threads[0].join()
         if self._result is None:
             return None
-        return _without(self._result.look, own_participant.hex("."))
+        return _without(self._result.snapshot, own_participant.hex("."))
 
     def close(self) -> None:
         """Stop reading, and take our announcement back."""
@@ -118,13 +118,13 @@ def _datagrams(peer: Participant, samples: Iterable[tuple[bytes, rtps.Data]]) ->
         yield rtps.message(peer.prefix, peer.prefix[:2], body)
 
 
-def _without(look: GraphSnapshot, participant: str) -> GraphSnapshot:
+def _without(graph: GraphSnapshot, participant: str) -> GraphSnapshot:
     """The graph without the nodes and endpoints of a participant."""
     if not participant:
-        return look
-    own = {info.node for info in look.infos if info.gid.startswith(participant)}
+        return graph
+    own = {info.node for info in graph.infos if info.gid.startswith(participant)}
     return replace(
-        look,
-        nodes=tuple(node for node in look.nodes if node not in own),
-        infos=tuple(info for info in look.infos if not info.gid.startswith(participant)),
+        graph,
+        nodes=tuple(node for node in graph.nodes if node not in own),
+        infos=tuple(info for info in graph.infos if not info.gid.startswith(participant)),
     )

@@ -47,7 +47,7 @@ _ENDPOINT_SET = 0b111011
 class ReadResult:
     """A snapshot; `missing` participants of this machine are not, or only partly, in it."""
 
-    look: GraphSnapshot
+    snapshot: GraphSnapshot
     missing: int
     waited_s: float
 
@@ -59,7 +59,7 @@ class UnsupportedDiscovery(Exception):
 def read_graph(domain_id: int, spin_time_s: float, *, remote: bool) -> ReadResult:
     """Read a domain, for at most `spin_time_s`; `remote`: on other machines as well.
 
-    Raises Unfit, and OSError where there is no network at all.
+    Raises UnsupportedDiscovery, and OSError where there is no network at all.
     """
     with DiscoveryReader(domain_id, remote=remote) as reader:
         return reader.read(spin_time_s)
@@ -89,7 +89,7 @@ class DiscoveryReader:
         self._socket.close()
 
     def read(
-        self, spin_time_s: float, *, enough: Callable[[GraphSnapshot], object] = lambda look: False
+        self, spin_time_s: float, *, enough: Callable[[GraphSnapshot], object] = lambda graph: False
     ) -> ReadResult:
         """Ask until the graph is complete, or `enough`, or `stop`; at most `spin_time_s`.
 
@@ -123,7 +123,7 @@ class DiscoveryReader:
             self._ask_again(now)
             self._receive(min(end, announce, steady) - now)
         return ReadResult(
-            look=self._known(),
+            snapshot=self._known(),
             missing=len(self._silent(expected) | self._incomplete(expected)),
             waited_s=now - start,
         )

@@ -71,7 +71,7 @@ def full_topic(name: str) -> str:
 def are_published(names: Iterable[str]) -> Callable[[GraphSnapshot], bool]:
     """Checks whether a graph has publishers of all these topics."""
     full = ["/" + name.removeprefix("/") for name in names]
-    return lambda look: all(look.on(name, Direction.PUBLISHER) for name in full)
+    return lambda graph: all(graph.on(name, Direction.PUBLISHER) for name in full)
 
 
 def _target(
@@ -98,10 +98,10 @@ def _first_target(
 ) -> Target | None:
     """The topic as soon as its publishers are known; None if it has none and no type."""
     full = full_topic(name)
-    if (look := observer.seen_ahead()) is None:
+    if (graph := observer.seen_ahead()) is None:
         _await_publishers(observer, full, spin_time_s(options))
         return _target(observer, full, type_name)
-    if target := _target(look, full, type_name):
+    if target := _target(graph, full, type_name):
         _await_introduction(observer, target)
     return target
 
@@ -272,8 +272,8 @@ class AwaitedTopics:
 
 def _hint(observer: Observer, name: str) -> str | None:
     """What to do about an unpublished topic."""
-    look = observer.seen_ahead() or observer.graph_snapshot()
-    return did_you_mean(name, look.topic_types()) if look.nodes else why_empty(observer.domain_id)
+    graph = observer.seen_ahead() or observer.graph_snapshot()
+    return did_you_mean(name, graph.topic_types()) if graph.nodes else why_empty(observer.domain_id)
 
 
 def _unpublished(name: str) -> str:

@@ -31,20 +31,20 @@ class Topic:
         return f"{self.name} [{', '.join(self.types)}]"
 
 
-def known_types(look: GraphSnapshot) -> dict[str, list[str]]:
+def known_types(graph: GraphSnapshot) -> dict[str, list[str]]:
     """Every topic and its types, sorted by name."""
-    return dict(sorted({**ALWAYS, **look.topic_types()}.items()))
+    return dict(sorted({**ALWAYS, **graph.topic_types()}.items()))
 
 
-def listed(look: GraphSnapshot, *, hidden: bool) -> list[Topic]:
+def listed(graph: GraphSnapshot, *, hidden: bool) -> list[Topic]:
     return [
         Topic(
             name=name,
             types=tuple(types),
-            publishers=len(look.on(name, Direction.PUBLISHER)),
-            subscriptions=len(look.on(name, Direction.SUBSCRIPTION)),
+            publishers=len(graph.on(name, Direction.PUBLISHER)),
+            subscriptions=len(graph.on(name, Direction.SUBSCRIPTION)),
         )
-        for name, types in known_types(look).items()
+        for name, types in known_types(graph).items()
         if hidden or not is_hidden(name)
     ]
 
@@ -62,43 +62,43 @@ def verbose_listing(topics: list[Topic]) -> Iterator[str]:
         yield ""
 
 
-def types_of(look: GraphSnapshot, name: str) -> list[str]:
+def types_of(graph: GraphSnapshot, name: str) -> list[str]:
     """The types of a topic; VerbError with the text of ros2cli if nobody uses it."""
-    topics = look.topic_types()
-    used = name in topics and look.endpoints(name)
+    topics = graph.topic_types()
+    used = name in topics and graph.endpoints(name)
     if used:
         return topics[name]
-    visible = [n for n in known_types(look) if not is_hidden(n)]
+    visible = [n for n in known_types(graph) if not is_hidden(n)]
     raise VerbError(f"Unknown topic '{name}'", hint=did_you_mean(name, visible))
 
 
-def types_or_none(look: GraphSnapshot, name: str) -> list[str]:
-    return known_types(look).get(name, [])
+def types_or_none(graph: GraphSnapshot, name: str) -> list[str]:
+    return known_types(graph).get(name, [])
 
 
-def of_type(look: GraphSnapshot, type_name: str, *, hidden: bool) -> list[str]:
+def of_type(graph: GraphSnapshot, type_name: str, *, hidden: bool) -> list[str]:
     """Names of the topics that have this type, sorted."""
-    known = known_types(look).items()
+    known = known_types(graph).items()
     return [n for n, types in known if type_name in types and (hidden or not is_hidden(n))]
 
 
-def info_lines(look: GraphSnapshot, name: str, *, verbose: bool) -> Iterator[str]:
+def info_lines(graph: GraphSnapshot, name: str, *, verbose: bool) -> Iterator[str]:
     """The lines of `topic info`, as ros2cli prints them."""
-    types = types_of(look, name)
+    types = types_of(graph, name)
     yield f"Type: {types[0] if len(types) == 1 else types}"
     if verbose:
         yield ""
     for direction in Direction:
-        infos = look.on(name, direction)
+        infos = graph.on(name, direction)
         yield f"{direction.value.capitalize()} count: {len(infos)}"
         if verbose:
             yield from ("", *(f"{info}\n" for info in infos))
 
 
-def info_document(look: GraphSnapshot, name: str) -> Mapping[str, Any]:
+def info_document(graph: GraphSnapshot, name: str) -> Mapping[str, Any]:
     """`topic info --json`: the endpoints with their QoS, and the pairs that do not match."""
-    types = types_of(look, name)
-    endpoints = look.endpoints(name)
+    types = types_of(graph, name)
+    endpoints = graph.endpoints(name)
     return {
         "name": name,
         "types": types,
