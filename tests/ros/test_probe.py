@@ -159,7 +159,7 @@ def test_a_subscription_waits_for_its_topic(probe, env):
         ("call", {"service": "/nobody", "timeout_s": 0.1}, "is not available"),
         ("call", {"service": "/switch", "type": "std_srvs/srv/Trigger"}, "has the type std_srvs"),
         ("call", {"service": "/switch", "values": {"data": 5}}, "takes true or false"),
-        ("publish", {"topic": "/nowhere", "timeout_s": 0.1}, "its type is not known"),
+        ("publish", {"topic": "/nowhere", "timeout_s": 0.1}, "unknown type"),
         ("publish", {"topic": "/chatter", "values": "data: [", "timeout_s": 1}, "is not YAML"),
         ("draw", {"json": "/nowhere/graph.json"}, "No such file"),
     ],
