@@ -21,7 +21,11 @@ setup(
     version="0.1.0",
     # `launch/` is data: a top-level package `launch` would hide ROS's own in the whole workspace.
     packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
-    package_data={"launcher.smoke": ["*.json"], "launcher.graph.probe": ["*.xml"]},
+    package_data={
+        "launcher.smoke": ["*.json"],
+        "launcher.ros.draw": ["*.html"],
+        "launcher.ros.probe": ["*.xml"],
+    },
     python_requires=">=3.10",
     install_requires=REQUIREMENTS,
     data_files=[

@@ -13,10 +13,9 @@ import sys
 from pathlib import Path
 
 from launcher.domain_lease import leased_domain
-from launcher.graph.dot import to_dot
-from launcher.graph.observer import Observer
-from launcher.graph.snapshot import DEBUG_TOPICS, Endpoint, Snapshot
-from launcher.graph.svg import to_svg
+from launcher.ros.discovery.observer import Observer
+from launcher.ros.draw.dot import to_dot, to_svg
+from launcher.ros.snapshot.graph import DEBUG_TOPICS, Endpoint, TopicGraph
 
 NODES = 7
 ENDS = 12  # endpoints of the fleet's topics
@@ -59,7 +58,7 @@ def _draw(target: Path) -> int:
     return 0
 
 
-def _ends(snapshot: Snapshot) -> list[Endpoint]:
+def _ends(snapshot: TopicGraph) -> list[Endpoint]:
     return [endpoint for endpoint in snapshot.endpoints if endpoint.topic in TOPICS]
 
 

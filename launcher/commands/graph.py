@@ -9,12 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launcher.errors import ExitCode, LauncherError
-from launcher.graph.verb import Parser, add_common, dispatch, print_json, seconds, settled, warn
+from launcher.ros.verb import (
+    Parser,
+    add_common,
+    dispatch,
+    print_json,
+    seconds,
+    settled_observer,
+    warn,
+)
 
 if TYPE_CHECKING:
-    from launcher.graph.observer import Observer
-    from launcher.graph.picture import Filter
-    from launcher.graph.snapshot import Snapshot
+    from launcher.ros.discovery.observer import Observer
+    from launcher.ros.draw.filter import Filter
+    from launcher.ros.snapshot.graph import TopicGraph
 
 
 def main(words: Sequence[str]) -> int:
@@ -55,8 +63,8 @@ def _add_filters(parser: Parser) -> None:
 
 
 def _graph(options: Namespace) -> int:
-    from launcher.graph.picture import Filter, Mode
-    from launcher.graph.seeing import seen
+    from launcher.ros.draw.filter import Filter, Mode
+    from launcher.ros.verb import graph_snapshot
 
     chosen = Filter(
         mode=Mode(options.mode),
@@ -68,9 +76,9 @@ def _graph(options: Namespace) -> int:
     chosen.check()  # before any waiting
     before = _saved(options)
     if options.watch:
-        with settled(options) as observer:
+        with settled_observer(options) as observer:
             return _watch(observer, chosen, options)
-    look = seen(options)
+    look = graph_snapshot(options)
     snapshot = chosen.apply(look.snapshot())
     if before is not None:
         return _diff(chosen.apply(before), snapshot, options)
@@ -78,33 +86,31 @@ def _graph(options: Namespace) -> int:
     return ExitCode.OK
 
 
-def _saved(options: Namespace) -> Snapshot | None:
-    from launcher.graph import saved
+def _saved(options: Namespace) -> TopicGraph | None:
+    from launcher.ros.snapshot import diff
 
-    return None if options.diff is None else saved.load(options.diff)
+    return None if options.diff is None else diff.load(options.diff)
 
 
-def _show(snapshot: Snapshot, chosen: Filter, options: Namespace, domain_id: int) -> None:
+def _show(snapshot: TopicGraph, chosen: Filter, options: Namespace, domain_id: int) -> None:
     if options.json:
-        from launcher.graph.saved import to_document
+        from launcher.ros.snapshot.diff import to_document
 
         print_json(to_document(snapshot))
     elif options.mermaid:
-        from launcher.graph.mermaid import to_mermaid
+        from launcher.ros.draw.mermaid import to_mermaid
 
         print(to_mermaid(snapshot, chosen.mode), end="")
     elif options.dot or options.svg or options.html:
         _draw(snapshot, chosen, options, domain_id)
     else:
-        from launcher.graph.tree import to_tree
+        from launcher.ros.draw.tree import to_tree
 
         print(to_tree(snapshot, chosen.mode), end="")
 
 
-def _draw(snapshot: Snapshot, chosen: Filter, options: Namespace, domain_id: int) -> None:
-    from launcher.graph.dot import to_dot
-    from launcher.graph.page import to_page
-    from launcher.graph.svg import to_svg
+def _draw(snapshot: TopicGraph, chosen: Filter, options: Namespace, domain_id: int) -> None:
+    from launcher.ros.draw.dot import to_dot, to_html, to_svg
 
     dot = to_dot(snapshot, chosen.mode)
     if options.dot:
@@ -115,7 +121,7 @@ def _draw(snapshot: Snapshot, chosen: Filter, options: Namespace, domain_id: int
         _write(options.svg, drawing)
         return
     caption = f"{len(snapshot.nodes)} nodes, {len(snapshot.topics())} topics"
-    _write(options.html, to_page(drawing, title=f"ROS domain {domain_id}", caption=caption))
+    _write(options.html, to_html(drawing, title=f"ROS domain {domain_id}", caption=caption))
 
 
 def _write(path: str, text: str) -> None:
@@ -126,8 +132,8 @@ def _write(path: str, text: str) -> None:
     warn(f"wrote {path}")
 
 
-def _diff(before: Snapshot, after: Snapshot, options: Namespace) -> int:
-    from launcher.graph.saved import difference
+def _diff(before: TopicGraph, after: TopicGraph, options: Namespace) -> int:
+    from launcher.ros.snapshot.diff import difference
 
     lines = difference(before, after)
     if options.json:
@@ -139,9 +145,9 @@ def _diff(before: Snapshot, after: Snapshot, options: Namespace) -> int:
 
 
 def _watch(observer: Observer, chosen: Filter, options: Namespace) -> int:
-    from launcher.graph.saved import difference
-    from launcher.graph.streams import until_interrupted
-    from launcher.graph.tree import to_tree
+    from launcher.ros.draw.tree import to_tree
+    from launcher.ros.snapshot.diff import difference
+    from launcher.ros.topics.streams import until_interrupted
 
     say: Callable[[str], None] = lambda text: print(text, flush=True)  # noqa: E731
     with until_interrupted():

@@ -7,7 +7,7 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 
 from launcher.errors import ExitCode
-from launcher.graph.verb import Parser, add_verb, dispatch, parser_of, print_json
+from launcher.ros.verb import Parser, add_verb, dispatch, parser_of, print_json
 
 _TITLES = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
 
@@ -36,7 +36,7 @@ def build_parser() -> Parser:
 
 
 def _list(options: Namespace) -> int:
-    from launcher.graph.interfaces import all_interfaces
+    from launcher.ros.messages.interfaces import all_interfaces
 
     asked = (options.only_msgs, options.only_srvs, options.only_actions)
     kinds = [kind for kind, wanted in zip(_TITLES, asked, strict=True) if wanted] or list(_TITLES)
@@ -52,7 +52,7 @@ def _list(options: Namespace) -> int:
 
 
 def _show(options: Namespace) -> int:
-    from launcher.graph.definitions import resolve, show
+    from launcher.ros.messages.interfaces import resolve, show
 
     name = sys.stdin.readline().strip() if options.type == "-" else options.type
     full = resolve(name)
@@ -65,9 +65,8 @@ def _show(options: Namespace) -> int:
 
 
 def _proto(options: Namespace) -> int:
-    from launcher.graph.definitions import resolve
-    from launcher.graph.interfaces import load
-    from launcher.graph.to_yaml import to_json_plain, to_plain, to_yaml
+    from launcher.ros.messages.interfaces import load, resolve
+    from launcher.ros.messages.to_yaml import to_json_plain, to_plain, to_yaml
 
     full = resolve(options.type)
     kind = full.split("/")[1]

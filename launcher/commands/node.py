@@ -6,7 +6,7 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 
 from launcher.errors import ExitCode
-from launcher.graph.verb import (
+from launcher.ros.verb import (
     Parser,
     add_verb,
     dispatch,
@@ -14,7 +14,7 @@ from launcher.graph.verb import (
     parser_of,
     print_json,
     seconds,
-    settled,
+    settled_observer,
     warn,
 )
 
@@ -42,10 +42,10 @@ def build_parser() -> Parser:
 
 
 def _list(options: Namespace) -> int:
-    from launcher.graph import nodes
-    from launcher.graph.seeing import seen
+    from launcher.ros import nodes
+    from launcher.ros.verb import graph_snapshot
 
-    names = nodes.visible_names(seen(options).nodes, hidden=options.all)
+    names = nodes.visible_names(graph_snapshot(options).nodes, hidden=options.all)
     if options.json:
         print_json([{"name": name, "count": names.count(name)} for name in sorted(set(names))])
         return ExitCode.OK
@@ -57,10 +57,10 @@ def _list(options: Namespace) -> int:
 
 
 def _info(options: Namespace) -> int:
-    from launcher.graph import nodes
-    from launcher.graph.seeing import seen
+    from launcher.ros import nodes
+    from launcher.ros.verb import graph_snapshot
 
-    name, look = options.node_name, seen(options)
+    name, look = options.node_name, graph_snapshot(options)
     found = nodes.sections(look, name, hidden=options.include_hidden)
     count = look.nodes.count(name)
     if options.json:
@@ -78,13 +78,13 @@ def _info(options: Namespace) -> int:
 def _ps(options: Namespace) -> int:
     from dataclasses import asdict
 
-    from launcher.graph.ask import look_of_a_run
-    from launcher.graph.calls import Caller
-    from launcher.graph.ps import rows, to_table, with_ghosts
+    from launcher.ros.discovery.graph_socket import snapshot_of_run
+    from launcher.ros.nodes import rows, to_table, with_ghosts
+    from launcher.ros.services import ServiceCaller
 
     # asked before we are in the graph ourselves: it does not answer while somebody comes
-    look = None if options.no_observer else look_of_a_run(domain_option(options))
-    with settled(options) as observer, Caller(observer) as caller:
+    look = None if options.no_observer else snapshot_of_run(domain_option(options))
+    with settled_observer(options) as observer, ServiceCaller(observer) as caller:
         found = rows(caller, hidden=options.all, patience_s=options.patience)
     if look is not None:
         found = with_ghosts(found, look.ghosts)

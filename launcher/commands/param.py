@@ -8,21 +8,21 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from launcher.errors import ExitCode, UsageError
-from launcher.graph.verb import (
+from launcher.ros.verb import (
     Parser,
     add_verb,
     dispatch,
-    looking,
+    observing,
     parser_of,
     print_json,
-    settled,
+    settled_observer,
     spin_time_s,
     warn,
 )
 
 if TYPE_CHECKING:
-    from launcher.graph.calls import Caller
-    from launcher.graph.look import Look
+    from launcher.ros.services import ServiceCaller
+    from launcher.ros.snapshot.graph import GraphSnapshot
 
 
 def main(words: Sequence[str]) -> int:
@@ -59,22 +59,22 @@ def _add(table: Any, name: str, help_text: str, node_count: str | None = None) -
 
 
 @contextlib.contextmanager
-def _asking(options: Namespace) -> Iterator[tuple[Caller, str]]:
+def _asking(options: Namespace) -> Iterator[tuple[ServiceCaller, str]]:
     """A caller, and the full name of the node that the options name."""
-    from launcher.graph.calls import Caller, full_node, require_node
+    from launcher.ros.services import ServiceCaller, full_node, require_node
 
     node = full_node(options.node_name)
     services = {f"{node}/list_parameters", f"{node}/get_parameters"}
 
-    def is_known(look: Look) -> bool:
+    def is_known(look: GraphSnapshot) -> bool:
         # a participant announces its services before it names its nodes
         return node in look.nodes and services <= look.service_types().keys()
 
     with (
-        looking(options, is_known) as observer,
-        Caller(observer) as caller,
+        observing(options, is_known) as observer,
+        ServiceCaller(observer) as caller,
     ):
-        from launcher.graph.parameters import prepare
+        from launcher.ros.parameters import prepare
 
         prepare(caller, node)
         yield caller, require_node(observer, options.node_name, spin_time_s(options))
@@ -93,8 +93,8 @@ def _list(options: Namespace) -> int:
     return ExitCode.OK
 
 
-def _names(caller: Caller, node: str, options: Namespace) -> list[str]:
-    from launcher.graph import parameters
+def _names(caller: ServiceCaller, node: str, options: Namespace) -> list[str]:
+    from launcher.ros import parameters
 
     names = parameters.list_names(caller, node, options.param_prefixes)
     if not options.param_type or not names:
@@ -104,12 +104,12 @@ def _names(caller: Caller, node: str, options: Namespace) -> list[str]:
 
 
 def _list_all(options: Namespace) -> int:
-    from launcher.graph.calls import Caller, NoAnswerError
-    from launcher.graph.nodes import visible_names
+    from launcher.ros.nodes import visible_names
+    from launcher.ros.services import NoAnswerError, ServiceCaller
 
     found: dict[str, list[str]] = {}
     code = ExitCode.OK
-    with settled(options) as observer, Caller(observer) as caller:
+    with settled_observer(options) as observer, ServiceCaller(observer) as caller:
         names = set(visible_names(observer.node_names(), hidden=options.include_hidden_nodes))
         services = dict(observer.node.get_service_names_and_types())
         for node in sorted(n for n in names if f"{n}/list_parameters" in services):
@@ -129,7 +129,7 @@ def _list_all(options: Namespace) -> int:
 
 
 def _get(options: Namespace) -> int:
-    from launcher.graph import parameters
+    from launcher.ros import parameters
 
     name = options.parameter_name
     with _asking(options) as (caller, node):
@@ -148,7 +148,7 @@ def _get(options: Namespace) -> int:
 
 
 def _set(options: Namespace) -> int:
-    from launcher.graph import parameters
+    from launcher.ros import parameters
 
     if len(options.pairs) % 2:
         raise UsageError(
@@ -184,8 +184,8 @@ def _say(result: Any, done: str, failing: str) -> int:
 
 
 def _describe(options: Namespace) -> int:
-    from launcher.graph import parameters
-    from launcher.graph.to_yaml import to_plain
+    from launcher.ros import parameters
+    from launcher.ros.messages.to_yaml import to_plain
 
     with _asking(options) as (caller, node):
         found = parameters.describe(caller, node, options.parameter_names)
@@ -199,8 +199,8 @@ def _describe(options: Namespace) -> int:
 
 
 def _dump(options: Namespace) -> int:
-    from launcher.graph import parameters
-    from launcher.graph.to_yaml import dump
+    from launcher.ros import parameters
+    from launcher.ros.messages.to_yaml import dump
 
     with _asking(options) as (caller, node):
         names = parameters.list_names(caller, node)
@@ -214,7 +214,7 @@ def _dump(options: Namespace) -> int:
 
 
 def _load(options: Namespace) -> int:
-    from launcher.graph import parameters
+    from launcher.ros import parameters
 
     with _asking(options) as (caller, node):
         values = parameters.file_values(

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 
 from launcher.errors import UsageError
-from launcher.graph.ports import MAX_DOMAIN
+from launcher.ros.discovery.ports import MAX_DOMAIN
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

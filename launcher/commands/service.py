@@ -10,11 +10,11 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from launcher.errors import ExitCode
-from launcher.graph.verb import (
+from launcher.ros.verb import (
     Parser,
     add_verb,
     dispatch,
-    looking,
+    observing,
     parser_of,
     print_json,
     require_rate,
@@ -23,8 +23,8 @@ from launcher.graph.verb import (
 )
 
 if TYPE_CHECKING:
-    from launcher.graph.calls import Caller
-    from launcher.graph.observer import Observer
+    from launcher.ros.discovery.observer import Observer
+    from launcher.ros.services import ServiceCaller
 
 _CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
 
@@ -64,10 +64,10 @@ def _add_call(table: Any) -> None:
 
 
 def _services(options: Namespace, *, hidden: bool) -> dict[str, list[str]]:
-    from launcher.graph.seeing import seen
-    from launcher.graph.snapshot import is_hidden
+    from launcher.ros.snapshot.graph import is_hidden
+    from launcher.ros.verb import graph_snapshot
 
-    found = seen(options).service_types()
+    found = graph_snapshot(options).service_types()
     return {name: types for name, types in found.items() if hidden or not is_hidden(name)}
 
 
@@ -94,13 +94,13 @@ def _type(options: Namespace) -> int:
 
 
 def _find(options: Namespace) -> int:
-    from launcher.graph.interfaces import full_type, tell_of_unknown
+    from launcher.ros.messages.interfaces import full_type, warn_if_unknown
 
     known = _services(options, hidden=options.include_hidden_services)
     kind = full_type(options.service_type, "srv")
     found = [name for name, types in known.items() if kind in types]
     if not found:
-        tell_of_unknown(kind)
+        warn_if_unknown(kind)
     if options.json:
         print_json(found)
     else:
@@ -110,9 +110,9 @@ def _find(options: Namespace) -> int:
 
 
 def _call(options: Namespace) -> int:
-    from launcher.graph.calls import Caller
-    from launcher.graph.from_yaml import fill, parse
-    from launcher.graph.interfaces import load
+    from launcher.ros.messages.from_yaml import fill, parse
+    from launcher.ros.messages.interfaces import load
+    from launcher.ros.services import ServiceCaller
 
     if options.rate is not None:
         require_rate(options.rate)
@@ -121,8 +121,8 @@ def _call(options: Namespace) -> int:
     fill(request, parse(sys.stdin.read() if options.stdin else options.values))
     name = _full(options.service_name)
     with (
-        looking(options, lambda look: name in look.service_types()) as observer,
-        Caller(observer) as caller,
+        observing(options, lambda look: name in look.service_types()) as observer,
+        ServiceCaller(observer) as caller,
     ):
         _await_service(caller, kind, options)
         while True:
@@ -133,9 +133,9 @@ def _call(options: Namespace) -> int:
             time.sleep(max(0.0, started + 1.0 / options.rate - time.monotonic()))
 
 
-def _await_service(caller: Caller, kind: Any, options: Namespace) -> None:
+def _await_service(caller: ServiceCaller, kind: Any, options: Namespace) -> None:
     """Wait for the service; VerbError if it is there with another type."""
-    from launcher.graph.errors import VerbError
+    from launcher.ros.errors import VerbError
 
     caller.load(kind)
     name = _full(options.service_name)
@@ -158,7 +158,7 @@ def _full(name: str) -> str:
 
 def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:
     """The types of a service; asked before our client is in the graph with the one it wants."""
-    from launcher.graph.settle import settle
+    from launcher.ros.discovery.completeness import settle
 
     if (look := observer.seen_ahead()) is not None:
         return look.service_types().get(name, [])
@@ -171,8 +171,8 @@ def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:
     return known()
 
 
-def _call_once(caller: Caller, kind: Any, request: Any, options: Namespace) -> None:
-    from launcher.graph.to_yaml import to_json_plain, to_plain
+def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Namespace) -> None:
+    from launcher.ros.messages.to_yaml import to_json_plain, to_plain
 
     if not options.json:
         print(f"requester: making request: {request!r}\n", flush=True)

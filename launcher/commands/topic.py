@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from launcher.errors import ExitCode, UsageError
-from launcher.graph.profiles import add_qos_options
-from launcher.graph.verb import (
+from launcher.ros.topics.qos import add_qos_options
+from launcher.ros.verb import (
     Parser,
     add_verb,
     dispatch,
@@ -161,10 +161,10 @@ def _count(word: str) -> int:
 
 
 def _list(options: Namespace) -> int:
-    from launcher.graph import topics
-    from launcher.graph.seeing import seen
+    from launcher.ros.topics import listing
+    from launcher.ros.verb import graph_snapshot
 
-    found = topics.listed(seen(options), hidden=options.include_hidden_topics)
+    found = listing.listed(graph_snapshot(options), hidden=options.include_hidden_topics)
     if options.json:
         print_json(
             [
@@ -180,7 +180,7 @@ def _list(options: Namespace) -> int:
     elif options.count_topics:
         print(len(found))
     elif options.verbose:
-        print("\n".join(topics.verbose_listing(found)))
+        print("\n".join(listing.verbose_listing(found)))
     else:
         for topic in found:
             print(topic.label if options.show_types else topic.name)
@@ -188,15 +188,15 @@ def _list(options: Namespace) -> int:
 
 
 def _info(options: Namespace) -> int:
-    from launcher.graph import topics
-    from launcher.graph.matching import explain, mismatches
-    from launcher.graph.seeing import seen
+    from launcher.ros.snapshot.qos_matching import explain, mismatches
+    from launcher.ros.topics import listing
+    from launcher.ros.verb import graph_snapshot
 
-    name, look = options.topic_name, seen(options)
+    name, look = options.topic_name, graph_snapshot(options)
     if options.json:
-        print_json(topics.info_document(look, name))
+        print_json(listing.info_document(look, name))
         return ExitCode.OK
-    print("\n".join(topics.info_lines(look, name, verbose=options.verbose)))
+    print("\n".join(listing.info_lines(look, name, verbose=options.verbose)))
     endpoints = look.endpoints(name)
     if options.explain or (options.verbose and mismatches(endpoints)):
         print(explain(endpoints))
@@ -204,13 +204,13 @@ def _info(options: Namespace) -> int:
 
 
 def _type(options: Namespace) -> int:
-    from launcher.graph import topics
-    from launcher.graph.seeing import seen
+    from launcher.ros.topics import listing
+    from launcher.ros.verb import graph_snapshot
 
     name = options.topic_name
-    types = topics.types_or_none(seen(options), f"/{name.removeprefix('/')}")
+    types = listing.types_or_none(graph_snapshot(options), f"/{name.removeprefix('/')}")
     if not types:
-        from launcher.graph.listener import full_topic
+        from launcher.ros.topics.listener import full_topic
 
         full_topic(name)  # VerbError if it cannot be one
     if options.json:
@@ -222,14 +222,14 @@ def _type(options: Namespace) -> int:
 
 
 def _find(options: Namespace) -> int:
-    from launcher.graph import topics
-    from launcher.graph.interfaces import full_type, tell_of_unknown
-    from launcher.graph.seeing import seen
+    from launcher.ros.messages.interfaces import full_type, warn_if_unknown
+    from launcher.ros.topics import listing
+    from launcher.ros.verb import graph_snapshot
 
     hidden, kind = options.include_hidden_topics, full_type(options.topic_type)
-    found = topics.of_type(seen(options), kind, hidden=hidden)
+    found = listing.of_type(graph_snapshot(options), kind, hidden=hidden)
     if not found:
-        tell_of_unknown(kind)
+        warn_if_unknown(kind)
     if options.json:
         print_json(found)
     else:
@@ -239,7 +239,7 @@ def _find(options: Namespace) -> int:
 
 
 def _echo(options: Namespace) -> int:
-    from launcher.graph.streams import echo
+    from launcher.ros.topics.streams import echo
 
     options.topic_names, options.message_type = _topics_and_type(options.words)
     if options.field and options.raw:
@@ -255,7 +255,7 @@ def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
 
 
 def _hz(options: Namespace) -> int:
-    from launcher.graph.streams import hz
+    from launcher.ros.topics.streams import hz
 
     if options.min_hz is not None and not math.isfinite(options.min_hz):
         raise UsageError(f"--min takes a rate in Hz, not {options.min_hz}")
@@ -265,19 +265,19 @@ def _hz(options: Namespace) -> int:
 
 
 def _bw(options: Namespace) -> int:
-    from launcher.graph.streams import bw
+    from launcher.ros.topics.streams import bw
 
     return bw(options)
 
 
 def _delay(options: Namespace) -> int:
-    from launcher.graph.streams import delay
+    from launcher.ros.topics.streams import delay
 
     return delay(options)
 
 
 def _pub(options: Namespace) -> int:
-    from launcher.graph.publish import publish
+    from launcher.ros.topics.publish import publish
 
     require_rate(options.rate)
     return publish(options)

@@ -57,7 +57,7 @@ class BridgeLink:
         self._errors = os.memfd_create("bridge-errors", os.MFD_CLOEXEC)
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "launcher.graph.bridge", str(self._socket_path)],
+                [sys.executable, "-m", "launcher.ros.bridge", str(self._socket_path)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=self._errors,

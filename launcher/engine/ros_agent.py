@@ -42,7 +42,7 @@ class RosAgent:
         self._partial = b""
         self._pending: dict[int, Request] = {}
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "launcher.graph.agent"],
+            [sys.executable, "-m", "launcher.ros.agent"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=dict(env),

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from launcher.domain_lease import leased_domain
-from launcher.graph.observer import Observer
-from launcher.graph.ports import participants_by_domain
+from launcher.ros.discovery.observer import Observer
+from launcher.ros.discovery.ports import participants_by_domain
 from tests.support.node_process import REPOSITORY, free_shared_memory, shared_memory_of
 from tests.support.verbs import Answer, in_process
 from tests.support.waiting import wait_until
@@ -72,7 +72,7 @@ def verb(env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
     for name in ("ROS_DOMAIN_ID", "ROS_LOG_DIR"):
         monkeypatch.setenv(name, env[name])
     # The sample nodes may be kept from answering for longer than a person would wait.
-    monkeypatch.setattr("launcher.graph.domains.SPIN_TIME_S", 60.0)
+    monkeypatch.setattr("launcher.ros.discovery.domains.SPIN_TIME_S", 60.0)
     return in_process
 
 

@@ -20,10 +20,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
 
 from launcher.engine.shared_memory import FOLDER, held
-from launcher.graph import ask
-from launcher.graph.calls import Caller
-from launcher.graph.observer import Observer
-from launcher.graph.wire import look_round
+from launcher.ros.discovery import graph_socket
+from launcher.ros.discovery.observer import Observer
+from launcher.ros.discovery.reader import read_graph
+from launcher.ros.services import ServiceCaller
 from tests.process.conftest import HEAD
 from tests.ros.conftest import ros_domain, talking
 from tests.support.steered import Steered
@@ -37,7 +37,7 @@ class Monitor:
     """What rqt would show: the last status of each name, and when messages came."""
 
     def __init__(self, observer: Observer) -> None:
-        self.caller = Caller(observer)
+        self.caller = ServiceCaller(observer)
         self.last: dict[str, DiagnosticStatus] = {}
         self.stamps_s: list[float] = []
         observer.node.create_subscription(DiagnosticArray, "/diagnostics", self._take, 50)
@@ -119,34 +119,36 @@ def bridge_pid(run: Steered) -> int:
 
 def _is_bridge(pid: int) -> bool:
     try:
-        return b"launcher.graph.bridge" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return b"launcher.ros.bridge" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return False
 
 
 def answer_of_the_observer(env: Mapping[str, str], domain_id: int | None = None) -> str:
     """Its whole answer, however late; `domain_id` is another one than its own."""
-    (path,) = Path(env["XDG_RUNTIME_DIR"]).rglob(f"*{ask.SUFFIX}")
-    question = json.dumps(ask.question(domain_id or int(env["ROS_DOMAIN_ID"]), os.environ))
+    (path,) = Path(env["XDG_RUNTIME_DIR"]).rglob(f"*{graph_socket.SUFFIX}")
+    question = json.dumps(graph_socket.query(domain_id or int(env["ROS_DOMAIN_ID"]), os.environ))
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
         connection.connect(str(path))
         connection.sendall(f"{question}\n".encode())
         return connection.makefile().readline()
 
 
-def answers(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> ask.Look:
+def answers(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> graph_socket.GraphSnapshot:
     """What the observer of the run says, as soon as it knows all."""
     for name in ("XDG_RUNTIME_DIR", "TMPDIR", "ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
         monkeypatch.setenv(name, env[name])
     domain_id = int(env["ROS_DOMAIN_ID"])
     try:
-        wait_until(lambda: ask.look_of_a_run(domain_id), "the observer answers")
+        wait_until(lambda: graph_socket.snapshot_of_run(domain_id), "the observer answers")
     except AssertionError as error:
         raise AssertionError(f"{error}; {answer_of_the_observer(env)}") from error
-    looks: list[ask.Look] = []
+    looks: list[graph_socket.GraphSnapshot] = []
 
     def knows_nodes() -> bool:
-        looks.extend(look for look in [ask.look_of_a_run(domain_id)] if look and look.nodes)
+        looks.extend(
+            look for look in [graph_socket.snapshot_of_run(domain_id)] if look and look.nodes
+        )
         return bool(looks)
 
     wait_until(knows_nodes, "it knows nodes")
@@ -160,8 +162,8 @@ def test_diagnostics_tell_each_process_and_its_death(run: Steered, monitor: Moni
     assert {"state", "restarts", "uptime (s)"} <= values.keys()
     assert left.hardware_id == socket.gethostname()
     os.kill(run.row("left")["pid"], signal.SIGKILL)
-    monitor.wait("left-1", ERROR, "died: SIGKILL")
-    monitor.wait("run", ERROR, "1 of 2 processes run; look at left-1")
+    monitor.wait("left-1", ERROR, "exited unexpectedly: SIGKILL")
+    monitor.wait("run", ERROR, "1 of 2 processes running; see left-1")
 
 
 @pytest.mark.thorough
@@ -184,7 +186,7 @@ def test_services_steer_and_say_what_happened(run: Steered, monitor: Monitor):
     stopped = monitor.steer("left", "stop")
     assert stopped.success
     assert stopped.message.startswith("left-1 stopped in ")
-    monitor.wait("left-1", STALE, "stopped because somebody asked")
+    monitor.wait("left-1", STALE, "stopped by request")
     assert run.row("left")["state"] == "STOPPED"
     assert monitor.steer("left", "start").message.startswith("left-1 started with pid ")
     again = monitor.steer("left", "start")
@@ -239,7 +241,7 @@ def test_two_runs_in_one_domain_are_seen_and_steered_apart(
         node = f"launcher_{other.process.pid}"
         monitor.wait("left-1", OK, "running", node=node)
         assert monitor.steer("left", "stop", node).message.startswith("left-1 stopped in ")
-        monitor.wait("left-1", STALE, "stopped because somebody asked", node=node)
+        monitor.wait("left-1", STALE, "stopped by request", node=node)
         assert other.row("left")["state"] == "STOPPED"
         assert run.row("left")["state"] == "RUNNING"
         assert monitor.last["launcher: left-1"].level == OK
@@ -251,7 +253,7 @@ def test_its_socket_is_made_again_when_somebody_tidies_up(
 ):
     answers(domain, monkeypatch)
     folder = Path(domain["XDG_RUNTIME_DIR"]) / "ros-launcher"
-    (path,) = folder.rglob(f"*{ask.SUFFIX}")
+    (path,) = folder.rglob(f"*{graph_socket.SUFFIX}")
     made_ns = path.stat().st_ctime_ns
     path.unlink()
     shutil.rmtree(folder, ignore_errors=True)
@@ -287,8 +289,8 @@ def test_the_observer_of_a_run_sees_what_a_look_of_our_own_sees(
     with talking(domain, "tests.support.sample_nodes"):
 
         def has_seen_all_too() -> bool:
-            ours = look_round(domain_id, 10.0, remote=False).look
-            return "/talker" in ours.nodes and ask.look_of_a_run(domain_id) == ours
+            ours = read_graph(domain_id, 10.0, remote=False).snapshot
+            return "/talker" in ours.nodes and graph_socket.snapshot_of_run(domain_id) == ours
 
         wait_until(has_seen_all_too, "both have seen the same")
 
@@ -308,10 +310,10 @@ def test_it_answers_only_who_means_the_same_graph(
     answers(domain, monkeypatch)
     domain_id = int(domain["ROS_DOMAIN_ID"])
     assert "another domain" in answer_of_the_observer(domain, domain_id + 1)
-    assert ask.look_of_a_run(domain_id + 1) is None
+    assert graph_socket.snapshot_of_run(domain_id + 1) is None
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
     assert "another domain" in answer_of_the_observer(domain)
-    assert ask.look_of_a_run(domain_id) is None
+    assert graph_socket.snapshot_of_run(domain_id) is None
 
 
 def test_an_observer_that_does_not_answer_is_passed_over(domain, monkeypatch):
@@ -321,9 +323,9 @@ def test_an_observer_that_does_not_answer_is_passed_over(domain, monkeypatch):
     with socket.socket(socket.AF_UNIX) as deaf:
         deaf.bind(str(folder / "1-a.graph"))
         deaf.listen()
-        assert ask.look_of_a_run(int(domain["ROS_DOMAIN_ID"])) is None
+        assert graph_socket.snapshot_of_run(int(domain["ROS_DOMAIN_ID"])) is None
         assert (folder / "1-a.graph").exists()
-    assert ask.look_of_a_run(int(domain["ROS_DOMAIN_ID"])) is None
+    assert graph_socket.snapshot_of_run(int(domain["ROS_DOMAIN_ID"])) is None
     assert not (folder / "1-a.graph").exists()  # nobody is behind it any more
 
 
@@ -374,12 +376,14 @@ def ghost(domain: dict[str, str]) -> Iterator[None]:
     domain_id = int(domain["ROS_DOMAIN_ID"])
     with talking(domain, "tests.support.sample_nodes") as program:
         wait_until(
-            lambda: (look := ask.look_of_a_run(domain_id)) and "/talker" in look.nodes, "it is seen"
+            lambda: (look := graph_socket.snapshot_of_run(domain_id)) and "/talker" in look.nodes,
+            "it is seen",
         )
         os.kill(program.pid, signal.SIGKILL)
         program.wait()
         wait_until(
-            lambda: (look := ask.look_of_a_run(domain_id)) and "/talker" in look.ghosts, "a ghost"
+            lambda: (look := graph_socket.snapshot_of_run(domain_id)) and "/talker" in look.ghosts,
+            "a ghost",
         )
         yield
 

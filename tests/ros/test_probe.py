@@ -145,17 +145,21 @@ def test_a_subscription_waits_for_its_topic(probe, env):
         ("subscribe", {"sub": "x"}, "'topic' must be a text, got null"),
         ("subscribe", {"sub": "x", "topic": "/a b"}, "Invalid topic name"),
         ("subscribe", {"sub": "x", "topic": "/a", "type": "std_msgs/Strin"}, "invalid"),
-        ("subscribe", {"sub": "x", "topic": "/a", "qos": {"reliability": "SURE"}}, "'SURE' is no"),
-        ("subscribe", {"sub": "x", "topic": "/a", "qos": {"speed": "1"}}, "no policy of QoS"),
-        ("rate", {"sub": "nobody"}, "there is no subscription 'nobody'"),
+        (
+            "subscribe",
+            {"sub": "x", "topic": "/a", "qos": {"reliability": "SURE"}},
+            "unknown reliability 'SURE'",
+        ),
+        ("subscribe", {"sub": "x", "topic": "/a", "qos": {"speed": "1"}}, "unknown QoS policy"),
+        ("rate", {"sub": "nobody"}, "unknown subscription 'nobody'"),
         ("subscibe", {}, "unknown request 'subscibe'"),
-        ("explain", {"topic": "/weak", "as": {"direction": "up"}}, "'up' is no direction"),
+        ("explain", {"topic": "/weak", "as": {"direction": "up"}}, "unknown direction 'up'"),
         ("get_parameters", {"node": "/nobody"}, "is not available"),
         ("set_parameters", {"node": "/talker", "values": {"speed": {"a": 1}}}, "cannot hold"),
         ("call", {"service": "/nobody", "timeout_s": 0.1}, "is not available"),
         ("call", {"service": "/switch", "type": "std_srvs/srv/Trigger"}, "has the type std_srvs"),
         ("call", {"service": "/switch", "values": {"data": 5}}, "takes true or false"),
-        ("publish", {"topic": "/nowhere", "timeout_s": 0.1}, "its type is not known"),
+        ("publish", {"topic": "/nowhere", "timeout_s": 0.1}, "unknown type"),
         ("publish", {"topic": "/chatter", "values": "data: [", "timeout_s": 1}, "is not YAML"),
         ("draw", {"json": "/nowhere/graph.json"}, "No such file"),
     ],
@@ -225,7 +229,7 @@ def test_what_is_published_is_heard_and_who_would_not_hear_it_is_named(probe, en
             qos={"reliability": "BEST_EFFORT"},
             timeout_s=0.3,
         )
-    assert error["message"] == "0 of 1 subscriptions on '/weak' would hear it"
+    assert error["message"] == "0 of 1 subscriptions on '/weak' match"
     assert "RELIABILITY: the publisher offers BEST_EFFORT" in error["hint"]
 
 
@@ -340,7 +344,7 @@ def test_signals_for_the_system_are_not_for_the_probe(env):
 def test_it_ends_when_nobody_can_read_it(env):
     read, write = os.pipe()
     process = subprocess.Popen(
-        [sys.executable, "-m", "launcher.graph.probe"],
+        [sys.executable, "-m", "launcher.ros.probe"],
         env=env,
         stdin=subprocess.PIPE,
         stdout=write,

@@ -12,12 +12,12 @@ from collections.abc import Iterator
 import pytest
 from std_srvs.srv import Trigger
 
-from launcher.graph.calls import Caller, NoAnswerError
-from launcher.graph.observer import Observer
-from launcher.graph.processes import all_live, find_pid, innermost_pid, scheme_holds
-from launcher.graph.ps import rows
+from launcher.ros.discovery.gids import all_live, find_pid, innermost_pid, scheme_holds
+from launcher.ros.discovery.observer import Observer
+from launcher.ros.nodes import rows
+from launcher.ros.services import NoAnswerError, ServiceCaller
 from tests.ros.conftest import ros_domain, talking
-from tests.ros.test_wire import threads_stand_still
+from tests.ros.test_discovery_reader import threads_stand_still
 from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
@@ -68,7 +68,7 @@ def test_the_table_has_a_row_per_node(sleepy):
 
 def test_a_node_whose_executor_is_occupied_is_busy(sleepy):
     env, _ = sleepy
-    with Observer(int(env["ROS_DOMAIN_ID"])) as observer, Caller(observer) as caller:
+    with Observer(int(env["ROS_DOMAIN_ID"])) as observer, ServiceCaller(observer) as caller:
 
         def liveness(patience_s: float) -> dict[str, str]:
             found = rows(caller, hidden=False, patience_s=patience_s)
@@ -100,7 +100,7 @@ def test_a_watching_observer_tells_stopped_nodes_and_ghosts(tmp_path):
         ros_domain(tmp_path) as env,
         Observer(int(env["ROS_DOMAIN_ID"])) as observer,
         talking(env, "tests.support.sample_nodes") as program,
-        Caller(observer) as caller,
+        ServiceCaller(observer) as caller,
     ):
 
         def liveness() -> set[str]:
@@ -151,9 +151,9 @@ def test_a_process_knows_its_innermost_number():
 def test_what_the_middleware_says_of_a_new_participant_is_no_part_of_the_answer():
     program = """
 import os
-from launcher.graph.observer import complaints_to_stderr
+from launcher.ros.discovery.observer import stdout_to_stderr
 print("before")
-with complaints_to_stderr():
+with stdout_to_stderr():
     os.write(1, b"complaint")
 os.write(1, b"answer")
 """

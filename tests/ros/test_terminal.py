@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from launcher.graph.terminal import without_commands
+from launcher.text import escape_controls
 from tests.support.terminal import Terminal
 from tests.support.verbs import going_on, launcher
 
@@ -18,8 +18,8 @@ SHOWN = "\\x1b]0;owned\\x07\\x9b2J\\x0d\tgood\\x7f"
 
 
 def test_line_ends_tabs_and_letters_stay():
-    assert without_commands(EVIL) == SHOWN
-    assert without_commands("ä\n\t漢\u3000🤖") == "ä\n\t漢\u3000🤖"
+    assert escape_controls(EVIL) == SHOWN
+    assert escape_controls("ä\n\t漢\u3000🤖") == "ä\n\t漢\u3000🤖"
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ from rclpy.qos import (
     qos_check_compatible,
 )
 
-from launcher.graph.matching import faults
-from launcher.graph.snapshot import Endpoint
+from launcher.ros.snapshot.graph import Endpoint
+from launcher.ros.snapshot.qos_matching import faults
 from tests.support.verbs import launcher
 
 TOPICS = ["/chatter", "/latched", "/numbers", "/parameter_events", "/points", "/rosout", "/weak"]

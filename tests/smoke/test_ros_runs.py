@@ -59,7 +59,7 @@ def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
     while "ready" not in told:
         told = run.stdout.readline()
     (probe,) = [
-        p for p in psutil.Process(run.pid).children() if "launcher.graph.probe" in p.cmdline()
+        p for p in psutil.Process(run.pid).children() if "launcher.ros.probe" in p.cmdline()
     ]
     probe.suspend()
     told, _ = run.communicate(timeout=120)

@@ -9,7 +9,7 @@ from typing import Any
 from hypothesis import strategies as st
 from rosidl_parser import definition
 
-from launcher.graph.from_yaml import _LIMITS
+from launcher.ros.messages.from_yaml import _LIMITS
 
 # what DDS and the wire can carry: no lone surrogates, no NUL
 LETTERS = st.characters(exclude_categories=("Cs",), exclude_characters="\0")

@@ -21,7 +21,7 @@ class ProbeProcess:
         self.said: list[dict[str, Any]] = []
         self._numbers = itertools.count(1)
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "launcher.graph.probe"],
+            [sys.executable, "-m", "launcher.ros.probe"],
             env=dict(env),
             cwd=REPOSITORY,
             stdin=subprocess.PIPE,

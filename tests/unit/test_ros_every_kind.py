@@ -16,10 +16,10 @@ pytest.importorskip("rclpy")
 from hypothesis import HealthCheck, given, settings
 
 from launcher import cli
-from launcher.graph.errors import VerbError
-from launcher.graph.from_yaml import fill, parse
-from launcher.graph.interfaces import load_message
-from launcher.graph.to_yaml import Style, to_csv, to_json_plain, to_plain, to_yaml
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.from_yaml import fill, parse
+from launcher.ros.messages.interfaces import load_message
+from launcher.ros.messages.to_yaml import Style, to_csv, to_json_plain, to_plain, to_yaml
 from tests.support.any_message import messages, same
 from tests.support.examples import examples
 from tests.support.interfaces import PACKAGE, install

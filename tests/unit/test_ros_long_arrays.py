@@ -11,8 +11,8 @@ from sensor_msgs.msg import CameraInfo, PointCloud2
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, Int8MultiArray, UInt8MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from launcher.graph import long_arrays, to_yaml
-from launcher.graph.to_yaml import Style, dump, to_csv, to_plain, yaml_pieces
+from launcher.ros.messages import to_yaml
+from launcher.ros.messages.to_yaml import Style, dump, to_csv, to_plain, yaml_pieces
 
 ODD = [0.0, -0.0, 0.1, 1e17, 1e-7, 1.5e300, -2.5e-9, float("nan"), float("inf"), float("-inf")]
 
@@ -42,7 +42,7 @@ def test_the_text_is_that_of_pyyaml(monkeypatch, message, length, flow):
     expected = "".join(yaml_pieces(message, style))
     assert expected == dump(to_plain(message, style), flow=flow)
     monkeypatch.setattr(to_yaml, "LONG", 1)
-    monkeypatch.setattr(long_arrays, "_PIECE", 3)
+    monkeypatch.setattr(to_yaml, "_PIECE", 3)
     assert "".join(yaml_pieces(message, style)) == expected
 
 

@@ -10,10 +10,10 @@ from hypothesis import HealthCheck, given, settings
 
 pytest.importorskip("rclpy")
 
-from launcher.graph.errors import VerbError
-from launcher.graph.from_yaml import fill, parse
-from launcher.graph.interfaces import all_interfaces, load, load_message
-from launcher.graph.to_yaml import Style, to_csv, to_json_plain, to_plain, to_yaml
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.from_yaml import fill, parse
+from launcher.ros.messages.interfaces import all_interfaces, load, load_message
+from launcher.ros.messages.to_yaml import Style, to_csv, to_json_plain, to_plain, to_yaml
 from tests.support.any_message import messages, same
 from tests.support.examples import examples
 

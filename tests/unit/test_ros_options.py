@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.graph.interfaces import full_type, near_miss
+from launcher.ros.messages.interfaces import full_type, near_miss
 from tests.support.verbs import in_process
 
 TOO_MANY = "99999999999999999999"

@@ -6,10 +6,9 @@ import pytest
 import yaml
 from std_msgs.msg import Int32, String
 
-from launcher.graph import parameters
-from launcher.graph.errors import VerbError
-from launcher.graph.from_yaml import fill, parse
-from launcher.graph.yaml_text import value_of
+from launcher.ros import parameters
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.from_yaml import fill, parse, value_of
 
 HUGE = 99999999999999999999
 

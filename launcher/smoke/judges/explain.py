@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from launcher.graph.matching import faults, mismatches
-from launcher.graph.snapshot import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.qos_matching import faults, mismatches
 from launcher.smoke.expect.expectation import LAUNCHER
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.observe.facts import Facts

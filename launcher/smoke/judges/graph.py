@@ -7,8 +7,8 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from launcher.graph.matching import mismatches
-from launcher.graph.snapshot import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.expect.quantities import INFINITY
 from launcher.smoke.judges import explain

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.graph.snapshot import Endpoint, Snapshot
+from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import LAUNCHER, READY, START, STOP
 
 _LEVEL = re.compile(r"(?:^|\[)(DEBUG|INFO|WARN|ERROR|FATAL)(?:ING)?\]")
@@ -57,7 +57,7 @@ class GraphSeen:
     """The ROS graph from one moment on."""
 
     at_s: float
-    snapshot: Snapshot
+    snapshot: TopicGraph
     topics: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
@@ -191,10 +191,10 @@ class Facts:
         found = [line for line in self.lines if line.process == process and line.plain.strip()]
         return tuple(found[-count:])
 
-    def graph(self) -> Snapshot:
+    def graph(self) -> TopicGraph:
         """The newest graph; after the stop, which empties it, the last one before."""
         seen = self.last_graph()
-        return Snapshot(nodes=(), endpoints=()) if seen is None else seen.snapshot
+        return TopicGraph(nodes=(), endpoints=()) if seen is None else seen.snapshot
 
     def last_graph(self) -> GraphSeen | None:
         """`graph()` with its time; None if there was none."""

@@ -1,4 +1,4 @@
-"""Client of the ROS probe, a process that observes a ROS domain (`launcher.graph.probe`).
+"""Client of the ROS probe, a process that observes a ROS domain (`launcher.ros.probe`).
 
 One JSON object per line in both directions; answers carry the id of their request.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.errors import LauncherError
-from launcher.graph.snapshot import Endpoint, Snapshot
+from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.smoke.observe.facts import GraphSeen, Message
 from launcher.smoke.observe.recorder import Recorder
 
@@ -45,7 +45,7 @@ class ProbeClient:
         self._has_ended = False
         with stderr.open("wb") as errors:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "launcher.graph.probe"],
+                [sys.executable, "-m", "launcher.ros.probe"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
@@ -181,7 +181,7 @@ class ProbeClient:
         )
 
 
-def snapshot_of(report: Mapping[str, Any]) -> Snapshot:
+def snapshot_of(report: Mapping[str, Any]) -> TopicGraph:
     """The graph in a report of the probe."""
     known = set(Endpoint.__dataclass_fields__)
     endpoints = [
@@ -191,6 +191,6 @@ def snapshot_of(report: Mapping[str, Any]) -> Snapshot:
     ]
     names = [node["name"] for node in report["nodes"] for _ in range(node.get("count", 1))]
     ghosts = [node["name"] for node in report["nodes"] if node.get("ghost")]
-    return Snapshot(
+    return TopicGraph(
         nodes=tuple(sorted(names)), endpoints=tuple(sorted(endpoints)), ghosts=tuple(sorted(ghosts))
     )

@@ -161,8 +161,8 @@ class _Types:
 
 def _misfit(message: Any, values: Any) -> LauncherError | None:
     """The error if the values do not fit the message."""
-    from launcher.graph.errors import VerbError
-    from launcher.graph.from_yaml import fill
+    from launcher.ros.errors import VerbError
+    from launcher.ros.messages.from_yaml import fill
 
     try:
         fill(message(), {} if values is None else values)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from launcher.errors import LauncherError
-from launcher.graph import interfaces
-from launcher.graph.errors import VerbError
+from launcher.ros.errors import VerbError
+from launcher.ros.messages import interfaces
 from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.expect.script import Script
 from launcher.text import suggest

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launcher.domain_lease import busy_domains
-from launcher.graph.errors import VerbError
-from launcher.graph.saved import load, to_document
-from launcher.graph.snapshot import Snapshot
+from launcher.ros.errors import VerbError
+from launcher.ros.snapshot.diff import load, to_document
+from launcher.ros.snapshot.graph import TopicGraph
 from launcher.smoke.reports.artifacts import save
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Picture:
             return f"no picture of the ROS graph: {error.strerror}"
         return self._draw_svg()
 
-    def _snapshot(self) -> Snapshot | None:
+    def _snapshot(self) -> TopicGraph | None:
         """The last graph with live nodes before the stop."""
         if self._look is not None:
             with contextlib.suppress(VerbError):
@@ -126,9 +126,8 @@ class Picture:
 def main(source: str, target: str) -> str | None:
     """Draw `source` (JSON) as `target` (SVG); returns the error, if any."""
     from launcher.errors import LauncherError
-    from launcher.graph.dot import to_dot
-    from launcher.graph.picture import Filter, Mode
-    from launcher.graph.svg import to_svg
+    from launcher.ros.draw.dot import to_dot, to_svg
+    from launcher.ros.draw.filter import Filter, Mode
 
     try:
         drawing = to_svg(to_dot(Filter().apply(load(source)), Mode.ALL))

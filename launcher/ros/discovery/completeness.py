@@ -1,0 +1,86 @@
+"""Waits until rclpy knows the complete graph, and no longer.
+
+Complete: every participant that holds ports of this domain on this machine has been discovered and
+has published its nodes. Participants on other hosts hold no ports here, so where they may exist
+(discovery range SUBNET) there is a shortest time as well.
+
+The limit is above 3 s because answers to the announcement of a new participant may be lost, and
+come again only with the next regular announcement (see `reannounce`, which avoids most of that).
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from launcher.ros.discovery.domains import REMOTE_S, SPIN_TIME_S, localhost_only
+from launcher.ros.discovery.gids import ghosts, same_host
+from launcher.ros.discovery.ports import participants_by_domain
+from launcher.ros.discovery.reannounce import reannounce_to_silent
+from launcher.ros.snapshot.graph import UNKNOWN_NODE
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+
+QUIET_S = 0.1  # the samples of one participant arrive within a few milliseconds
+_PERIOD_S = 0.02  # each look holds up the threads that discover
+_REANNOUNCE_S = 0.05  # answers that are on their way have arrived by then
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settled:
+    """How the wait ended; `missing` participants of this machine have not been discovered."""
+
+    missing: int
+    waited_s: float
+
+
+def settle(
+    observer: Observer,
+    spin_time_s: float = SPIN_TIME_S,
+    *,
+    enough: Callable[[], object] = lambda: False,
+) -> Settled:
+    """Return when the graph is complete and quiet, or `enough`, or after `spin_time_s`."""
+    start = changed = time.monotonic()
+    shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
+    last: object = None
+    asked = observer.is_introduced  # then the silent ones are about to answer
+    while True:
+        now = time.monotonic()
+        if now - start >= _REANNOUNCE_S and not asked:
+            asked = True
+            reannounce_to_silent(observer)
+        state = (observer.participants(), observer.topic_types(), observer.node_names())
+        if state != last:
+            last, changed = state, now
+        waited_s = now - start
+        if enough():
+            return Settled(missing=0, waited_s=waited_s)
+        quiet = now - changed >= QUIET_S and waited_s >= shortest_s
+        if quiet or waited_s >= spin_time_s:
+            missing = _missing(observer)
+            if waited_s >= spin_time_s or (missing == 0 and not _nameless(observer)):
+                return Settled(missing=missing, waited_s=waited_s)
+        time.sleep(_PERIOD_S)
+
+
+def knows_all(observer: Observer) -> bool:
+    """Whether every participant of this machine is known, with its nodes."""
+    return _missing(observer) == 0 and not _nameless(observer)
+
+
+def _missing(observer: Observer) -> int:
+    own_gid = observer.own_gid()
+    known = observer.participants()
+    living = known - ghosts(known, own_gid, os.getpid())
+    local = {gid for gid in living if not own_gid or same_host(gid, own_gid)}
+    return max(0, participants_by_domain()[observer.domain_id] - len(local))
+
+
+def _nameless(observer: Observer) -> bool:
+    infos = observer.node.get_publishers_info_by_topic("/parameter_events")
+    return any(info.node_name == UNKNOWN_NODE for info in infos)

@@ -1,0 +1,91 @@
+"""Which ROS domain is meant, how far discovery goes, and why a domain is empty."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from launcher.errors import UsageError
+from launcher.ros.discovery.ports import MAX_DOMAIN, participants_by_domain
+
+SPIN_TIME_S = 3.5  # one period of Fast DDS's announcements, and time for the answers
+REMOTE_S = 0.4  # the least wait for other machines, whose participants cannot be counted
+
+# Settings with which discovery is not plain RTPS on UDP with the ports of the standard.
+_UNUSUAL = (
+    "ROS_DISCOVERY_SERVER",
+    "ROS_STATIC_PEERS",
+    "FASTRTPS_DEFAULT_PROFILES_FILE",
+    "FASTDDS_DEFAULT_PROFILES_FILE",
+    "CYCLONEDDS_URI",
+)
+_RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
+_OFF = (
+    "discovery is off (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF); "
+    "unset it, or set it to LOCALHOST or SUBNET"
+)
+_PROFILES = "DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml"
+_PLAIN_RMW = ("", "rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp", "rmw_cyclonedds_cpp")
+_PLAIN_TRANSPORTS = ("", "DEFAULT", "UDPv4")
+
+
+def environment_domain() -> int:
+    """ROS_DOMAIN_ID, 0 if it is not set; UsageError if it is not a domain."""
+    word = os.environ.get("ROS_DOMAIN_ID") or "0"
+    return domain_of(word, "ROS_DOMAIN_ID")
+
+
+def domain_of(word: str, source: str) -> int:
+    """The domain id in `word`; UsageError that names the source."""
+    if not word.isdigit() or int(word) > MAX_DOMAIN:
+        raise UsageError(
+            f"{source} is '{word}'", hint=f"a domain is a number from 0 to {MAX_DOMAIN}"
+        )
+    return int(word)
+
+
+def _discovery_range(environment: Mapping[str, str]) -> str:
+    """How far discovery goes, as rcl reads the environment."""
+    if environment.get("ROS_LOCALHOST_ONLY") == "1":  # beats the other
+        return "LOCALHOST"
+    word = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or "SUBNET"
+    return word if word in _RANGES else "LOCALHOST"
+
+
+def is_off(environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether discovery is off, even on this machine."""
+    return _discovery_range(environment) == "OFF"
+
+
+def localhost_only(environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether the environment keeps discovery on this machine."""
+    return _discovery_range(environment) in ("LOCALHOST", "OFF")
+
+
+def is_plain(environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether discovery is plain RTPS, so that `reader` can do it."""
+    return (
+        not any(environment.get(name) for name in _UNUSUAL)
+        and environment.get("RMW_IMPLEMENTATION", "") in _PLAIN_RMW
+        and environment.get("FASTDDS_BUILTIN_TRANSPORTS", "") in _PLAIN_TRANSPORTS
+        and environment.get("ROS_SECURITY_ENABLE") != "true"
+        and not is_off(environment)
+        and Path("/proc/net/udp").exists()
+        and not any(Path(name).exists() for name in _PROFILES)
+    )
+
+
+def why_empty(domain_id: int) -> str:
+    """The message for a graph without nodes: discovery is off, or other domains have some."""
+    if is_off():
+        return f"0 nodes on domain {domain_id}: {_OFF}"
+    place = " (localhost only)" if localhost_only() else ""
+    sentence = f"0 nodes on domain {domain_id}{place}"
+    others = sorted(d for d in participants_by_domain() if d != domain_id)
+    if not others:
+        return f"{sentence}; no other domain is in use on this machine"
+    if len(others) == 1:
+        return f"{sentence}; a run on domain {others[0]} is active: add -d {others[0]}"
+    names = ", ".join(map(str, others))
+    return f"{sentence}; runs on domains {names} are active: add -d {others[0]}"

@@ -1,0 +1,237 @@
+"""A node of rclpy that looks at the graph of a domain.
+
+All that talk or listen need one; verbs that only look use it where discovery is not plain RTPS
+(`domains.is_plain`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node, NodeNameNonExistentError
+from rclpy.parameter import Parameter
+
+from launcher.ros.discovery.domains import environment_domain
+from launcher.ros.discovery.endpoints import NODES_TOPIC
+from launcher.ros.discovery.gids import PARTICIPANT_BYTES, all_live, ghosts, scheme_holds
+from launcher.ros.snapshot.graph import (
+    TOPIC,
+    UNKNOWN_NODE,
+    Direction,
+    Endpoint,
+    EndpointInfo,
+    GraphSnapshot,
+    TopicGraph,
+)
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.prefetch import Prefetch
+
+_PERIOD_S = 0.1
+
+
+class Observer:
+    """A node in a context of its own; use it in a `with` statement.
+
+    `domain_id` None is the environment's. With a name it is a node like others and sees itself;
+    without, it is hidden from other observers. A `prefetch` introduces it to the others.
+    """
+
+    def __init__(
+        self,
+        domain_id: int | None = None,
+        *,
+        name: str | None = None,
+        prefetch: Prefetch | None = None,
+    ) -> None:
+        self._prefetch = prefetch
+        self.domain_id = environment_domain() if domain_id is None else domain_id
+        self._is_hidden = name is None
+        # names that begin with an underscore are hidden; two observers may run at the same time
+        self.name = name or f"_launcher_observer_{os.getpid()}_{id(self):x}"
+
+    def __enter__(self) -> Observer:
+        self.context = Context()
+        rclpy.init(
+            context=self.context,
+            domain_id=self.domain_id,
+            signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
+        )
+        self.created_s = time.monotonic()
+        with stdout_to_stderr():
+            self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
+        if self._prefetch is not None:
+            self._prefetch.introduce()
+        return self
+
+    def __exit__(self, *exit_info: object) -> None:
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    @property
+    def is_introduced(self) -> bool:
+        """Whether a prefetch introduces us to the others; they must not be made to forget us."""
+        return self._prefetch is not None
+
+    def seen_ahead(self) -> GraphSnapshot | None:
+        """The prefetched graph, as soon as it is complete or enough; None without a prefetch."""
+        if self._prefetch is None:
+            return None
+        return self._prefetch.snapshot(self.own_gid()[:PARTICIPANT_BYTES])
+
+    def helper(self, suffix: str) -> Any:
+        """One more hidden node of the same participant, to spin or to publish with."""
+        return _node(f"{self.name}_{suffix}", self.context, is_hidden=True)
+
+    def _hides(self, name: str) -> bool:
+        return self._is_hidden and (name == self.name or name.startswith(f"{self.name}_"))
+
+    def node_names(self) -> list[str]:
+        """Full names of all nodes but ours, sorted; a name that two nodes share comes twice."""
+        found = self.node.get_node_names_and_namespaces()
+        return sorted(full_name(name, space) for name, space in found if not self._hides(name))
+
+    def topic_types(self) -> dict[str, list[str]]:
+        """Every topic and its types, our own `/parameter_events` among them."""
+        return dict(self.node.get_topic_names_and_types())
+
+    def services_of(self, node: str) -> list[tuple[str, list[str]]]:
+        """The services that a node offers, with their types; none if the node is not known."""
+        namespace, _, name = node.rpartition("/")
+        try:
+            found = self.node.get_service_names_and_types_by_node(name, namespace or "/")
+        except NodeNameNonExistentError:
+            return []
+        return list(found)
+
+    def participants(self) -> set[bytes]:
+        """The GIDs of all participants known, this one's as well."""
+        infos = self.node.get_publishers_info_by_topic(NODES_TOPIC, no_mangle=True)
+        return {bytes(info.endpoint_gid[:PARTICIPANT_BYTES]) for info in infos}
+
+    def own_gid(self) -> bytes:
+        """The GID of this node's own publisher; empty if it is not known yet."""
+        own = self.node.get_publishers_info_by_topic("/parameter_events")
+        gids = [bytes(i.endpoint_gid) for i in own if i.node_name == self.name]
+        # a visible node may have a namesake
+        gids.sort(key=lambda gid: not scheme_holds(gid, os.getpid()))
+        return gids[0] if gids else b""
+
+    def infos(self, topic: str, direction: Direction) -> list[EndpointInfo]:
+        """The publishers or subscriptions of a topic but our own."""
+        return self._infos(f"{TOPIC}{topic}", direction)
+
+    def _infos(self, name: str, direction: Direction) -> list[EndpointInfo]:
+        """The same by the topic's name in DDS."""
+        ask = (
+            self.node.get_publishers_info_by_topic
+            if direction is Direction.PUBLISHER
+            else self.node.get_subscriptions_info_by_topic
+        )
+        found = [info for info in ask(name, no_mangle=True) if not self._hides(info.node_name)]
+        return [_info(name, direction, info) for info in found]
+
+    def endpoints(self, topic: str) -> list[Endpoint]:
+        """The publishers and subscriptions of a topic but our own."""
+        return [info.endpoint() for direction in Direction for info in self.infos(topic, direction)]
+
+    def all_endpoints(self) -> list[Endpoint]:
+        """The endpoints of all topics whose node is known, sorted."""
+        found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
+        return sorted(e for e in found if not e.node.endswith(UNKNOWN_NODE))
+
+    def snapshot(self) -> TopicGraph:
+        """What is known now; discovery may still be on its way."""
+        # Names first: a node that is discovered meanwhile would be shown without its endpoints.
+        nodes = tuple(self.node_names())
+        endpoints = tuple(e for e in self.all_endpoints() if e.node in nodes)
+        return TopicGraph(nodes=nodes, endpoints=endpoints, ghosts=self._ghosts(endpoints))
+
+    def graph_snapshot(self) -> GraphSnapshot:
+        """The same with services and what is not ROS's."""
+        nodes = tuple(self.node_names())
+        names = [name for name, _ in self.node.get_topic_names_and_types(no_demangle=True)]
+        own = self.own_gid()[:PARTICIPANT_BYTES].hex(".") if self._is_hidden else ""
+        found = [info for name in names for d in Direction for info in self._infos(name, d)]
+        infos = [info for info in found if not own or not info.gid.startswith(own)]
+        infos.sort(key=lambda i: (i.topic, i.node, i.direction, i.gid))
+        graph = GraphSnapshot(domain_id=self.domain_id, nodes=nodes, infos=tuple(infos))
+        return replace(graph, ghosts=self._ghosts(graph.snapshot().endpoints))
+
+    def _ghosts(self, endpoints: Iterable[Endpoint]) -> tuple[str, ...]:
+        """Nodes all of whose endpoints belong to processes that have ended, sorted."""
+        if all_live(self.participants(), self.own_gid(), self.domain_id):
+            return ()
+        owners = {e.gid: e.node for e in endpoints}
+        gids = {bytes.fromhex(gid.replace(".", "")) for gid in owners}
+        gone = {gid.hex(".") for gid in ghosts(gids, self.own_gid(), os.getpid())}
+        alive = {node for gid, node in owners.items() if gid not in gone}
+        return tuple(sorted({node for gid, node in owners.items() if gid in gone} - alive))
+
+    def wait_for(self, fact: Callable[[TopicGraph], bool], deadline_s: float) -> TopicGraph:
+        """The first snapshot for which `fact` holds; the last one at the deadline."""
+        end = time.monotonic() + deadline_s
+        while not fact(snapshot := self.snapshot()) and time.monotonic() < end:
+            time.sleep(_PERIOD_S)
+        return snapshot
+
+
+@contextlib.contextmanager
+def stdout_to_stderr() -> Iterator[None]:
+    """For Fast DDS, which prints warnings about a new participant (a port just freed) to stdout."""
+    sys.stdout.flush()
+    try:
+        kept = os.dup(1)
+    except OSError:  # there is none
+        yield
+        return
+    try:
+        with contextlib.suppress(OSError):  # no standard error
+            os.dup2(2, 1)
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def _node(name: str, context: Context, *, is_hidden: bool) -> Any:
+    """A hidden node offers no services, and does not write to /rosout."""
+    return Node(
+        name,
+        context=context,
+        use_global_arguments=False,
+        enable_rosout=not is_hidden,
+        start_parameter_services=not is_hidden,
+        parameter_overrides=[Parameter("start_type_description_service", value=not is_hidden)],
+    )
+
+
+def full_name(name: str, namespace: str) -> str:
+    return f"{namespace.rstrip('/')}/{name}"
+
+
+def _info(topic: str, direction: Direction, info: Any) -> EndpointInfo:
+    profile = info.qos_profile
+    known = info.node_name != UNKNOWN_NODE
+    return EndpointInfo(
+        topic=topic,
+        type=info.topic_type,
+        node=full_name(info.node_name, info.node_namespace) if known else "",
+        direction=direction.value,
+        reliability=profile.reliability.name,
+        durability=profile.durability.name,
+        liveliness=profile.liveliness.name,
+        deadline_ns=profile.deadline.nanoseconds,
+        lease_ns=profile.liveliness_lease_duration.nanoseconds,
+        lifespan_ns=profile.lifespan.nanoseconds,
+        type_hash=str(info.topic_type_hash),
+        gid=".".join(f"{byte:02x}" for byte in info.endpoint_gid),
+    )

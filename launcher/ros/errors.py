@@ -1,0 +1,22 @@
+"""The error of the ROS verbs, in the format of ros2cli with our hint below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from launcher import text
+from launcher.errors import LauncherError
+
+
+class VerbError(LauncherError):
+    """Printed without `error: `, like the errors of ros2cli."""
+
+    def render(self) -> str:
+        lines = [self.message, *([f"hint: {self.hint}"] if self.hint else [])]
+        return text.escape("\n".join(lines))
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str | None:
+    """`did you mean '/chatter'?` for a similar name in the graph; a missing slash comes first."""
+    names, slashed = list(known), f"/{word.lstrip('/')}"
+    return f"did you mean '{slashed}'?" if slashed in names else text.did_you_mean(word, names)

@@ -1,0 +1,208 @@
+"""Fills a message from YAML, and refuses values that do not fit."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+import yaml
+from rosidl_parser import definition
+
+from launcher.ros.errors import VerbError
+from launcher.text import did_you_mean
+
+FLOATS = {"float", "double", "long double"}
+_LIMITS = {
+    f"{sign}int{bits}": (0 if sign else -(2 ** (bits - 1)), 2 ** (bits - (0 if sign else 1)) - 1)
+    for sign in ("", "u")
+    for bits in (8, 16, 32, 64)
+}
+
+Stamp = Callable[[Any], None]
+
+
+def parse(text: str) -> dict[str, Any]:
+    """The fields of a YAML text; none for an empty one. VerbError with line and column."""
+    try:
+        values = value_of(text)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or str(error)
+        raise VerbError(f"The passed value is not YAML: {problem}{place}") from None
+    if values is None or values == "":
+        return {}
+    if not isinstance(values, dict):
+        raise VerbError(
+            "The passed value needs to be a dictionary in YAML format",
+            hint=f"got {_named(values)}; write \"field: value\" or '{{field: value}}'",
+        )
+    return values
+
+
+def fill(message: Any, values: dict[str, Any]) -> list[Stamp]:
+    """Set the fields; VerbError that names the field. Returns what sets the `now` fields."""
+    stamps: list[Stamp] = []
+    _fill(message, values, "", stamps)
+    return stamps
+
+
+def _fill(message: Any, values: Any, path: str, stamps: list[Stamp]) -> None:
+    if not isinstance(values, dict):
+        raise _misfit(path.rstrip("."), f"the fields of {type(message).__name__}", values)
+    kinds = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
+    for name, value in values.items():
+        if name not in kinds:
+            raise _unknown(message, name, list(kinds))
+        setattr(message, name, _convert(value, kinds[name], f"{path}{name}", stamps))
+
+
+def _convert(value: Any, kind: Any, path: str, stamps: list[Stamp]) -> Any:
+    if isinstance(kind, definition.AbstractNestedType):
+        return _sequence(value, kind, path, stamps)
+    if isinstance(kind, definition.NamespacedType):
+        return _message(value, kind, path, stamps)
+    if isinstance(kind, definition.AbstractGenericString):
+        return _string(value, kind, path)
+    return _basic(value, kind.typename, path)
+
+
+def _message(value: Any, kind: Any, path: str, stamps: list[Stamp]) -> Any:
+    package, *folders, name = kind.namespaced_name()
+    message = getattr(importlib.import_module(".".join([package, *folders])), name)()
+    if value == "auto" and (package, name) == ("std_msgs", "Header"):
+        stamps.append(lambda now: setattr(message, "stamp", now))
+    elif value == "now" and (package, name) == ("builtin_interfaces", "Time"):
+        stamps.append(lambda now: _set_time(message, now))
+    else:
+        _fill(message, value, f"{path}.", stamps)
+    return message
+
+
+def _set_time(message: Any, now: Any) -> None:
+    message.sec, message.nanosec = now.sec, now.nanosec
+
+
+def _sequence(values: Any, kind: Any, path: str, stamps: list[Stamp]) -> list[Any]:
+    if not isinstance(values, list | tuple):
+        raise _misfit(path, "a list", values)
+    if isinstance(kind, definition.Array) and len(values) != kind.size:
+        raise _misfit(path, f"a list of {kind.size} values", values)
+    if isinstance(kind, definition.BoundedSequence) and len(values) > kind.maximum_size:
+        raise _misfit(path, f"a list of at most {kind.maximum_size} values", values)
+    return [
+        _convert(value, kind.value_type, f"{path}[{index}]", stamps)
+        for index, value in enumerate(values)
+    ]
+
+
+def _string(value: Any, kind: Any, path: str) -> str:
+    # `data: 5` is a string where the field is one, as with ros2cli
+    if not isinstance(value, str | bool | int | float):
+        raise _misfit(path, "a string", value)
+    try:
+        text = str(value)
+    except ValueError:  # a number of thousands of digits
+        raise _misfit(path, "a string", value) from None
+    limit = getattr(kind, "maximum_size", None)
+    if limit is not None and len(text) > limit:
+        raise _misfit(path, f"a string of at most {limit} characters", value)
+    return text
+
+
+def _basic(value: Any, name: str, path: str) -> Any:
+    if name == "boolean":
+        if isinstance(value, bool):
+            return value
+        raise _misfit(path, "true or false", value)
+    if name == "octet":
+        return _octet(value, path)
+    if name in FLOATS:
+        return _float(value, path)
+    low, high = _LIMITS.get(name, _LIMITS["uint8"])
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise _misfit(path, f"a whole number from {low} to {high}", value)
+    return value
+
+
+def _float(value: Any, path: str) -> float:
+    if isinstance(value, int | float | str) and not isinstance(value, bool):
+        try:
+            return float(value)  # YAML takes 1e-3 for a string
+        except (ValueError, OverflowError):
+            pass
+    raise _misfit(path, "a number", value)
+
+
+def _octet(value: Any, path: str) -> bytes:
+    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 255:
+        return bytes([value])
+    if isinstance(value, str) and len(value) == 1 and ord(value) <= 255:
+        return value.encode("latin-1")
+    if isinstance(value, bytes) and len(value) == 1:
+        return value
+    raise _misfit(path, "one byte (a number from 0 to 255 or one character)", value)
+
+
+def _misfit(path: str, expected: str, value: Any) -> VerbError:
+    return VerbError(f"Failed to populate field: '{path}' takes {expected}, got {_named(value)}")
+
+
+def _unknown(message: Any, name: Any, fields: list[str]) -> VerbError:
+    owner = type(message).__name__
+    hint = did_you_mean(str(name), fields) or f"fields of {owner}: {', '.join(fields)}"
+    return VerbError(
+        f"Failed to populate field: '{owner}' object has no attribute '{name}'", hint=hint
+    )
+
+
+_WORDS = {bool: "boolean", int: "number", float: "number", str: "string", dict: "mapping"}
+
+
+def _named(value: Any) -> str:
+    if value is None:
+        return "nothing"
+    if isinstance(value, list):
+        return f"a list of {len(value)}"
+    return f"{shown(value)} ({_WORDS.get(type(value), type(value).__name__)})"
+
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+# deeper than any message; far deeper text would overflow the parser's C stack
+_DEPTH = 100
+# raised by PyYAML for `!!bool x`, `!!timestamp x` and so on
+_TAG_ERRORS = (LookupError, AttributeError, TypeError, OverflowError)
+
+
+def value_of(text: str) -> Any:
+    """The value of a YAML text, None if it is empty; raises yaml.YAMLError only."""
+    try:
+        if len(text) > _DEPTH:
+            _refuse_depth(text)
+        return yaml.load(text, Loader=_LOADER)
+    except ValueError as error:  # an invalid date, `!!int x`
+        raise yaml.YAMLError(str(error)) from error
+    except _TAG_ERRORS as error:
+        raise yaml.YAMLError("a value is not what its tag (!!) says") from error
+
+
+def _refuse_depth(text: str) -> None:
+    depth = 0
+    for event in yaml.parse(text, Loader=_LOADER):
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+            if depth > _DEPTH:
+                mark: Any = event.start_mark
+                raise yaml.MarkedYAMLError(problem=f"more than {_DEPTH} levels", problem_mark=mark)
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+
+
+def shown(value: Any, most: int = 60) -> str:
+    """`repr`, cut; `repr(int)` raises ValueError past the digit limit."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a number of thousands of digits"
+    return text if len(text) <= most else text[: most - 3] + "..."

@@ -1,0 +1,278 @@
+"""Reads and sets parameters of nodes, in the format of `ros2 param`."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
+
+from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.messages.from_yaml import shown, value_of
+from launcher.ros.services import ServiceCaller
+
+# ParameterType number -> field of ParameterValue, name of the type, label of `param get`
+KINDS = {
+    1: ("bool_value", "boolean", "Boolean value is:"),
+    2: ("integer_value", "integer", "Integer value is:"),
+    3: ("double_value", "double", "Double value is:"),
+    4: ("string_value", "string", "String value is:"),
+    5: ("byte_array_value", "byte array", "Byte values are:"),
+    6: ("bool_array_value", "boolean array", "Boolean values are:"),
+    7: ("integer_array_value", "integer array", "Integer values are:"),
+    8: ("double_array_value", "double array", "Double values are:"),
+    9: ("string_array_value", "string array", "String values are:"),
+}
+NOT_SET, BOOL, INTEGER, DOUBLE, STRING = 0, 1, 2, 3, 4
+BYTES, BOOLS, INTEGERS, DOUBLES, STRINGS = 5, 6, 7, 8, 9
+_INT64 = (-(2**63), 2**63 - 1)
+_WHOLE = f"a whole number is from {_INT64[0]} to {_INT64[1]}"
+# hints for values of the right kind that do not fit
+_LIMITS = {
+    INTEGER: _WHOLE,
+    INTEGERS: _WHOLE,
+    DOUBLE: "a double is at most 1.8e308",
+    DOUBLES: "a double is at most 1.8e308",
+    BYTES: "a byte is from 0 to 255",
+    STRING: "a number of thousands of digits cannot be a string",
+}
+
+
+class NoKindError(VerbError):
+    """The value is of a type that parameters do not have."""
+
+
+def type_name(number: int) -> str:
+    return KINDS[number][1] if number in KINDS else "not set"
+
+
+def plain_value(value: Any) -> Any:
+    """The value of a ParameterValue; None if it is not set."""
+    if value.type not in KINDS:
+        return None
+    held = getattr(value, KINDS[value.type][0])
+    if value.type == BYTES:
+        return [byte[0] for byte in held]
+    return list(held) if value.type > STRING else held
+
+
+def value_text(value: Any, *, hide_type: bool) -> str:
+    if value.type not in KINDS:
+        return "None" if hide_type else "Parameter not set."
+    field, _, label = KINDS[value.type]
+    held = getattr(value, field)
+    return str(held) if hide_type else f"{label} {held}"
+
+
+def prepare(caller: ServiceCaller, node: str) -> None:
+    """Create the clients, which is slow, while the node is being discovered."""
+    with contextlib.suppress(VerbError):  # an invalid name; the node will not be found
+        caller.client(ListParameters, f"{node}/list_parameters")
+        caller.client(GetParameters, f"{node}/get_parameters")
+
+
+def list_names(caller: ServiceCaller, node: str, prefixes: list[str] | None = None) -> list[str]:
+    request = ListParameters.Request(prefixes=prefixes or [])
+    answer = caller.ask(ListParameters, f"{node}/list_parameters", request)
+    return sorted(answer.result.names)
+
+
+def describe(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
+    """The descriptors; VerbError for a name that the node does not have."""
+    require_names(caller, node, names)
+    return _descriptors(caller, node, names)
+
+
+def require_names(caller: ServiceCaller, node: str, names: list[str]) -> None:
+    """VerbError for the first name that the node does not have."""
+    known = list_names(caller, node)
+    for name in names:
+        if name not in known:
+            near = did_you_mean(name, known)
+            raise VerbError(
+                f"Parameter '{name}' not found on node '{node}'",
+                hint=near or f"parameters: {', '.join(known)}",
+            )
+
+
+def get(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
+    """ParameterValues in the order of the names; fewer if a name is not declared."""
+    request = GetParameters.Request(names=names)
+    return list(caller.ask(GetParameters, f"{node}/get_parameters", request).values)
+
+
+def descriptor_lines(descriptor: Any) -> Iterator[str]:
+    yield f"Parameter name: {descriptor.name}"
+    yield f"  Type: {type_name(descriptor.type)}"
+    if descriptor.description:
+        yield f"  Description: {descriptor.description}"
+    yield "  Constraints:"
+    if descriptor.read_only:
+        yield "    Read only: true"
+    for limits in [*descriptor.floating_point_range, *descriptor.integer_range][:1]:
+        yield f"    Min value: {limits.from_value}"
+        yield f"    Max value: {limits.to_value}"
+        if limits.step:
+            yield f"    Step: {limits.step}"
+    if descriptor.additional_constraints:
+        yield f"    Additional constraints: {descriptor.additional_constraints}"
+
+
+def parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
+    """A Parameter message; an integer becomes a double where one is declared.
+
+    NoKindError if parameters cannot have such a value, VerbError if it is too large.
+    """
+    kind = _kind_of(value, declared_type)
+    if kind is None:
+        raise NoKindError(
+            f"Parameter '{name}' cannot hold {shown(value)}",
+            hint="a parameter is a boolean, number, string, or a list of one of these",
+        )
+    held = ParameterValue(type=kind)
+    try:
+        setattr(held, KINDS[kind][0], _cast(value, kind))
+    except (ValueError, OverflowError):
+        raise VerbError(
+            f"Parameter '{name}' cannot hold {shown(value)}", hint=_LIMITS[kind]
+        ) from None
+    return Parameter(name=name, value=held)
+
+
+def _kind_of(value: Any, declared: int) -> int | None:
+    if isinstance(value, list):
+        return _list_kind(value, declared)
+    found = {bool: BOOL, int: INTEGER, float: DOUBLE, str: STRING}.get(type(value))
+    if found == INTEGER and declared == DOUBLE:
+        return DOUBLE
+    return STRING if found is not None and declared == STRING else found
+
+
+def _list_kind(values: list[Any], declared: int) -> int | None:
+    kinds = {_kind_of(value, NOT_SET) for value in values}
+    if not kinds:
+        return declared if declared > STRING else STRINGS
+    if kinds == {INTEGER} and declared in (DOUBLES, BYTES):
+        return declared
+    if kinds == {INTEGER, DOUBLE}:
+        return DOUBLES
+    lists = {BOOL: BOOLS, INTEGER: INTEGERS, DOUBLE: DOUBLES, STRING: STRINGS}
+    return lists.get(kinds.pop() or NOT_SET) if len(kinds) == 1 else None
+
+
+def _cast(value: Any, kind: int) -> Any:
+    if kind > STRING:
+        return [_cast_one(item, kind) for item in value]
+    return _cast_one(value, kind)
+
+
+def _cast_one(value: Any, kind: int) -> Any:
+    if kind in (INTEGER, INTEGERS) and not _INT64[0] <= value <= _INT64[1]:
+        raise OverflowError
+    if kind in (DOUBLE, DOUBLES):
+        return float(value)
+    if kind == BYTES:
+        return bytes([value])
+    return str(value) if kind == STRING else value
+
+
+def typed_parameter(name: str, word: str, declared_type: int) -> Any:
+    """A Parameter from a word of the command line, a string if it is nothing else."""
+    if declared_type == STRING:
+        return parameter(name, word, STRING)
+    try:
+        value = value_of(word)
+    except yaml.YAMLError:
+        value = word
+    try:
+        return parameter(name, value, declared_type)
+    except NoKindError:
+        return parameter(name, word)
+
+
+def declared_types(caller: ServiceCaller, node: str, names: list[str]) -> dict[str, int]:
+    """Name -> type number of those names that the node has."""
+    found = _descriptors(caller, node, names)
+    if len(found) < len(names):  # rclpy's answer ends before a missing one
+        known = set(list_names(caller, node))
+        found = _descriptors(caller, node, [name for name in names if name in known])
+    return {descriptor.name: descriptor.type for descriptor in found}
+
+
+def _descriptors(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
+    request = DescribeParameters.Request(names=names)
+    return list(caller.ask(DescribeParameters, f"{node}/describe_parameters", request).descriptors)
+
+
+def set_all(caller: ServiceCaller, node: str, parameters: list[Any]) -> list[Any]:
+    request = SetParameters.Request(parameters=parameters)
+    return list(caller.call(SetParameters, f"{node}/set_parameters", request).results)
+
+
+def set_atomically(caller: ServiceCaller, node: str, parameters: list[Any]) -> Any:
+    request = SetParametersAtomically.Request(parameters=parameters)
+    return caller.call(SetParametersAtomically, f"{node}/set_parameters_atomically", request).result
+
+
+def dump_document(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameter file of a node; dots in names become levels."""
+    tree: dict[str, Any] = {}
+    for name, value in values.items():
+        *groups, last = name.split(".")
+        branch = tree
+        for group in groups:
+            branch = branch.setdefault(group, {})
+        branch[last] = value
+    return {node: {"ros__parameters": tree}}
+
+
+def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
+    """Name -> value for a node from a parameter file; VerbError if it has none for it."""
+    document = _read(path)
+    names = ([node, node.lstrip("/")], ["/**"] if use_wildcard else [])
+    found = [document[name] for group in names for name in group if name in document]
+    if not found:
+        known = ", ".join(map(str, document)) or "nothing"
+        hint = f"it is for: {known}"
+        if "/**" in document and not use_wildcard:
+            hint += " (--use-wildcard takes what is under /**)"
+        raise VerbError(f"Param file does not contain parameters for {node}", hint=hint)
+    values: dict[str, Any] = {}
+    for section in reversed(found):  # the node's own section wins over the wildcard
+        if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
+            raise VerbError(f"{path}: expected 'ros__parameters' below the name of the node")
+        try:
+            values.update(_flat(section["ros__parameters"], ""))
+        except RecursionError:
+            raise VerbError(f"{path}: a section of 'ros__parameters' holds itself") from None
+    return values
+
+
+def _read(path: str) -> dict[str, Any]:
+    try:
+        document = value_of(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise VerbError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    except yaml.YAMLError as error:
+        raise VerbError(f"{path} is not YAML: {error}") from None
+    if not isinstance(document, dict):
+        raise VerbError(f"{path}: expected names of nodes at the top")
+    return document
+
+
+def _flat(tree: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    for name, value in tree.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value

@@ -1,0 +1,207 @@
+"""The probe's loop: requests, messages, changes of the graph."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from rclpy.executors import ExternalShutdownException
+
+from launcher.errors import LauncherError
+from launcher.ros.discovery.observer import Observer
+from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.probe import handlers
+from launcher.ros.probe.jobs import Handler, Jobs
+from launcher.ros.probe.protocol import Inbox, Outbox, Request, moment
+from launcher.ros.probe.snapshot import GraphWatcher, ProbeSnapshot
+from launcher.ros.probe.subscriptions import Subscriptions
+from launcher.ros.snapshot.graph import Direction, TopicGraph
+from launcher.ros.snapshot.qos_matching import explain, mismatches
+from launcher.ros.topics import qos
+from launcher.ros.topics.listener import full_topic
+from launcher.ros.topics.listing import endpoint_document, mismatch_documents
+
+PROTOCOL = 1
+_PROFILE = Path(__file__).with_name("participant.xml")
+GRAPH_PERIOD_S = 0.1
+_LISTEN_PERIOD_S = 0.01  # the middleware stamps messages, so they can wait
+_IDLE_PERIOD_S = 0.02
+_FLUSH_S = 1.0
+
+
+class Probe:
+    def __init__(self, observer: Observer, inbox: Inbox, outbox: Outbox) -> None:
+        self._observer = observer
+        self._inbox = inbox
+        self._outbox = outbox
+        self._graph = GraphWatcher(observer)
+        self._snapshot = ProbeSnapshot(snapshot=TopicGraph(nodes=(), endpoints=()))
+        self._subscriptions = Subscriptions(observer, outbox)
+        self._jobs = Jobs(observer, self._answer)
+        self._number = 0
+        self._next_look_s = 0.0
+        self._is_ended = False
+        self._now: dict[str, Callable[[Request], dict[str, Any]]] = {
+            "subscribe": lambda request: self._subscriptions.subscribe(request, self._snapshot),
+            "unsubscribe": self._subscriptions.unsubscribe,
+            "rate": self._subscriptions.rate,
+            "graph": lambda _: self._fresh().document(),
+            "services": lambda _: {"services": self._snapshot.document()["services"]},
+            "explain": self._explain,
+            "clock": lambda _: moment(),
+        }
+        later = handlers.Handlers(lambda: self._snapshot, self._subscriptions)
+        self._later: dict[str, Handler] = {
+            "get_parameters": handlers.get_parameters,
+            "set_parameters": handlers.set_parameters,
+            "call": later.call,
+            "publish": later.publish,
+            "draw": later.draw,
+        }
+
+    def end(self, signum: int, frame: FrameType | None) -> None:
+        """Handle a signal: stop after this pass of the loop."""
+        self._is_ended = True
+
+    def run(self) -> None:
+        self._outbox.say(
+            {
+                "event": "ready",
+                "protocol": PROTOCOL,
+                "pid": os.getpid(),
+                "domain_id": self._observer.domain_id,
+                **moment(),
+            }
+        )
+        while not (self._is_ended or self._inbox.is_closed or self._outbox.is_broken):
+            self._look()
+            self._subscriptions.take()
+            self._outbox.flush()
+            self._await_news()
+        self._jobs.close()
+        self._flush()
+
+    def _flush(self) -> None:
+        """Write what is left, as far as the reader takes it within a second."""
+        end_s = time.monotonic() + _FLUSH_S
+        while not (self._outbox.is_empty or self._outbox.is_broken) and time.monotonic() < end_s:
+            select.select([], [sys.stdout.fileno()], [], _LISTEN_PERIOD_S)
+            self._outbox.flush()
+
+    def _await_news(self) -> None:
+        """Sleep until a request comes, the output takes more, or it is time to look."""
+        pause_s = _LISTEN_PERIOD_S if len(self._subscriptions) else _IDLE_PERIOD_S
+        writers = [] if self._outbox.is_empty else [sys.stdout.fileno()]
+        readable, _, _ = select.select([sys.stdin.fileno()], writers, [], pause_s)
+        for line in self._inbox.lines() if readable else ():
+            self._handle(line)
+
+    def _look(self) -> None:
+        """Write the graph if it has changed."""
+        now_s = time.monotonic()
+        if now_s < self._next_look_s:
+            return
+        self._next_look_s = now_s + GRAPH_PERIOD_S
+        snapshot = self._graph.take()
+        if snapshot != self._snapshot or self._number == 0:
+            self._snapshot = snapshot
+            self._number += 1
+            head = {"event": "graph", "number": self._number, **moment()}
+            self._outbox.show({**head, **snapshot.document()})
+            self._subscriptions.fit(snapshot)
+
+    def _fresh(self) -> ProbeSnapshot:
+        self._next_look_s = 0.0
+        self._look()
+        return self._snapshot
+
+    def _handle(self, line: bytes) -> None:
+        try:
+            request = Request(line)
+        except VerbError as error:
+            self._outbox.say(_refusal(None, error))
+            return
+        name = request.word
+        if name in self._later:
+            self._jobs.send(self._later[name], request)
+        else:
+            self._answer(request, lambda: self._do(name, request))
+
+    def _do(self, name: str, request: Request) -> dict[str, Any]:
+        if name not in self._now:
+            known = [*self._now, *self._later]
+            raise VerbError(f"unknown request '{name}'", hint=did_you_mean(name, known))
+        # messages that have arrived go out before the answer
+        self._subscriptions.take()
+        return self._now[name](request)
+
+    def _answer(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
+        try:
+            self._outbox.say({"id": request.id, "ok": True, "result": work()})
+        except LauncherError as error:
+            self._outbox.say(_refusal(request.id, error))
+        except ExternalShutdownException:
+            raise
+        except Exception as error:  # every request gets an answer
+            if not self._observer.context.ok():
+                raise ExternalShutdownException from error  # the probe ended during a call
+            text = f"{type(error).__name__}: {error}"
+            self._outbox.say(_refusal(request.id, VerbError(text, hint="this is a bug")))
+            traceback.print_exc()
+
+    def _explain(self, request: Request) -> dict[str, Any]:
+        """How the endpoints of a topic match each other, or one like `as`."""
+        topic = full_topic(request.text("topic"))
+        there = self._snapshot.on(topic)
+        known = there
+        if (other := request.mapping("as")) is not None:
+            direction = _direction(other)
+            type_name = other.get("type") or "".join(self._snapshot.types_of(topic)[:1])
+            profile = qos.from_words(other.get("qos") or {}, 10)
+            own = qos.endpoint_of(profile, direction, topic, type_name, node="the expectation")
+            known = [own, *(e for e in there if e.direction != direction.value)]
+        return {
+            "endpoints": [endpoint_document(e) for e in there],
+            "mismatches": mismatch_documents(mismatches(known)),
+            "text": explain(known),
+        }
+
+
+def _direction(words: dict[str, Any]) -> Direction:
+    word = str(words.get("direction", "subscription")).lower()
+    if word not in [direction.value for direction in Direction]:
+        raise VerbError(f"unknown direction '{word}'", hint="publisher or subscription")
+    return Direction(word)
+
+
+def _refusal(request_id: Any, error: LauncherError) -> dict[str, Any]:
+    text = {"message": error.message, "hint": error.hint}
+    return {"id": request_id, "ok": False, "error": text}
+
+
+def main() -> None:
+    for signum in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(signum, signal.SIG_IGN)  # they are meant for the system
+    # announces us more often; a profile of the user takes precedence
+    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(_PROFILE))
+    inbox, outbox = Inbox(sys.stdin.fileno()), Outbox(sys.stdout.fileno())
+    os.set_blocking(sys.stdout.fileno(), False)
+    try:
+        with Observer() as observer:
+            probe = Probe(observer, inbox, outbox)
+            signal.signal(signal.SIGTERM, probe.end)
+            probe.run()
+    finally:
+        os.set_blocking(sys.stdout.fileno(), True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+"""Runs requests that have to wait for other nodes in threads.
+
+A thread has a hidden node of its own, because an executor takes everything that arrives for its
+node: on the node that listens it would take the messages as well.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.executors import ExternalShutdownException
+
+from launcher.ros.discovery.observer import Observer
+from launcher.ros.probe.protocol import Request
+from launcher.ros.services import ServiceCaller
+
+MOST_THREADS = 8
+GOODBYE_S = 3.0
+
+Handler = Callable[[ServiceCaller, Request], dict[str, Any]]
+Answer = Callable[[Request, Callable[[], dict[str, Any]]], None]
+
+
+def pause(caller: ServiceCaller, pause_s: float) -> None:
+    """Sleep; ExternalShutdownException if the probe has ended."""
+    if not caller.observer.context.ok():
+        raise ExternalShutdownException
+    time.sleep(pause_s)
+
+
+class Jobs:
+    """Up to 8 threads, started on demand; `answer` runs a job and sends its result."""
+
+    def __init__(self, observer: Observer, answer: Answer) -> None:
+        self._observer = observer
+        self._answer = answer
+        self._queue: queue.SimpleQueue[tuple[Handler, Request] | None] = queue.SimpleQueue()
+        self._threads: list[threading.Thread] = []
+        self._idle = threading.Semaphore(0)
+
+    def send(self, work: Handler, request: Request) -> None:
+        """Hand the request to an idle thread, or to a new one."""
+        if not self._idle.acquire(blocking=False) and len(self._threads) < MOST_THREADS:
+            self._start_thread()
+        self._queue.put((work, request))
+
+    def _start_thread(self) -> None:
+        number = len(self._threads)
+        # rclpy cannot create nodes in several threads at the same time
+        node = self._observer.helper(f"jobs_{number}")
+        thread = threading.Thread(target=self._run, args=(node,), daemon=True)
+        self._threads.append(thread)
+        thread.start()
+
+    def _run(self, node: Any) -> None:
+        try:
+            with ServiceCaller(self._observer, node) as caller:
+                while (job := self._queue.get()) is not None:
+                    work, request = job
+                    self._answer(request, partial(work, caller, request))
+                    self._idle.release()
+        except ExternalShutdownException:
+            pass  # the probe ended during a job
+        finally:
+            node.destroy_node()
+
+    def close(self) -> None:
+        """Shut the context down, which ends all waiting, and join the threads."""
+        self._observer.context.try_shutdown()
+        for _ in self._threads:
+            self._queue.put(None)
+        for thread in self._threads:
+            thread.join(GOODBYE_S)

@@ -1,0 +1,179 @@
+"""The graph of a domain at one moment, with the processes behind it."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from launcher import proc
+from launcher.ros.discovery import gids
+from launcher.ros.discovery.observer import Observer
+from launcher.ros.discovery.ports import participants_by_domain
+from launcher.ros.discovery.reannounce import reannounce_to_silent
+from launcher.ros.snapshot.graph import Endpoint, TopicGraph, is_hidden
+from launcher.ros.snapshot.qos_matching import mismatches
+from launcher.ros.topics.listing import mismatch_documents
+
+OURS = "_launcher_"  # the nodes of our tools begin with it
+_COUNT_PERIOD_S = 0.5
+_REANNOUNCE_S = 0.1
+# of the services that every node has
+_PARAMETER_SERVICES = ("rcl_interfaces/srv/", "type_description_interfaces/srv/")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProbeSnapshot:
+    """`pids` has the processes of full node names, as far as their GIDs contain them.
+
+    `gone` are the GIDs of endpoints whose process has ended, which DDS notices later.
+    `complete`: every participant of this machine has been discovered.
+    """
+
+    snapshot: TopicGraph
+    gone: frozenset[str] = frozenset()
+    services: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    pids: Mapping[str, int] = field(default_factory=dict)
+    complete: bool = False
+
+    def on(self, topic: str) -> list[Endpoint]:
+        """The living endpoints of a topic."""
+        return [e for e in self.snapshot.on(topic) if e.gid not in self.gone]
+
+    def types_of(self, topic: str) -> list[str]:
+        return sorted({e.type for e in self.on(topic)})
+
+    def document(self) -> dict[str, Any]:
+        """The fields of the event `graph`."""
+        topics = self.snapshot.topics()
+        return {
+            "complete": self.complete,
+            "nodes": self._nodes(),
+            "topics": [self._topic(name) for name in topics],
+            "services": [
+                {"name": name, "types": list(types)}
+                for name, types in self.services.items()
+                if not all(kind.startswith(_PARAMETER_SERVICES) for kind in types)
+            ],
+            "endpoints": [
+                {**asdict(e), "ghost": e.gid in self.gone} for e in self.snapshot.endpoints
+            ],
+            "mismatches": [
+                {"topic": topic, **document}
+                for topic in topics
+                for document in mismatch_documents(mismatches(self.on(topic)))
+            ],
+        }
+
+    def _nodes(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "name": name,
+                "hidden": is_hidden(name),
+                "ghost": name in self.snapshot.ghosts,
+                "pid": self.pids.get(name),
+                "count": count,
+            }
+            for name, count in Counter(self.snapshot.nodes).items()
+        ]
+
+    def _topic(self, name: str) -> dict[str, Any]:
+        endpoints = self.on(name)
+        publishers = sum(e.is_publisher for e in endpoints)
+        return {
+            "name": name,
+            "types": self.types_of(name),
+            "publishers": publishers,
+            "subscriptions": len(endpoints) - publishers,
+        }
+
+
+class GraphWatcher:
+    """Takes snapshots; remembers which participant belongs to which process."""
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer = observer
+        self._pids: dict[str, int] = {}
+        self._complete = False
+        self._next_count_s = time.monotonic() + _REANNOUNCE_S
+        self._has_asked = False
+
+    def take(self) -> ProbeSnapshot:
+        """The graph now, without the nodes of our own tools."""
+        # Names first: a node that is discovered meanwhile would be shown without its endpoints.
+        nodes = tuple(name for name in self._observer.node_names() if not _is_ours(name))
+        known = set(nodes)
+        found = [e for e in self._observer.all_endpoints() if e.node in known]
+        owners = self._owners({_participant(e) for e in found})
+        dead = {key for key, pid in owners.items() if pid is not None and not proc.is_alive(pid)}
+        gone = frozenset(e.gid for e in found if _participant(e) in dead)
+        alive = {e.node for e in found if e.gid not in gone}
+        self._count_participants()
+        return ProbeSnapshot(
+            snapshot=TopicGraph(
+                nodes=nodes,
+                endpoints=tuple(found),
+                ghosts=tuple(sorted({e.node for e in found} - alive)),
+            ),
+            gone=gone,
+            services=self._services(nodes),
+            pids=_pids(found, owners),
+            complete=self._complete,
+        )
+
+    def _owners(self, participants: set[str]) -> dict[str, int | None]:
+        """The process of each participant; None if it is unknown."""
+        new = participants - self._pids.keys()
+        own = self._observer.own_gid() if new else b""
+        if own and gids.scheme_holds(own, os.getpid()):
+            for participant in new:
+                self._find(participant, own)
+        return {participant: self._pids.get(participant) for participant in participants}
+
+    def _find(self, participant: str, own: bytes) -> None:
+        gid = bytes.fromhex(participant.replace(".", ""))
+        low16 = gids.pid_low16(gid) if gids.same_host(gid, own) else None
+        pid = None if low16 is None else gids.find_pid(low16, self._observer.domain_id)
+        if pid is not None:
+            self._pids[participant] = pid
+
+    def _services(self, nodes: Iterable[str]) -> dict[str, tuple[str, ...]]:
+        return {
+            name: tuple(types)
+            for node in sorted(set(nodes))
+            for name, types in self._observer.services_of(node)
+        }
+
+    def _count_participants(self) -> None:
+        """Compare the participants of this machine with those known; early on, ask the others."""
+        if time.monotonic() < self._next_count_s:
+            return
+        self._next_count_s = time.monotonic() + _COUNT_PERIOD_S
+        if not self._has_asked:
+            self._has_asked = True
+            reannounce_to_silent(self._observer)
+        here = participants_by_domain()[self._observer.domain_id]
+        self._complete = here <= len(self._observer.participants())
+
+
+def _pids(endpoints: Iterable[Endpoint], owners: Mapping[str, int | None]) -> dict[str, int]:
+    """Node -> process; the living one if a ghost has the same name."""
+    found = {e.node: owners[_participant(e)] for e in endpoints}
+    living = {
+        e.node: pid
+        for e in endpoints
+        if (pid := owners[_participant(e)]) is not None and proc.is_alive(pid)
+    }
+    return {node: pid for node, pid in {**found, **living}.items() if pid is not None}
+
+
+def _participant(endpoint: Endpoint) -> str:
+    """The part of its GID (dotted hex) that all endpoints of a participant share."""
+    return endpoint.gid[: 3 * gids.PARTICIPANT_BYTES - 1]
+
+
+def _is_ours(node: str) -> bool:
+    return node.rpartition("/")[2].startswith(OURS)

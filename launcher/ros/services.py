@@ -1,0 +1,142 @@
+"""Calls services of nodes, with a limit on how long an answer may take."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from launcher.ros.discovery.completeness import settle
+from launcher.ros.errors import VerbError, did_you_mean
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+
+ANSWER_S = 5.0
+_CONNECT_S = 1.0  # from the discovery of a service until it is ready
+_PREFETCHED_S = 5.0  # the same where only the prefetch has discovered it
+# A service of rmw_fastrtps drops its answer to a client that it has not discovered 0.1 s after the
+# request; to discover a new participant takes as long, and longer on a busy machine.
+_DISCOVERED_S = 0.2
+ASK_AGAIN_S = 1.0
+_PERIOD_S = 0.005
+
+
+class NoAnswerError(VerbError):
+    """The service is not there, or did not answer in time."""
+
+
+class ServiceCaller:
+    """Calls services from the observer's node, or another one; close it before the observer.
+
+    `answer_s` is the time limit where a call has no other.
+    """
+
+    def __init__(self, observer: Observer, node: Any = None) -> None:
+        from rclpy.executors import SingleThreadedExecutor
+
+        self.observer = observer
+        self.answer_s = ANSWER_S
+        self._node = observer.node if node is None else node
+        self._executor = SingleThreadedExecutor(context=observer.context)
+        self._executor.add_node(self._node)
+        self._clients: dict[tuple[Any, str], Any] = {}
+
+    def __enter__(self) -> ServiceCaller:
+        return self
+
+    def __exit__(self, *exit_info: object) -> None:
+        self._executor.shutdown()
+
+    def client(self, kind: Any, name: str) -> Any:
+        """The client of a service, created once; VerbError if the name is not valid."""
+        from rclpy.exceptions import InvalidServiceNameException
+
+        if (kind, name) not in self._clients:
+            try:
+                self._clients[kind, name] = self._node.create_client(kind, name)
+            except InvalidServiceNameException as error:
+                raise VerbError(str(error).splitlines()[0].rstrip(":")) from None
+        return self._clients[kind, name]
+
+    def load(self, kind: Any) -> None:
+        """Load the libraries of a type, while its service is being discovered."""
+        from rclpy.type_support import check_for_type_support
+
+        check_for_type_support(kind)
+
+    def wait_for(self, client: Any, limit_s: float) -> bool:
+        """Whether the service is ready within the limit."""
+        deadline = time.monotonic() + limit_s
+        while not client.service_is_ready():
+            if time.monotonic() >= deadline:
+                return False
+            time.sleep(_PERIOD_S)
+        return True
+
+    def start(self, kind: Any, name: str, request: Any) -> Any:
+        """The future of an answer; NoAnswerError if the service does not become ready."""
+        client = self.client(kind, name)
+        if not self.wait_for(client, self._connecting_s(name)):
+            raise NoAnswerError(f"service '{name}' is not available")
+        since_s = time.monotonic() - self.observer.created_s
+        time.sleep(max(0.0, _DISCOVERED_S - since_s))
+        return client.call_async(request)
+
+    def _connecting_s(self, name: str) -> float:
+        graph = self.observer.seen_ahead()
+        return _PREFETCHED_S if graph and name in graph.service_types() else _CONNECT_S
+
+    def call(self, kind: Any, name: str, request: Any, limit_s: float | None = None) -> Any:
+        """The answer; NoAnswerError if there is none in time."""
+        limit_s = self.answer_s if limit_s is None else limit_s
+        future = self.start(kind, name, request)
+        self.wait_until_done([future], limit_s)
+        if not future.done():
+            raise _silence(name, limit_s)
+        return future.result()
+
+    def ask(self, kind: Any, name: str, request: Any) -> Any:
+        """As `call`, repeated if the answer is lost; for requests that may be carried out twice."""
+        deadline = time.monotonic() + self.answer_s
+        futures: list[Any] = []
+        while (left_s := deadline - time.monotonic()) > 0:
+            futures.append(self.start(kind, name, request))
+            self._spin(lambda: any(future.done() for future in futures), min(left_s, ASK_AGAIN_S))
+            if done := [future for future in futures if future.done()]:
+                return done[0].result()
+        raise _silence(name, self.answer_s)
+
+    def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
+        """Return when all are done, or at the limit."""
+        self._spin(lambda: all(future.done() for future in futures), limit_s)
+
+    def _spin(self, is_done: Callable[[], bool], limit_s: float) -> None:
+        deadline = time.monotonic() + limit_s
+        while not is_done() and (left_s := deadline - time.monotonic()) > 0:
+            self._executor.spin_once(timeout_sec=min(left_s, 0.1))
+
+
+def _silence(name: str, limit_s: float) -> NoAnswerError:
+    return NoAnswerError(
+        f"service '{name}' did not answer within {limit_s:g} s",
+        hint="its node may be busy or stopped: node ps",
+    )
+
+
+def full_node(name: str) -> str:
+    return name if name.startswith("/") else f"/{name}"
+
+
+def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
+    """The full name of a node; VerbError with the text of ros2cli if it does not exist."""
+    full = full_node(name)
+    known: Sequence[str]
+    if (graph := observer.seen_ahead()) is not None:
+        known = graph.nodes
+    else:
+        settle(observer, spin_time_s, enough=lambda: full in observer.node_names())
+        known = observer.node_names()
+    if full not in known:
+        raise VerbError("Node not found", hint=did_you_mean(full, known))
+    return full

@@ -1,0 +1,165 @@
+"""Which publishers and subscriptions of a topic do not match, why, and what to change.
+
+DDS matches a publisher with subscriptions that request no more than it offers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint, TopicGraph
+
+_NANOS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fault:
+    """A policy that does not match; its values as words."""
+
+    policy: str
+    offered: str
+    asked: str
+
+    @property
+    def advice(self) -> str:
+        if self.policy == "TYPE":
+            return f"use one type on both sides: {self.offered} or {self.asked}"
+        noun = self.policy.lower().replace("_", " ")
+        return (
+            f"set the subscription's {noun} to {self.offered}, or the publisher's to {self.asked}"
+        )
+
+
+def faults(publisher: Endpoint, subscription: Endpoint) -> list[Fault]:
+    """Every policy that does not match; empty if the pair does."""
+    return list(_faults(publisher, subscription))
+
+
+def _faults(publisher: Endpoint, subscription: Endpoint) -> Iterator[Fault]:
+    if publisher.type != subscription.type:
+        yield Fault(policy="TYPE", offered=publisher.type, asked=subscription.type)
+    for policy, lesser, greater in (
+        ("reliability", "BEST_EFFORT", "RELIABLE"),
+        ("durability", "VOLATILE", "TRANSIENT_LOCAL"),
+        ("liveliness", "AUTOMATIC", "MANUAL_BY_TOPIC"),
+    ):
+        offered, asked = getattr(publisher, policy), getattr(subscription, policy)
+        if (offered, asked) == (lesser, greater):
+            yield Fault(policy=policy.upper(), offered=offered, asked=asked)
+    if publisher.deadline_ns > subscription.deadline_ns:
+        yield _times("DEADLINE", publisher.deadline_ns, subscription.deadline_ns)
+    if publisher.lease_ns > subscription.lease_ns:
+        yield _times("LIVELINESS_LEASE_DURATION", publisher.lease_ns, subscription.lease_ns)
+
+
+def _times(policy: str, offered_ns: int, asked_ns: int) -> Fault:
+    return Fault(policy=policy, offered=_seconds(offered_ns), asked=_seconds(asked_ns))
+
+
+def _seconds(duration_ns: int) -> str:
+    return "infinite" if duration_ns >= INFINITE_NS else f"{duration_ns / _NANOS:g} s"
+
+
+def mismatched_policy(publisher: Endpoint, subscription: Endpoint) -> str | None:
+    """The first policy that does not match; None if the pair does."""
+    found = faults(publisher, subscription)
+    return found[0].policy if found else None
+
+
+def silent_subscriptions(snapshot: TopicGraph) -> dict[Endpoint, str]:
+    """Subscriptions that match none of their topic's publishers, and a policy that differs."""
+    silent: dict[Endpoint, str] = {}
+    for subscription in snapshot.endpoints:
+        if subscription.is_publisher:
+            continue
+        policies = [
+            mismatched_policy(publisher, subscription)
+            for publisher in snapshot.on(subscription.topic)
+            if publisher.is_publisher
+        ]
+        if policies and None not in policies:
+            silent[subscription] = policies[0] or ""
+    return silent
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, order=True)
+class Link:
+    """Two nodes connected by a topic; `fault` is a policy that does not match."""
+
+    source: str
+    target: str
+    topic: str
+    fault: str | None = None
+
+
+def links(endpoints: Iterable[Endpoint]) -> list[Link]:
+    """Every pair of nodes that share a topic, sorted; a matching pair hides one that does not."""
+    known = sorted(set(endpoints))
+    found: dict[tuple[str, str, str], str | None] = {}
+    for publisher in (e for e in known if e.is_publisher):
+        for subscription in (e for e in known if not e.is_publisher):
+            if publisher.topic == subscription.topic:
+                key = (publisher.node, subscription.node, publisher.topic)
+                fault = mismatched_policy(publisher, subscription)
+                found[key] = None if found.get(key, fault) is None else fault
+    return [
+        Link(source=source, target=target, topic=topic, fault=fault)
+        for (source, target, topic), fault in sorted(found.items())
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mismatch:
+    """Publishers that do not match one subscription, all for the same reasons."""
+
+    subscription: Endpoint
+    publishers: tuple[Endpoint, ...]
+    faults: tuple[Fault, ...]
+
+
+def mismatches(endpoints: Iterable[Endpoint]) -> list[Mismatch]:
+    """All pairs of one topic that do not match, grouped by subscription and reasons."""
+    known = sorted(endpoints)
+    found: list[Mismatch] = []
+    for subscription in (e for e in known if not e.is_publisher):
+        reasons: dict[tuple[Fault, ...], list[Endpoint]] = {}
+        for publisher in (e for e in known if e.is_publisher):
+            if pair := tuple(faults(publisher, subscription)):
+                reasons.setdefault(pair, []).append(publisher)
+        found += [
+            Mismatch(subscription=subscription, publishers=tuple(publishers), faults=pair)
+            for pair, publishers in reasons.items()
+        ]
+    return found
+
+
+def explain(endpoints: Iterable[Endpoint]) -> str:
+    """The mismatches of a topic in sentences; one sentence if there are none."""
+    known = list(endpoints)
+    publishers = sum(e.is_publisher for e in known)
+    pairs = publishers * (len(known) - publishers)
+    found = mismatches(known)
+    if not found:
+        return f"QoS: {_match(pairs)}"
+    bad = sum(len(m.publishers) for m in found)
+    noun = "pair of publisher and subscription does" if bad == 1 else "pairs do"
+    return "\n".join([f"QoS: {bad} of {pairs} {noun} not match", *_sentences(found)])
+
+
+def _match(pairs: int) -> str:
+    if pairs == 0:
+        return "no pair of publisher and subscription to compare"
+    return "the pair matches" if pairs == 1 else f"all {pairs} pairs match"
+
+
+def _sentences(found: list[Mismatch]) -> Iterator[str]:
+    for mismatch in found:
+        names = ", ".join(e.node for e in mismatch.publishers)
+        yield f"  {mismatch.subscription.node} receives nothing from {names}"
+        for fault in mismatch.faults:
+            yield (
+                f"    {fault.policy}: the publisher offers {fault.offered}, "
+                f"the subscription asks for {fault.asked}"
+            )
+            yield f"    to repair: {fault.advice}"

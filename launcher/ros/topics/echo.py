@@ -1,0 +1,149 @@
+"""Formats messages like `ros2 topic echo`: YAML, CSV, JSON or raw, whole or one field."""
+
+from __future__ import annotations
+
+import json
+import re
+from argparse import Namespace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from launcher.errors import UsageError
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.to_yaml import (
+    Style,
+    dump,
+    is_list,
+    to_csv,
+    to_json_plain,
+    to_plain,
+    yaml_pieces,
+)
+from launcher.ros.topics.listener import Sample
+
+Check = Callable[[Any], bool]
+_STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
+# Of ros2cli's MessageInfo, in its order.
+_INFO = (
+    "source_timestamp",
+    "received_timestamp",
+    "publication_sequence_number",
+    "reception_sequence_number",
+)
+
+
+def compiled_filter(expression: str | None) -> Check | None:
+    """A check of a message `m`; UsageError if the expression is not valid Python."""
+    if expression is None:
+        return None
+    try:
+        code = compile(expression, "--filter", "eval")
+    except SyntaxError as error:
+        raise UsageError(f"--filter is not a Python expression: {error.msg}") from None
+
+    def check(message: Any) -> bool:
+        try:
+            return bool(eval(code, {"m": message}))  # the user's own expression, as with ros2cli
+        except Exception as error:
+            text = f"{type(error).__name__}: {error}"
+            raise VerbError(f"--filter failed: {text}", hint="the message is called m") from None
+
+    return check
+
+
+def field_of(message: Any, path: str) -> Any:
+    """The value at `a.b[2].c`; VerbError with the text of ros2cli."""
+    value = message
+    for step in _STEP.findall(path):
+        try:
+            value = value[int(step[1:-1])] if step.startswith("[") else getattr(value, step)
+        except (AttributeError, IndexError, TypeError, ValueError) as error:
+            raise VerbError(f"Invalid field '{path}': {error}", hint=_fields_of(value)) from None
+    return value
+
+
+def _fields_of(value: Any) -> str | None:
+    if hasattr(value, "get_fields_and_field_types"):
+        return f"fields: {', '.join(value.get_fields_and_field_types()) or 'none'}"
+    return f"it has {len(value)} values: [0] is the first" if is_list(value) else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Writer:
+    """How messages are written; `prefixed` puts the topic before each line."""
+
+    style: Style
+    csv: bool = False
+    json: bool = False
+    raw: bool = False
+    info: bool = False
+    field: str | None = None
+    prefixed: bool = False
+
+    @classmethod
+    def of(cls, options: Namespace) -> Writer:
+        length = None if options.full_length or options.json else options.truncate_length
+        style = Style(
+            length=length, no_arr=options.no_arr, no_str=options.no_str, flow=options.flow_style
+        )
+        return cls(
+            style=style,
+            csv=options.csv,
+            json=options.json,
+            raw=options.raw,
+            info=options.include_message_info,
+            field=options.field,
+            prefixed=len(options.topic_names) > 1,
+        )
+
+    def value(self, sample: Sample) -> Any:
+        """The message, or the field that is asked for."""
+        if self.field is None or self.raw:
+            return sample.message
+        return field_of(sample.message, self.field)
+
+    def pieces(self, sample: Sample, value: Any) -> Iterator[str]:
+        """What is printed for `value`; in pieces, so that long arrays are not held as text."""
+        if self.json:
+            yield json.dumps(self._document(sample, value), ensure_ascii=False) + "\n"
+        elif self.prefixed:
+            text = self._info(sample) + "".join(self._body(value))
+            yield "".join(f"[{sample.topic}] {line}\n" for line in text.splitlines())
+        else:
+            yield self._info(sample)
+            yield from self._body(value)
+
+    def _document(self, sample: Sample, value: Any) -> dict[str, Any]:
+        message = list(value) if self.raw else self._plain(value)
+        document = {"topic": sample.topic, "message": to_json_plain(message)}
+        return {**document, "info": sample.info} if self.info else document
+
+    def _plain(self, value: Any) -> Any:
+        if hasattr(value, "SLOT_TYPES"):
+            return to_plain(value, self.style)
+        if isinstance(value, bytes):
+            return value.decode("latin-1")
+        if hasattr(value, "tolist"):
+            return value.tolist()
+        if isinstance(value, list):
+            return [self._plain(item) for item in value]
+        return value
+
+    def _info(self, sample: Sample) -> str:
+        if not self.info:
+            return ""
+        if self.raw:
+            return f"---Got new message, message info:---\n{sample.info}\n---Message data:---\n"
+        if self.csv:
+            return "".join(f"{sample.info[name]}," for name in _INFO)
+        return f"{dump(sample.info, sort=True)}---\n"
+
+    def _body(self, value: Any) -> Iterator[str]:
+        if not hasattr(value, "SLOT_TYPES"):
+            yield f"{value}\n" if self.csv else f"{value}\n---\n"
+        elif self.csv:
+            yield f"{to_csv(value, self.style)}\n"
+        else:
+            yield from yaml_pieces(value, self.style)
+            yield "---\n"

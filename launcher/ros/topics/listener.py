@@ -1,0 +1,290 @@
+"""Subscribes to topics, now or when somebody publishes them, and takes their messages in bursts.
+
+The middleware stamps each message on arrival, so a look every few milliseconds can take all that
+are there. rclpy's executor would build a wait set for each of thousands of messages a second.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from launcher.ros.discovery.completeness import settle
+from launcher.ros.discovery.domains import why_empty
+from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.messages.interfaces import load_message
+from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
+from launcher.ros.snapshot.qos_matching import explain, mismatches
+from launcher.ros.topics import qos
+from launcher.ros.verb import spin_time_s, warn
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+
+_PERIOD_S = 0.004
+_BURST = 1000
+_STEADY_S = 0.06  # endpoints of one participant arrive together
+_EXPLAIN_PERIOD_S = 0.5
+_INTRODUCTION_S = 0.3
+_AWAIT_PERIOD_S = 0.1  # the second look has all endpoints of a participant
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """A message (bytes if taken raw) and rclpy's info; times are wall clock nanoseconds."""
+
+    topic: str
+    message: Any
+    info: dict[str, Any]
+
+    @property
+    def received_ns(self) -> int:
+        return int(self.info["received_timestamp"])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A topic to subscribe to, its type and the publishers that were there at the start."""
+
+    name: str
+    type: str
+    publishers: tuple[Endpoint, ...]
+
+
+def full_topic(name: str) -> str:
+    """The name with its slash; VerbError if it is not a valid one."""
+    from rclpy.exceptions import InvalidTopicNameException
+    from rclpy.validate_full_topic_name import validate_full_topic_name
+
+    full = name if name.startswith("/") else f"/{name}"
+    try:
+        validate_full_topic_name(full)
+    except InvalidTopicNameException as error:
+        raise VerbError(str(error).splitlines()[0]) from None
+    return full
+
+
+def are_published(names: Iterable[str]) -> Callable[[GraphSnapshot], bool]:
+    """Checks whether a graph has publishers of all these topics."""
+    full = ["/" + name.removeprefix("/") for name in names]
+    return lambda graph: all(graph.on(name, Direction.PUBLISHER) for name in full)
+
+
+def _target(
+    graph: GraphSnapshot | Observer, full: str, type_name: str | None = None
+) -> Target | None:
+    """The topic as the graph has it; None if its type is unknown.
+
+    With a type the topic need not exist yet. VerbError if there are several types.
+    """
+    types = graph.topic_types().get(full, [])
+    if type_name is None and len(types) > 1:
+        raise VerbError(
+            f"Cannot echo topic '{full}', as it contains more than one type: [{', '.join(types)}]",
+            hint="name one of them after the topic",
+        )
+    if type_name is None and not types:
+        return None
+    publishers = tuple(e for e in graph.endpoints(full) if e.is_publisher)
+    return Target(name=full, type=type_name or types[0], publishers=publishers)
+
+
+def _first_target(
+    observer: Observer, name: str, type_name: str | None, options: Namespace
+) -> Target | None:
+    """The topic as soon as its publishers are known; None if it has none and no type."""
+    full = full_topic(name)
+    if (graph := observer.seen_ahead()) is None:
+        _await_publishers(observer, full, spin_time_s(options))
+        return _target(observer, full, type_name)
+    if target := _target(graph, full, type_name):
+        _await_introduction(observer, target)
+    return target
+
+
+def _await_introduction(observer: Observer, target: Target) -> None:
+    """Return when rclpy knows the publishers of a target that was prefetched, or soon.
+
+    A publisher may publish at once when it discovers our subscription, and we have to know it then.
+    """
+    deadline = time.monotonic() + _INTRODUCTION_S
+    while time.monotonic() < deadline:
+        if len(observer.infos(target.name, Direction.PUBLISHER)) >= len(target.publishers):
+            return
+        time.sleep(_PERIOD_S)
+
+
+def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None:
+    """Return when the topic has had the same publishers for a moment, or the graph is settled."""
+    last, changed = 0, time.monotonic()
+
+    def steady() -> bool:
+        nonlocal last, changed
+        infos = observer.infos(full, Direction.PUBLISHER)
+        if len(infos) != last or not all(info.node for info in infos):
+            last, changed = len(infos), time.monotonic()
+        return bool(infos) and time.monotonic() - changed > _STEADY_S
+
+    settle(observer, spin_time_s, enough=steady)
+
+
+class Listener:
+    """Subscriptions of an observer; `samples` yields what they receive."""
+
+    def __init__(self, observer: Observer, *, raw: bool) -> None:
+        self._observer = observer
+        self._raw = raw
+        self._subscriptions: list[tuple[Target, Any]] = []
+        self._explained: set[str] = set()
+        self._heard: set[str] = set()
+
+    def subscribe(self, target: Target, profile: Any) -> None:
+        subscription = self._observer.node.create_subscription(
+            load_message(target.type), target.name, _ignore, profile, raw=self._raw
+        )
+        self._subscriptions.append((target, subscription))
+
+    def take(self) -> list[Sample]:
+        """The messages that are there now, at most 1000 of each topic."""
+        found: list[Sample] = []
+        for target, subscription in self._subscriptions:
+            take, kind = subscription.handle.take_message, subscription.msg_type
+            with subscription.handle:
+                for _ in range(_BURST):
+                    if (taken := take(kind, self._raw)) is None:
+                        break
+                    message, info = taken
+                    found.append(Sample(topic=target.name, message=message, info=info))
+        self._heard.update(sample.topic for sample in found)
+        return found
+
+    def close(self) -> None:
+        subscriptions, self._subscriptions = self._subscriptions, []
+        for _, subscription in subscriptions:
+            self._observer.node.destroy_subscription(subscription)
+
+    def samples(self, tick: Callable[[], bool]) -> Iterator[Sample]:
+        """All messages until `tick`, which is called after each look, returns False.
+
+        Warns, once for each reason, why a topic is silent.
+        """
+        next_look = time.monotonic()
+        while True:
+            samples = self.take()
+            yield from samples
+            if not tick():
+                return
+            if time.monotonic() >= next_look:
+                self._explain_silence()
+                next_look = time.monotonic() + _EXPLAIN_PERIOD_S
+            if not samples:
+                time.sleep(_PERIOD_S)
+
+    def _explain_silence(self) -> None:
+        for target, subscription in self._subscriptions:
+            if target.name in self._heard:
+                continue
+            text = self._why_silent(target, subscription)
+            if text and text not in self._explained:
+                self._explained.add(text)
+                warn(text)
+
+    def _why_silent(self, target: Target, subscription: Any) -> str | None:
+        own = qos.endpoint_of(
+            subscription.qos_profile,
+            Direction.SUBSCRIPTION,
+            target.name,
+            target.type,
+            node="this command",
+        )
+        known = [*(e for e in self._observer.endpoints(target.name) if e.is_publisher), own]
+        if not mismatches(known):
+            return None
+        return f"nothing will be received on {target.name}:\n{explain(known)}"
+
+
+def _ignore(message: Any) -> None:
+    """A callback that no executor ever calls: messages are taken by `Listener.take`."""
+
+
+def subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
+    """Subscribe; VerbError with the text of ros2cli if the type is unknown."""
+    target = _first_target(observer, name, options.message_type, options)
+    if target is None:
+        print(_unpublished(name), flush=True)
+        raise VerbError(
+            "Could not determine the type for the passed topic", hint=_hint(observer, name)
+        )
+    _subscribe(listener, target, options)
+
+
+class AwaitedTopics:
+    """Subscribes to topics now, and to unpublished ones as soon as they are published.
+
+    `found` is called for each.
+    """
+
+    def __init__(
+        self,
+        observer: Observer,
+        listener: Listener,
+        names: Sequence[str],
+        options: Namespace,
+        found: Callable[[Target], None],
+    ) -> None:
+        self._observer = observer
+        self._listener = listener
+        self._options = options
+        self._found = found
+        self._missing: dict[str, Target | None] = {}
+        for name in names:
+            if target := _first_target(observer, name, None, options):
+                self._take(target)
+            else:
+                self._miss(name)
+        self._next_look = time.monotonic() + _AWAIT_PERIOD_S
+
+    def _miss(self, name: str) -> None:
+        self._missing[name] = None
+        print(_unpublished(name), flush=True)
+        if hint := _hint(self._observer, name):
+            warn(f"hint: {hint}")
+
+    def _take(self, target: Target) -> None:
+        _subscribe(self._listener, target, self._options)
+        self._found(target)
+
+    def look(self) -> None:
+        """Look for the missing topics, at most ten times a second; call it as often as you like."""
+        if not self._missing or time.monotonic() < self._next_look:
+            return
+        for name, before in list(self._missing.items()):
+            target = self._missing[name] = _target(self._observer, full_topic(name))
+            if target is not None and target == before:
+                del self._missing[name]
+                self._take(target)
+        self._next_look = time.monotonic() + _AWAIT_PERIOD_S
+
+
+def _hint(observer: Observer, name: str) -> str | None:
+    """What to do about an unpublished topic."""
+    graph = observer.seen_ahead() or observer.graph_snapshot()
+    return did_you_mean(name, graph.topic_types()) if graph.nodes else why_empty(observer.domain_id)
+
+
+def _unpublished(name: str) -> str:
+    return f"WARNING: topic [{name}] does not appear to be published yet"
+
+
+def _subscribe(listener: Listener, target: Target, options: Namespace) -> None:
+    profile, notes = qos.listening(target.publishers)
+    if qos.asked(options):
+        profile, notes = qos.from_options(options, profile), []
+    for note in notes:
+        print(note)
+    sys.stdout.flush()
+    listener.subscribe(target, profile)

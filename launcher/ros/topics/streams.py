@@ -1,0 +1,265 @@
+"""`topic echo`, `hz`, `bw` and `delay`: listen until enough has arrived, or Ctrl-C."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from launcher.errors import ExitCode
+from launcher.ros.errors import VerbError
+from launcher.ros.topics import statistics
+from launcher.ros.topics.echo import Writer, compiled_filter
+from launcher.ros.topics.listener import (
+    AwaitedTopics,
+    Listener,
+    Sample,
+    Target,
+    are_published,
+    subscribe_now,
+)
+from launcher.ros.verb import observing, warn
+
+SILENCE_S = 3.0
+
+
+@contextlib.contextmanager
+def until_interrupted() -> Iterator[None]:
+    """Take Ctrl-C and a closed pipe for a normal end."""
+    try:
+        yield
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # so that the interpreter's last flush does not fail again
+        sys.stdout = open("/dev/null", "w")  # noqa: SIM115
+
+
+def echo(options: Namespace) -> int:
+    writer, accepts = Writer.of(options), compiled_filter(options.filter)
+    enough = are_published(options.topic_names)
+    with until_interrupted(), observing(options, enough, listens=True) as observer:
+        listener = Listener(observer, raw=options.raw)
+        for name in options.topic_names:
+            subscribe_now(observer, listener, name, options)
+        silence = _Silence(options.timeout)
+        write = sys.stdout.write
+        for sample in listener.samples(silence.tick):
+            silence.message()
+            value = writer.value(sample)
+            if accepts and not options.raw and not accepts(value):
+                continue
+            for piece in writer.pieces(sample, value):
+                write(piece)
+            if options.once:
+                break
+    return ExitCode.OK
+
+
+class _Silence:
+    """Ends listening after `timeout_s` without a message; flushes after each burst."""
+
+    def __init__(self, timeout_s: float | None) -> None:
+        self._timeout_s = timeout_s
+        self._last = time.monotonic()
+        self._fresh = False
+
+    def message(self) -> None:
+        self._last = time.monotonic()
+        self._fresh = True
+
+    def tick(self) -> bool:
+        if self._fresh:
+            sys.stdout.flush()
+            self._fresh = False
+        return self._timeout_s is None or time.monotonic() - self._last < self._timeout_s
+
+
+class _Clock:
+    """Ends a measurement after `for_s`, calls `report` once a second, looks for awaited topics."""
+
+    def __init__(
+        self, for_s: float | None, awaited: AwaitedTopics, report: Callable[[], None]
+    ) -> None:
+        self._awaited = awaited
+        self._start = time.monotonic()
+        self._end = None if for_s is None else self._start + for_s
+        self._next = self._start + 1.0
+        self._report = report
+
+    def tick(self) -> bool:
+        self._awaited.look()
+        now = time.monotonic()
+        if now >= self._next:
+            self._next += 1.0
+            self._report()
+            sys.stdout.flush()
+        return self._end is None or now < self._end
+
+
+class _Quiet:
+    """Warns, once per silence, that a topic has become silent."""
+
+    def __init__(self, topic: str) -> None:
+        self._topic = topic
+        self._last = time.monotonic()
+        self._has_warned = False
+
+    def message(self) -> None:
+        self._last, self._has_warned = time.monotonic(), False
+
+    def look(self) -> None:
+        gap_s = time.monotonic() - self._last
+        if gap_s >= SILENCE_S and not self._has_warned:
+            self._has_warned = True
+            warn(f"no message on {self._topic} for {gap_s:.1f} s")
+
+
+def _measure(
+    options: Namespace,
+    names: list[str],
+    found: Callable[[Target], None],
+    take: Callable[[Sample], None],
+    report: Callable[[], None],
+    *,
+    raw: bool,
+) -> None:
+    """Call `found` for each topic, `take` for each message, and `report` once a second."""
+    with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
+        listener = Listener(observer, raw=raw)
+        awaited = AwaitedTopics(observer, listener, names, options, found)
+        for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
+            take(sample)
+
+
+def hz(options: Namespace) -> int:
+    """Print rates; exit code 1 if one of them is below `--min` at the end."""
+    accepts = compiled_filter(options.filter)
+    names = ["/" + name.removeprefix("/") for name in options.topic_names]
+    arrivals = {name: statistics.Arrivals(options.window) for name in names}
+    quiet: dict[str, _Quiet] = {}
+
+    def found(target: Target) -> None:
+        quiet[target.name] = _Quiet(target.name)
+
+    def take(sample: Sample) -> None:
+        quiet[sample.topic].message()
+        if accepts is None or accepts(sample.message):
+            arrivals[sample.topic].add(sample.received_ns)
+
+    def report() -> None:
+        _report_rates(arrivals, quiet, options)
+
+    _measure(options, options.topic_names, found, take, report, raw=accepts is None)
+    if options.for_s is None:
+        return ExitCode.OK
+    return _verdict(arrivals, options)
+
+
+def _report_rates(
+    arrivals: dict[str, statistics.Arrivals], quiet: dict[str, _Quiet], options: Namespace
+) -> None:
+    found = {name: spread for name, a in arrivals.items() if (spread := a.due())}
+    for one in quiet.values():
+        one.look()
+    if not found:
+        return
+    if options.json:
+        for name, spread in found.items():
+            print(json.dumps(_rate_document(name, spread)))
+    elif len(arrivals) == 1:
+        print(statistics.rate_text(next(iter(found.values()))))
+    else:
+        # all topics, so that the rows stay in their places
+        print(
+            statistics.rate_table({n: spread for n, a in arrivals.items() if (spread := a.now())})
+        )
+
+
+def _rate_document(name: str, spread: statistics.Spread) -> dict[str, Any]:
+    return {
+        "topic": name,
+        "rate_hz": spread.rate_hz,
+        "min_s": spread.min_s,
+        "max_s": spread.max_s,
+        "std_dev_s": spread.std_dev_s,
+        "window": spread.window,
+    }
+
+
+def _verdict(arrivals: dict[str, statistics.Arrivals], options: Namespace) -> int:
+    now_ns, code = time.time_ns(), ExitCode.OK
+    for name, one in arrivals.items():
+        mean_hz = one.mean_rate_hz(now_ns)
+        line = {"topic": name, "messages": one.count, "mean_rate_hz": mean_hz}
+        if options.json:
+            print(json.dumps(line))
+        elif options.min_hz is not None and mean_hz < options.min_hz:
+            warn(
+                f"{name}: {mean_hz:.3f} Hz over {options.for_s:g} s, "
+                f"below the minimum of {options.min_hz:g} Hz"
+            )
+        if options.min_hz is not None and mean_hz < options.min_hz:
+            code = ExitCode.PROCESS_FAILED
+    return code
+
+
+def bw(options: Namespace) -> int:
+    sizes = statistics.Bandwidth(options.window)
+
+    def report() -> None:
+        if found := sizes.due(time.time_ns()):
+            print(_bandwidth_line(*found, as_json=options.json))
+
+    def found(target: Target) -> None:
+        if not options.json:
+            print(f"Subscribed to [{target.name}]", flush=True)
+
+    def take(sample: Sample) -> None:
+        sizes.add(sample.received_ns, len(sample.message))
+
+    _measure(options, [options.topic_name], found, take, report, raw=True)
+    return ExitCode.OK
+
+
+def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
+    if not as_json:
+        return statistics.bandwidth_text(rate, sizes)
+    document = {"bytes_per_s": rate, "messages": len(sizes), "min": min(sizes), "max": max(sizes)}
+    return json.dumps(document)
+
+
+def delay(options: Namespace) -> int:
+    delays = statistics.Delays(options.window)
+
+    def report() -> None:
+        if due := delays.due():
+            print(_delay_line(*due, as_json=options.json))
+
+    def take(sample: Sample) -> None:
+        delays.add(sample.received_ns - _stamp_ns(sample.message))
+
+    _measure(options, [options.topic_name], lambda target: None, take, report, raw=False)
+    return ExitCode.OK
+
+
+def _delay_line(spread: statistics.Spread, fresh: bool, *, as_json: bool) -> str:
+    if not as_json:
+        return statistics.delay_text(spread, fresh=fresh)
+    names = ("mean_s", "min_s", "max_s", "std_dev_s", "window")
+    return json.dumps({**{name: getattr(spread, name) for name in names}, "fresh": fresh})
+
+
+def _stamp_ns(message: Any) -> int:
+    try:
+        stamp = message.header.stamp
+    except AttributeError:
+        raise VerbError(
+            "msg does not have header", hint=f"{type(message).__name__} carries no time stamp"
+        ) from None
+    return int(stamp.sec) * statistics.NANOS + int(stamp.nanosec)

@@ -1,0 +1,259 @@
+"""What all ROS verbs share: options, the graph that they look at, output."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import math
+import os
+import signal
+import sys
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO, cast
+
+from launcher.errors import ExitCode, UsageError
+from launcher.text import count, escape_controls
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+    from launcher.ros.snapshot.graph import GraphSnapshot
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that raises UsageError instead of printing and exiting."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(message, hint=f"{self.prog} --help")
+
+
+def parser_of(verb: str, description: str) -> tuple[Parser, Any]:
+    """The parser of a verb and the table that takes its sub-verbs (see `add_verb`)."""
+    parser = Parser(prog=f"python -m launcher {verb}", description=description)
+    table = parser.add_subparsers(dest="sub", metavar="VERB", parser_class=Parser)
+    return parser, table
+
+
+def add_verb(table: Any, name: str, help_text: str) -> Parser:
+    """One sub-verb with the options that all have."""
+    parser: Parser = table.add_parser(name, help=help_text, description=help_text)
+    add_common(parser)
+    return parser
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-d", "--domain", metavar="ID", help="ROS domain (default: ROS_DOMAIN_ID)")
+    parser.add_argument(
+        "--spin-time",
+        type=seconds,
+        metavar="S",
+        help="longest wait until the graph is complete and quiet (default 3.5)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    parser.add_argument("--no-observer", action="store_true", help="do not ask the bridge of a run")
+    parser.add_argument("--no-daemon", action="store_true", help="accepted and ignored")
+
+
+def dispatch(
+    parser: Parser, run: Mapping[str, Callable[[argparse.Namespace], int]], words: Sequence[str]
+) -> int:
+    """Parse and run a sub-verb, or print the help. SIGTERM ends it like Ctrl-C."""
+    _refuse_undecodable(words)
+    options = parser.parse_args(list(words))
+    if options.sub is None:
+        parser.print_help()
+        return ExitCode.OK
+    # an orderly end removes our node from the graph and our shared memory from the disk
+    for signum in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(signum, signal.default_int_handler)
+    try:
+        with escaped_output():
+            return run[options.sub](options)
+    except KeyboardInterrupt:
+        return ExitCode.INTERRUPTED
+
+
+def _refuse_undecodable(words: Sequence[str]) -> None:
+    """Text in ROS is UTF-8; only file names may be other bytes."""
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            if not os.path.exists(word):
+                raise UsageError(f"not UTF-8: {word!a}") from None
+
+
+def seconds(word: str) -> float:
+    """A time that is not negative, for argparse."""
+    value = float(word)
+    if not 0 <= value < 1e9:
+        raise argparse.ArgumentTypeError(f"not a time in seconds: '{word}'")
+    return value
+
+
+def require_rate(rate_hz: float) -> None:
+    """UsageError for a rate in Hz that is not positive, or means a period above 30 years."""
+    if rate_hz <= 0:
+        raise UsageError("rate must be greater than zero")
+    if not 1e-9 <= rate_hz < math.inf:
+        raise UsageError(f"no rate in Hz: {rate_hz}")
+
+
+def domain_option(options: argparse.Namespace) -> int:
+    """The domain of `-d`, or that of the environment."""
+    from launcher.ros.discovery.domains import domain_of, environment_domain
+
+    return environment_domain() if options.domain is None else domain_of(options.domain, "-d")
+
+
+def spin_time_s(options: argparse.Namespace) -> float:
+    """The longest time that discovery may take."""
+    from launcher.ros.discovery.domains import SPIN_TIME_S
+
+    return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
+
+
+def graph_snapshot(options: argparse.Namespace) -> GraphSnapshot:
+    """The graph, from the quickest source there is; warns if it is empty or incomplete.
+
+    1. The bridge of a run, if one is on the domain. 2. The discovery messages, read directly.
+    3. A node of rclpy, where discovery is not plain RTPS.
+    """
+    from launcher.ros.discovery.graph_socket import snapshot_of_run
+
+    if not options.no_observer and (found := snapshot_of_run(domain_option(options))):
+        warn_if_incomplete(found.domain_id, found.nodes, 0, 0.0)
+        return found
+    if found := _read_graph(options):
+        return found
+    with settled_observer(options) as observer:
+        return observer.graph_snapshot()
+
+
+def _read_graph(options: argparse.Namespace) -> GraphSnapshot | None:
+    """None where only a whole DDS stack can look."""
+    from launcher.ros.discovery import domains
+    from launcher.ros.discovery.reader import UnsupportedDiscovery, read_graph
+
+    domain_id = domain_option(options)
+    if not domains.is_plain():
+        return None
+    try:
+        result = read_graph(domain_id, spin_time_s(options), remote=not domains.localhost_only())
+    except (UnsupportedDiscovery, OSError):
+        return None
+    warn_if_incomplete(domain_id, result.snapshot.nodes, result.missing, result.waited_s)
+    return result.snapshot
+
+
+@contextlib.contextmanager
+def observing(
+    options: argparse.Namespace,
+    enough: Callable[[GraphSnapshot], object] = lambda graph: False,
+    *,
+    listens: bool = False,
+) -> Iterator[Observer]:
+    """An rclpy observer of the domain, while discovery is still on its way.
+
+    A `Prefetch` reads the graph meanwhile, until it is complete or `enough`. A caller that only
+    `listens` knows the endpoints of others sooner.
+    """
+    from launcher.ros.discovery import domains
+    from launcher.ros.discovery.prefetch import Prefetch
+
+    with contextlib.ExitStack() as stack:
+        domain_id, prefetch = domain_option(options), None
+        if domains.is_plain():
+            remote = not domains.localhost_only()
+            prefetch = Prefetch(
+                domain_id, spin_time_s(options), remote=remote, enough=enough, listens=listens
+            )
+            stack.callback(prefetch.close)
+        from launcher.ros.discovery.observer import Observer  # loads rclpy, which takes its time
+
+        yield stack.enter_context(Observer(domain_id, prefetch=prefetch))
+
+
+@contextlib.contextmanager
+def settled_observer(options: argparse.Namespace) -> Iterator[Observer]:
+    """An observer that knows the whole graph; warns if it is empty or incomplete."""
+    from launcher.ros.discovery.completeness import settle
+
+    with observing(options) as observer:
+        result = settle(observer, spin_time_s(options))
+        names = observer.node_names()
+        warn_if_incomplete(observer.domain_id, names, result.missing, result.waited_s)
+        yield observer
+
+
+def warn_if_incomplete(domain_id: int, nodes: Sequence[str], missing: int, waited_s: float) -> None:
+    """Say on stderr that there is nothing, or that there may be more."""
+    from launcher.ros.discovery.domains import why_empty
+
+    if not nodes:
+        warn(why_empty(domain_id))
+    elif missing:
+        warn(
+            f"{count(missing, 'participant')} on this machine did not answer within "
+            f"{waited_s:.1f} s, so something may be missing (--spin-time to wait longer)"
+        )
+
+
+def warn(text: str) -> None:
+    """A line on stderr, so that stdout stays what ros2cli prints."""
+    sys.stdout.flush()
+    print(text, file=sys.stderr, flush=True)
+
+
+def print_json(document: Any) -> None:
+    """One document; nan and inf as strings, since JSON does not have them."""
+    print(json.dumps(_without_nan(document), ensure_ascii=False, indent=2, allow_nan=False))
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    return [_without_nan(item) for item in value] if isinstance(value, list) else value
+
+
+def aligned(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:
+    """The rows as lines of a table; the columns `right` are aligned to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            text.rjust(width) if column in right else text.ljust(width)
+            for column, (text, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
+
+
+class _EscapingStream:
+    """A stream to a terminal that control characters of nodes cannot change."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        self._stream.write(escape_controls(text))
+        return len(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextlib.contextmanager
+def escaped_output() -> Iterator[None]:
+    """Print control characters to terminals as escapes; files and pipes get every byte."""
+    kept = sys.stdout, sys.stderr
+    escaping = [cast("TextIO", _EscapingStream(s)) if s and s.isatty() else s for s in kept]
+    sys.stdout, sys.stderr = escaping
+    try:
+        yield
+    finally:
+        if sys.stdout is escaping[0]:  # otherwise it was replaced for good
+            sys.stdout = kept[0]
+        sys.stderr = kept[1]
