@@ -49,7 +49,7 @@ class ProcessState(enum.Enum):
 
 
 class Start(Record):
-    """Somebody, or the launch file, wants it to run."""
+    """The launch file starts it."""
 
 
 class Started(Record):
@@ -65,8 +65,8 @@ class SpawnError(Record):
     what: str = ""
 
 
-class Withdrawn(Record):
-    """The spawn will not take place: it was still waiting for its turn."""
+class StartCancelled(Record):
+    """The spawn will not take place: it was stopped while it was queued."""
 
 
 class Exited(Record):
@@ -76,21 +76,38 @@ class Exited(Record):
 
 
 class Stop(Record):
-    """Somebody wants it gone."""
+    """Stop it, with the run or because the launch file says so."""
+
+
+class UserStart(Record):
+    """A user starts it."""
+
+
+class UserStop(Record):
+    """A user stops it, and may start it again."""
 
 
 class Restart(Record):
-    """Somebody wants it stopped and started again."""
+    """Stop it and start it again at once."""
 
 
-class Hurry(Record):
-    """Do not wait for the deadline: take the next step of the stop now."""
+class SkipGrace(Record):
+    """Do not wait for the deadline: take the next step of the stop now, or the first."""
 
 
-class Sent(Record):
-    """Somebody has sent it this signal once; if it ends of it, that was asked for."""
+class SignalSent(Record):
+    """It has been sent this signal. If a user did it and it ends of it, that was asked for."""
 
     signum: int
+    by_user: bool = True
+
+
+class Suspend(Record):
+    """A user suspends it."""
+
+
+class Resume(Record):
+    """A user resumes it."""
 
 
 class Tick(Record):
@@ -98,7 +115,20 @@ class Tick(Record):
 
 
 MachineEvent = (
-    Start | Started | SpawnError | Withdrawn | Exited | Stop | Restart | Hurry | Sent | Tick
+    Start
+    | Started
+    | SpawnError
+    | StartCancelled
+    | Exited
+    | Stop
+    | UserStart
+    | UserStop
+    | Restart
+    | SkipGrace
+    | SignalSent
+    | Suspend
+    | Resume
+    | Tick
 )
 
 
@@ -114,9 +144,21 @@ class Signal(Record):
 
     signum: signal.Signals
 
+    @property
+    def needs_wake(self) -> bool:
+        """Whether to `Wake` it, too, whoever may have suspended it."""
+        return self.signum in POLITE
+
+
+class Wake(Record):
+    """Send SIGCONT: a suspended process cannot handle any signal but SIGKILL.
+
+    Other processes in the group do not notice it, unless they handle SIGCONT.
+    """
+
 
 class Escalate(Record):
-    """Say that it did not go after `after`, within `waited_s`, and that `to` comes next."""
+    """Report that it did not end within `waited_s` of `after`, and that `to` comes next."""
 
     after: signal.Signals
     waited_s: float
@@ -124,15 +166,15 @@ class Escalate(Record):
 
 
 class Stuck(Record):
-    """Say that it is still there `waited_s` after SIGKILL."""
+    """Report that it still exists `waited_s` after SIGKILL."""
 
     waited_s: float
 
 
 class Ended(Record):
-    """Say how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted.
+    """Report how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted.
 
-    `sent`: it ended of a signal that somebody had sent it (`Sent`); then it was asked, too.
+    `sent`: it ended of a signal that a user had sent it (`SignalSent`); then it was asked, too.
     """
 
     outcome: Outcome
@@ -140,8 +182,18 @@ class Ended(Record):
     retry_in_s: float | None
     sent: bool = False
 
+    @property
+    def is_final(self) -> bool:
+        """Whether it ended unasked and is not restarted."""
+        return self.retry_in_s is None and not self.asked
 
-Action = Spawn | Signal | Escalate | Stuck | Ended
+    @property
+    def has_died(self) -> bool:
+        """Whether this is a failure that nothing makes good."""
+        return self.is_final and self.outcome.failed
+
+
+Action = Spawn | Signal | Wake | Escalate | Stuck | Ended
 
 
 class Outcome(Record):
@@ -186,7 +238,12 @@ def signal_name(signum: int) -> str:
 
 
 class ProcessMachine:
-    """One process: feed it events, do what it returns."""
+    """One process: feed it events, do what it returns.
+
+    `is_held`: a user has stopped it or is starting it, so the run waits for it; its forced end is
+    no failure then. `is_suspended`: a user has suspended it. `had_to_be_killed`: it has ended by
+    SIGKILL only, or not even by that, which is a failure of the run.
+    """
 
     def __init__(
         self,
@@ -199,8 +256,10 @@ class ProcessMachine:
         self.stop = stop
         self.state = ProcessState.STOPPED
         self.deadline: float | None = None
-        self.restarts = 0  # since somebody last started it
-        self.last: Outcome | None = None
+        self.is_held = False
+        self.is_suspended = False
+        self.had_to_be_killed = False
+        self.restarts = 0  # since the last Start or UserStart
         self._chance = chance
         self._step = 0
         self._sent: dict[int, float] = {}
@@ -224,6 +283,11 @@ class ProcessMachine:
         return self.stop.steps[self._step + 1][0], self.deadline
 
     @property
+    def is_pending(self) -> bool:
+        """Whether it runs, or starts again by itself."""
+        return self.state.is_alive or self.state is ProcessState.BACKOFF
+
+    @property
     def may_restart(self) -> bool:
         """Whether an end that comes now may be followed by a restart."""
         is_running = self.state is ProcessState.RUNNING
@@ -242,37 +306,46 @@ class ProcessMachine:
     def handle(self, event: MachineEvent, now: float) -> list[Action]:
         """What has to be done about `event`, in order. An event that does not fit is ignored."""
         match event, self.state:
-            case Start(), state if not state.is_alive:
+            case Start() | UserStart(), state if not state.is_alive:
+                # The run must not end because an attempt of a user fails.
+                self.is_held = self.is_held or isinstance(event, UserStart)
                 return self._start()
             case Started(), ProcessState.STARTING:
                 # STARTING -> RUNNING
                 self.running_since = now
+                self.is_held = False
                 self._sent.clear()
                 self._enter(ProcessState.RUNNING)
             case Started(), ProcessState.STOPPING:
                 return self._signal(0, now)
             case SpawnError(errno=number, what=what), ProcessState.STARTING | ProcessState.STOPPING:
                 return self._end(Outcome(spawn_errno=number, spawn_what=what), now)
-            case Withdrawn(), ProcessState.STARTING | ProcessState.STOPPING:
-                # STARTING, STOPPING -> STOPPED: there is nobody to wait for
+            case StartCancelled(), ProcessState.STARTING | ProcessState.STOPPING:
+                # STARTING, STOPPING -> STOPPED: there is nothing to wait for
                 self._enter(ProcessState.STOPPED)
             case Exited(outcome=outcome), state if state.is_alive:
                 return self._end(outcome, now)
-            case Stop() | Restart(), ProcessState.RUNNING:
-                self._starts_again = isinstance(event, Restart)
-                return self._signal(0, now)
-            case Stop() | Restart(), ProcessState.STOPPING:
-                self._starts_again = isinstance(event, Restart)
-            case Stop(), ProcessState.STARTING:
-                # STARTING -> STOPPING: the signal follows when there is somebody to get it
-                self._enter(ProcessState.STOPPING)
-            case Stop(), ProcessState.BACKOFF:
-                # BACKOFF -> STOPPED
-                self._enter(ProcessState.STOPPED)
-            case Sent(signum=signum), ProcessState.RUNNING:
-                self._sent[signum] = now
-            case Hurry(), ProcessState.STOPPING:
+            case UserStop(), _ if self.is_pending:
+                self.is_held = True
+                return self._stop(now)
+            case Stop(), _:
+                return self._stop(now)
+            case Restart(), ProcessState.RUNNING | ProcessState.STOPPING:
+                actions = self._stop(now)
+                self._starts_again = True
+                return actions
+            case SkipGrace(), ProcessState.RUNNING:
+                return self._stop(now)
+            case SkipGrace(), ProcessState.STOPPING:
                 return self._escalate(now)
+            case SignalSent(), state if state.is_alive:
+                return self._sent_to(event, now)
+            case Suspend(), state if state.is_alive:
+                self.is_suspended = True
+                return [Signal(signal.SIGSTOP)]
+            case Resume(), state if state.is_alive:
+                self.is_suspended = False
+                return [Signal(signal.SIGCONT)]
             case Tick(), _ if self.deadline is not None and now >= self.deadline:
                 return self._due(now)
         return []
@@ -290,6 +363,28 @@ class ProcessMachine:
         self._enter(ProcessState.STARTING)
         return [Spawn()]
 
+    def _stop(self, now: float) -> list[Action]:
+        self._starts_again = False
+        if self.state is ProcessState.RUNNING:
+            return self._signal(0, now)
+        if self.state is ProcessState.STARTING:
+            # STARTING -> STOPPING: the signal follows when there is a process
+            self._enter(ProcessState.STOPPING)
+        elif self.state is ProcessState.BACKOFF:
+            # BACKOFF -> STOPPED
+            self._enter(ProcessState.STOPPED)
+        return []
+
+    def _sent_to(self, sent: SignalSent, now: float) -> list[Action]:
+        is_waking = self.is_suspended and sent.signum in POLITE
+        if sent.by_user and self.state is ProcessState.RUNNING:
+            self._sent[sent.signum] = now
+        if is_waking or (sent.by_user and sent.signum == signal.SIGCONT):
+            self.is_suspended = False
+        elif sent.by_user and sent.signum == signal.SIGSTOP:
+            self.is_suspended = True
+        return [Wake()] if is_waking else []
+
     def _due(self, now: float) -> list[Action]:
         if self.state is ProcessState.BACKOFF:
             # BACKOFF -> STARTING
@@ -298,7 +393,8 @@ class ProcessMachine:
             self._enter(ProcessState.STARTING)
             return [Spawn()]
         if self._step + 1 == len(self.stop.steps):
-            self._is_stuck, self.deadline = True, None
+            self._is_stuck = self.had_to_be_killed = True
+            self.deadline = None
             return [Stuck(self.stop.steps[-1][1])]
         return self._escalate(now)
 
@@ -306,6 +402,7 @@ class ProcessMachine:
         """Take this step of the stop: RUNNING -> STOPPING, or on to the next signal."""
         self._step = step
         signum, wait_s = self.stop.steps[step]
+        self.is_suspended = self.is_suspended and signum not in POLITE
         self._enter(ProcessState.STOPPING, now + wait_s)
         return [Signal(signum)]
 
@@ -315,10 +412,11 @@ class ProcessMachine:
         after, wait_s = self.stop.steps[self._step]
         waited_s = wait_s - max(0.0, self.deadline - now)
         to = self.stop.steps[self._step + 1][0]
+        self.had_to_be_killed |= to == signal.SIGKILL and not self.is_held
         return [Escalate(after, waited_s, to), *self._signal(self._step + 1, now)]
 
     def _end(self, outcome: Outcome, now: float) -> list[Action]:
-        self.last = outcome
+        self.is_suspended = False
         if self.state is ProcessState.STOPPING and self._starts_again:
             # STOPPING -> BACKOFF: a restart that was asked for waits for nothing
             self._starts_again = False
@@ -330,6 +428,7 @@ class ProcessMachine:
             return [Ended(outcome, asked=True, retry_in_s=None)]
         if self._ends_of_what_was_sent(outcome, now):
             # RUNNING -> STOPPED
+            self.is_held = True
             self._enter(ProcessState.STOPPED)
             return [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
         if self._retries(outcome, now):

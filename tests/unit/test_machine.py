@@ -9,21 +9,26 @@ from launcher.engine.machine import (
     Ended,
     Escalate,
     Exited,
-    Hurry,
     Outcome,
     ProcessMachine,
     ProcessState,
     Restart,
-    Sent,
+    Resume,
     Signal,
+    SignalSent,
+    SkipGrace,
     Spawn,
     SpawnError,
     Start,
+    StartCancelled,
     Started,
     Stop,
     Stuck,
+    Suspend,
     Tick,
-    Withdrawn,
+    UserStart,
+    UserStop,
+    Wake,
 )
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
@@ -70,7 +75,7 @@ def test_what_not_even_sigkill_ends_is_told_once_and_may_still_end():
     assert one.handle(Tick(), 15.0) == [Stuck(5.0)]
     assert one.is_stuck
     assert one.deadline is None
-    assert one.handle(Hurry(), 16.0) == []
+    assert one.handle(SkipGrace(), 16.0) == []
     assert one.handle(Start(), 16.0) == [], "there would be two"
     one.handle(exited(-9), 20.0)
     assert one.state is ProcessState.STOPPED and not one.is_stuck
@@ -80,7 +85,7 @@ def test_a_start_that_waits_for_its_turn_can_be_withdrawn():
     one = machine()
     one.handle(Start(), 0.0)
     one.handle(Stop(), 0.0)
-    assert one.handle(Withdrawn(), 0.0) == []
+    assert one.handle(StartCancelled(), 0.0) == []
     assert one.state is ProcessState.STOPPED
     assert one.handle(Start(), 1.0) == [Spawn()]
 
@@ -97,9 +102,9 @@ def test_a_policy_of_ones_own_is_followed_step_by_step():
 def test_hurrying_takes_the_next_step_at_once_and_says_how_long_it_waited():
     one = running()
     one.handle(Stop(), 1.0)
-    assert one.handle(Hurry(), 3.0) == [Escalate(INT, 2.0, TERM), Signal(TERM)]
-    assert one.handle(Hurry(), 3.5) == [Escalate(TERM, 0.5, KILL), Signal(KILL)]
-    assert one.handle(Hurry(), 3.6) == []
+    assert one.handle(SkipGrace(), 3.0) == [Escalate(INT, 2.0, TERM), Signal(TERM)]
+    assert one.handle(SkipGrace(), 3.5) == [Escalate(TERM, 0.5, KILL), Signal(KILL)]
+    assert one.handle(SkipGrace(), 3.6) == []
 
 
 def test_an_end_that_was_asked_for_is_no_death_and_never_restarts():
@@ -246,7 +251,7 @@ def test_an_outcome_reads_as_a_person_would_say_it(outcome, text):
 )
 def test_an_end_by_a_signal_that_a_person_sent_is_asked_and_not_repeated(signum: int, code: int):
     one = running(mode=RestartMode.ALWAYS)
-    assert one.handle(Sent(signum), 1.0) == []
+    assert one.handle(SignalSent(signum), 1.0) == []
     outcome = Outcome(returncode=code)
     assert one.handle(exited(code), 1.5) == [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
     assert one.state is ProcessState.STOPPED
@@ -255,16 +260,119 @@ def test_an_end_by_a_signal_that_a_person_sent_is_asked_and_not_repeated(signum:
 def test_a_death_long_after_a_signal_or_of_another_one_is_no_wish():
     for signum, code, later_s in [(INT, 1, 60.0), (signal.SIGUSR1, -11, 1.0), (INT, -11, 1.0)]:
         one = running()
-        one.handle(Sent(signum), 1.0)
+        one.handle(SignalSent(signum), 1.0)
         (end,) = one.handle(exited(code), 1.0 + later_s)
         assert end == Ended(Outcome(returncode=code), asked=False, retry_in_s=None)
 
 
 def test_a_signal_of_an_earlier_life_is_forgotten():
     one = running(mode=RestartMode.ALWAYS)
-    one.handle(Sent(signal.SIGUSR1), 1.0)
+    one.handle(SignalSent(signal.SIGUSR1), 1.0)
     one.handle(exited(3), 2.0)
     one.handle(Tick(), 3.0)
     one.handle(Started(8), 3.0)
     (end,) = one.handle(exited(-signal.SIGUSR1), 4.0)
     assert not end.asked
+
+
+# ---- what a user does
+
+
+def test_a_process_is_held_from_a_users_stop_until_it_runs_again():
+    one = running(mode=RestartMode.ALWAYS)
+    assert one.handle(UserStop(), 0.0) == [Signal(INT)]
+    assert one.is_held
+    one.handle(exited(-2), 0.1)
+    assert one.is_held
+    assert one.handle(UserStart(), 1.0) == [Spawn()]
+    assert one.is_held, "the run must not end with an attempt that fails"
+    one.handle(Started(8), 1.0)
+    assert not one.is_held
+
+
+def test_a_users_start_that_fails_leaves_it_held():
+    one = running()
+    one.handle(exited(0), 0.1)
+    assert not one.is_held
+    one.handle(UserStart(), 1.0)
+    one.handle(SpawnError(errno.ENOENT), 1.0)
+    assert one.state is ProcessState.FATAL and one.is_held
+
+
+def test_a_user_cannot_hold_what_does_not_run():
+    one = running()
+    one.handle(exited(0), 0.1)
+    assert one.handle(UserStop(), 1.0) == []
+    assert not one.is_held
+
+
+def test_a_users_stop_cancels_a_restart_and_holds():
+    one = running(mode=RestartMode.ALWAYS, delay_s=5.0)
+    one.handle(exited(0), 0.1)
+    assert one.handle(UserStop(), 1.0) == []
+    assert one.state is ProcessState.STOPPED and one.is_held
+
+
+def test_an_end_by_a_users_signal_holds_it():
+    one = running()
+    one.handle(SignalSent(KILL), 0.0)
+    assert not one.is_held
+    one.handle(exited(-9), 0.1)
+    assert one.is_held and not one.had_to_be_killed
+
+
+def test_a_signal_of_the_launch_file_is_no_wish_of_a_user():
+    one = running(mode=RestartMode.ON_FAILURE)
+    one.handle(SignalSent(TERM, by_user=False), 0.0)
+    assert one.handle(exited(-15), 0.1)[0].asked is False
+
+
+def test_only_a_sigkill_that_no_user_caused_counts_as_one():
+    for event, counts in ((Stop(), True), (UserStop(), False)):
+        one = running()
+        one.handle(event, 0.0)
+        one.handle(Tick(), 5.0)
+        assert not one.had_to_be_killed
+        one.handle(Tick(), 10.0)
+        assert one.had_to_be_killed is counts
+    one.handle(Tick(), 15.0)
+    assert one.is_stuck and one.had_to_be_killed
+
+
+def test_suspending_and_resuming():
+    one = running()
+    assert one.handle(Suspend(), 0.0) == [Signal(signal.SIGSTOP)]
+    assert one.is_suspended
+    assert one.handle(Resume(), 0.0) == [Signal(signal.SIGCONT)]
+    assert not one.is_suspended
+    one.handle(exited(0), 0.1)
+    assert one.handle(Suspend(), 0.2) == [] and not one.is_suspended
+
+
+@pytest.mark.parametrize("by_user", [True, False])
+def test_a_suspended_process_is_woken_by_a_polite_signal(by_user: bool):
+    one = running()
+    assert one.handle(SignalSent(TERM, by_user=by_user), 0.0) == []
+    one.handle(Suspend(), 0.0)
+    assert one.handle(SignalSent(signal.SIGUSR1, by_user=by_user), 0.0) == []
+    assert one.is_suspended
+    assert one.handle(SignalSent(TERM, by_user=by_user), 0.0) == [Wake()]
+    assert not one.is_suspended
+
+
+def test_a_users_own_sigstop_and_sigcont_count_as_suspending_and_resuming():
+    one = running()
+    one.handle(SignalSent(signal.SIGSTOP), 0.0)
+    assert one.is_suspended
+    one.handle(SignalSent(signal.SIGCONT), 0.0)
+    assert not one.is_suspended
+    one.handle(Suspend(), 0.0)
+    one.handle(Stop(), 0.0)
+    assert not one.is_suspended, "a polite stop wakes it"
+    assert Signal(INT).needs_wake and not Signal(KILL).needs_wake
+
+
+def test_skipping_the_grace_period_of_what_was_not_stopped_stops_it():
+    one = running()
+    assert one.handle(SkipGrace(), 0.0) == [Signal(INT)]
+    assert one.state is ProcessState.STOPPING

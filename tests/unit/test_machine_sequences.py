@@ -11,21 +11,25 @@ from hypothesis import strategies as st
 from launcher.engine.machine import (
     Ended,
     Exited,
-    Hurry,
     MachineEvent,
     Outcome,
     ProcessMachine,
     ProcessState,
     Restart,
-    Sent,
+    Resume,
     Signal,
+    SignalSent,
+    SkipGrace,
     Spawn,
     SpawnError,
     Start,
+    StartCancelled,
     Started,
     Stop,
+    Suspend,
     Tick,
-    Withdrawn,
+    UserStart,
+    UserStop,
 )
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 from tests.support.examples import examples
@@ -71,14 +75,15 @@ class World:
                     assert not self.asked_to_stop, "it starts although it was stopped"
                     self.spawn()
                 case Signal(signum=signum):
-                    assert self.alive, "a signal to nobody"
+                    is_for_users = signum in (signal.SIGSTOP, signal.SIGCONT)
+                    assert self.alive or is_for_users, "a signal to nobody"
                     self.doomed = self.doomed or signum == KILL
                     self.meet_its_doom()
                 case Ended():
                     assert self.alive == 0, "it is told dead, and lives"
         if self.one.state is ProcessState.STOPPING and self.pending == "queued":
             self.pending = ""
-            self.feed(Withdrawn())
+            self.feed(StartCancelled())
 
     def spawn(self) -> None:
         assert self.alive == 0 and not self.pending, "two live children of one spec"
@@ -120,10 +125,10 @@ class World:
         self.now += STEPS_S[byte >> 5]
         command = COMMANDS[byte % len(COMMANDS)]
         match command:
-            case Start() | Restart():
+            case Start() | UserStart() | Restart():
                 self.asked_to_stop = False
                 self.feed(command)
-            case Stop():
+            case Stop() | UserStop():
                 self.feed(command)
                 self.asked_to_stop = True
             case int():
@@ -150,7 +155,8 @@ class World:
 
 # Events as they are; numbers are ends with this return code; words are methods of the world.
 COMMANDS: tuple[MachineEvent | int | str, ...] = (
-    *(Start(), Start(), Stop(), Restart(), Hurry(), Tick(), Tick(), Tick(), Sent(signal.SIGTERM)),
+    *(Start(), UserStart(), Stop(), UserStop(), Restart(), SkipGrace()),
+    *(Tick(), Tick(), Tick(), SignalSent(signal.SIGTERM), Suspend(), Resume()),
     *(0, 1, -11, "arrive", "arrive", "refuse", "become_deaf", "hear"),
 )
 
