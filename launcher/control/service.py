@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from launcher.control import facts, verbs
+from launcher.control.format import sentence, shown_sentence, shown_sentences
 from launcher.control.logs import Logs
 from launcher.control.names import Named, resolve
 from launcher.control.peer import Exchange
@@ -16,11 +17,11 @@ from launcher.control.protocol import VERSION, Request
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.desk import Desk
 from launcher.engine.machine import ProcessState
-from launcher.engine.operator import Done, Outcome
+from launcher.engine.operator import Done, Kind, Result
 from launcher.engine.pattern import Pattern
 from launcher.engine.process import Process
 from launcher.engine.view import level_named
-from launcher.engine.views import NOT_MUTED, Shown
+from launcher.engine.views import Shown
 from launcher.model.record import Record
 
 LAST_LINES = 100
@@ -178,13 +179,13 @@ class Service:
         """
         chosen = self._chosen(call)
         is_signal = "signal" in call.options
-        outcomes: dict[str, Outcome] = {}
+        results: dict[str, Result] = {}
 
-        def done(outcome: Outcome) -> None:
-            outcomes[outcome.process] = outcome
-            if len(outcomes) == len(chosen):
-                _answer(exchange, [outcomes[process.name] for process in chosen])
-            exchange.turns.over(outcome.process)
+        def done(result: Result) -> None:
+            results[result.process] = result
+            if len(results) == len(chosen):
+                _answer(exchange, [results[process.name] for process in chosen])
+            exchange.turns.over(result.process)
 
         def begin(process: Process) -> None:
             self._safely(call.verb.name, exchange, lambda: do(process, done))
@@ -203,7 +204,7 @@ class Service:
         self._each(call, exchange, self._desk.operator.restart)
 
     def _do_pause(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.pause)
+        self._each(call, exchange, self._desk.operator.suspend)
 
     def _do_resume(self, call: Call, exchange: Exchange) -> None:
         self._each(call, exchange, self._desk.operator.resume)
@@ -259,32 +260,26 @@ class Service:
         _show(call, exchange, self._desk.views.grep(pattern, self._chosen(call)))
 
 
-def _answer(exchange: Exchange, outcomes: Sequence[Outcome]) -> None:
+def _answer(exchange: Exchange, results: Sequence[Result]) -> None:
     """An error only if nothing at all was done."""
-    text = [outcome.text for outcome in outcomes]
-    if any(outcome.done for outcome in outcomes):
-        entries = [{"name": o.process, "done": o.done, "text": o.text} for o in outcomes]
+    text = [sentence(result) for result in results]
+    if any(result.done for result in results):
+        entries = [
+            {"name": result.process, "done": result.done, "text": line}
+            for result, line in zip(results, text, strict=True)
+        ]
         exchange.reply({"processes": entries}, text)
         return
-    is_stopping = any(outcome.stopping for outcome in outcomes)
+    is_stopping = any(result.kind is Kind.RUN_STOPPING for result in results)
     exchange.fail(BadCallError("stopping" if is_stopping else "wrong-state", "; ".join(text)))
 
 
-def _show(call: Call, exchange: Exchange, shown: Sequence[Shown]) -> None:
-    entries = [{"name": s.process, "text": s.text, "hidden_lines": s.hidden_lines} for s in shown]
-    exchange.reply({"processes": entries}, _shown_text(call, shown))
-
-
-def _shown_text(call: Call, shown: Sequence[Shown]) -> list[str]:
-    """One line for each, or one for all where all are meant and the same is true of them."""
-    if call.names or len(shown) < 2:
-        return [one.text for one in shown]
-    sentences = {one.text.partition(" ")[2] for one in shown}
-    if sentences == {NOT_MUTED}:
-        return ["no process was muted"]
-    if len(sentences) == 1:
-        return [f"every process {sentences.pop()}"]
-    return [one.text for one in shown if not one.text.endswith(NOT_MUTED)]
+def _show(call: Call, exchange: Exchange, changes: Sequence[Shown]) -> None:
+    entries = [
+        {"name": one.process, "text": shown_sentence(one), "hidden_lines": one.hidden_lines}
+        for one in changes
+    ]
+    exchange.reply({"processes": entries}, shown_sentences(changes, is_everyone=not call.names))
 
 
 def _with_name(item: Mapping[str, Any]) -> str:

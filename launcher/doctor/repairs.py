@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from launcher.doctor.facts import Facts
 from launcher.engine import shared_memory
 from launcher.engine.reactor import Reactor
-from launcher.engine.remnants import Remnants, patience_for
+from launcher.engine.remnants import Leftovers, patience_for
 from launcher.engine.shared_memory import Stale
 
 
@@ -23,17 +23,29 @@ def end_runs(run_ids: Iterable[str]) -> list[str]:
     said: list[str] = []
     for run_id in sorted(run_ids):
         with Reactor() as reactor:
-            Remnants(
+            Leftovers(
                 run_id,
                 reactor=reactor,
+                listener=_Repair(reactor, said),
                 ignore=frozenset(),
-                say=lambda _, text: said.append(text),
-                on_done=reactor.stop,
-                on_kill=lambda: None,
                 patience=patience_for(()),
             ).check()
             reactor.run()
     return said
+
+
+class _Repair:
+    """Hears what becomes of the leftovers of a run."""
+
+    def __init__(self, reactor: Reactor, lines: list[str]) -> None:
+        self._lines = lines
+        self.gone = reactor.stop
+
+    def said(self, level: str, text: str) -> None:
+        self._lines.append(text)
+
+    def killed(self) -> None:
+        """No-op."""
 
 
 def free(items: list[Stale]) -> list[str]:

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Collection
 
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor, Timer
+from launcher.engine.relay import Relay
 from launcher.model.options import RunOptions, names_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Protocol
+
     from launcher.engine.budgets import Judge, Verdict
     from launcher.engine.resources import Sample, Sampler, Steps
     from launcher.engine.shared_memory import Ledger
+
+    class BudgetListener(Protocol):
+        """Acts on budgets that are exceeded."""
+
+        def over_budget(self, process: Process, verdict: Verdict) -> None:
+            """A process has been over a limit for too long."""
+
 
 PERIOD_S = 1.0
 TURN_S = 0.0005  # of a round, before the loop sees whether a line has come
@@ -21,30 +31,30 @@ WARM_UP_S = 0.02  # children are still starting then, and nobody waits for their
 
 
 class Caretaker:
-    """Ticks while the run goes on. `act(process, verdict)` carries out what a budget asks for.
+    """Ticks once a second while the run goes on. `processes` is the live collection of them.
 
     psutil is not imported on the way to the first process, nor, as long as that can be put off,
-    while processes write: `heard_s()` is when one last did.
+    while processes write.
     """
 
     def __init__(
         self,
         reactor: Reactor,
-        chronicle: Chronicle,
+        log: Chronicle,
+        relay: Relay,
+        listener: BudgetListener,
         *,
         run_id: str,
-        processes: Callable[[], Iterable[Process]],
-        heard_s: Callable[[], float],
-        judge: Judge | None,
-        act: Callable[[Process, Verdict], None],
+        processes: Collection[Process],
+        judge: Judge | None = None,
     ) -> None:
         self._reactor = reactor
-        self._chronicle = chronicle
+        self._log = log
+        self._relay = relay
+        self._listener = listener
         self._run_id = run_id
         self._processes = processes
-        self._heard_s = heard_s
         self._judge = judge
-        self._act = act
         self._sampler: Sampler | None = None
         self._ledger: Ledger | None = None
         self._has_dead = False
@@ -63,7 +73,7 @@ class Caretaker:
     def _warm_up(self) -> None:
         """Import what the ticks need, which takes longer than any of them."""
         left_s = self._first_tick_s - self._reactor.now()
-        if left_s > WARM_UP_S and self._reactor.now() - self._heard_s() < WARM_UP_S:
+        if left_s > WARM_UP_S and self._reactor.now() - self._relay.heard_s < WARM_UP_S:
             self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
             return
         from launcher.engine.resources import Sampler
@@ -71,8 +81,8 @@ class Caretaker:
         try:
             self._sampler = Sampler()
         except ImportError as error:  # a broken environment is no reason to stop robots
-            text = f"nothing is known of what processes use, budgets included: {error}"
-            self._chronicle.say("WARNING", "launch", text)
+            text = f"resource usage and budgets are not available: {error}"
+            self._log.warn(text)
         self._timer = self._reactor.call_later(left_s, self._tick)
 
     def note_shared_memory(self) -> None:
@@ -99,12 +109,12 @@ class Caretaker:
         begun_s = self._reactor.now()
         if self._ledger is not None:
             self._ledger.keep_up(begun_s)
-        self._chronicle.keep_up()
+        self._log.keep_up()
         self._free()
         if self._sampler is None:
             self._rest_after(begun_s)
             return
-        pids = [p.child.pid for p in self._processes() if p.child is not None]
+        pids = [p.child.pid for p in self._processes if p.child is not None]
         steps = self._sampler.steps(pids, self._reactor.now)
         self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
 
@@ -126,15 +136,15 @@ class Caretaker:
 
     def _sampled(self, found: dict[int, Sample], now: float) -> None:
         # Somebody may have ended, or been started again, while the others were looked at.
-        living = {p.child.pid: p for p in self._processes() if p.child is not None}
+        living = {p.child.pid: p for p in self._processes if p.child is not None}
         self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
         if self.samples:
-            self._chronicle.note("resources", processes=_plain(self.samples))
+            self._log.note("resources", processes=_plain(self.samples))
         if self._judge is not None:
             by_name = {process.name: process for process in living.values()}
             names = {name: names_of(process.spec) for name, process in by_name.items()}
             for verdict in self._judge.judge(self.samples, now, names):
-                self._act(by_name[verdict.process], verdict)
+                self._listener.over_budget(by_name[verdict.process], verdict)
 
     def _free(self) -> None:
         if self._has_dead and self._ledger is not None:
@@ -142,7 +152,7 @@ class Caretaker:
             freed = self._ledger.free()
             if freed:
                 text = f"freed {freed / 1e6:.1f} MB of shared memory that dead nodes left"
-                self._chronicle.say("INFO", "launch", text)
+                self._log.say("INFO", "launch", text)
 
 
 def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:

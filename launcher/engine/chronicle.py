@@ -31,6 +31,10 @@ class Chronicle:
         self._screen.log(level, logger, text)
         self._folder.log(level, logger, text)
 
+    def warn(self, text: str) -> None:
+        """A warning of the launcher itself."""
+        self.say("WARNING", "launch", text)
+
     def tell(self, process: Process, line: Line) -> None:
         """A line about a process."""
         self.say(line.level, process.name, line.text)

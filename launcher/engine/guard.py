@@ -7,8 +7,8 @@ import os
 import select
 import signal
 import sys
-from collections.abc import Callable
 
+from launcher.engine.chronicle import Chronicle
 from launcher.engine.execution import execute, reap
 from launcher.engine.reactor import Reactor
 
@@ -67,10 +67,10 @@ def _ends(pidfd: int, patience_s: float) -> bool:
 class Guards:
     """Keeps one watchdog at work, and starts another one where somebody ends it."""
 
-    def __init__(self, reactor: Reactor, run_id: str, warn: Callable[[str], None]) -> None:
+    def __init__(self, reactor: Reactor, run_id: str, log: Chronicle) -> None:
         self._reactor = reactor
         self._run_id = run_id
-        self._warn = warn
+        self._log = log
         self._guard: Guard | None = None
         self._started = 0
 
@@ -89,7 +89,7 @@ class Guards:
         try:
             self._guard = Guard(self._run_id)
         except OSError as error:
-            self._warn(f"this run is not guarded, the watchdog cannot start: {error.strerror}")
+            self._log.warn(f"this run is not guarded, the watchdog cannot start: {error.strerror}")
             return
         self._reactor.add_reader(self._guard.pidfd, self._died)
 
@@ -99,7 +99,7 @@ class Guards:
         if starts_anew:
             self._start()
         what = "another one is started" if starts_anew else "this run goes on without one"
-        self._warn(f"somebody ended the watchdog; {what}")
+        self._log.warn(f"somebody ended the watchdog; {what}")
 
     def close(self) -> None:
         """Say goodbye to the watchdog."""

@@ -1,27 +1,35 @@
-"""Operator: what a person wants done with the processes of a running run, and what became of it."""
+"""ProcessControl: starts, stops and signals single processes for users, and reports the result."""
 
 from __future__ import annotations
 
+import enum
 import os
 import signal
 from collections.abc import Callable
 
 from launcher.engine.chronicle import Chronicle
-from launcher.engine.keeper import Keeper
-from launcher.engine.machine import POLITE, ProcessState, Start, Stop, signal_name
+from launcher.engine.ending import Shutdown
+from launcher.engine.keeper import ProcessDriver
+from launcher.engine.machine import (
+    POLITE,
+    Outcome,
+    ProcessState,
+    Resume,
+    Suspend,
+    UserStart,
+    UserStop,
+    signal_name,
+)
 from launcher.engine.process import Process
-from launcher.engine.reactor import Reactor, Timer
-from launcher.model.record import Record
+from launcher.engine.reactor import Reactor
+from launcher.model.record import Record, replace
 from launcher.model.spec import RestartMode
 
-LOOK_S = 0.02  # nobody tells us that a process was paused
-LOOK_AGAIN_S = 0.1  # nor that it runs, or is stuck; only while somebody waits
-PAUSE_PATIENCE_S = 1.0
-SIGNAL_PATIENCE_S = 1.0  # how long an end is waited for after a single signal
+# The kernel has no event for a process that is suspended or resumed: poll while a user waits.
+SUSPEND_POLL_S = 0.02
+SUSPEND_TIMEOUT_S = 1.0
+SIGNAL_TIMEOUT_S = 1.0  # how long an end is waited for after a single signal
 STAT_BYTES = 512  # of /proc/PID/stat, more than the state is away from its beginning
-NEVER_STARTED = "was stopped before it had started"
-WAITS = "waits for its turn to start"
-STUCK = "is stuck: not even SIGKILL has ended it"
 FATAL_BY_DEFAULT = POLITE | {
     signal.SIGKILL,
     signal.SIGABRT,
@@ -36,278 +44,300 @@ FATAL_BY_DEFAULT = POLITE | {
 }
 
 
-class Outcome(Record):
-    """What became of a wish for one process: a sentence, and whether it was fulfilled.
+class Kind(enum.Enum):
+    """What a request of a user has come to; beside each, the fields of `Result` that it has."""
 
-    `stopping`: it was not, because the run as a whole is being stopped.
+    NOT_RUNNING = enum.auto()  # state
+    ENDED = enum.auto()
+    STUCK = enum.auto()
+    # stop and restart
+    STOPPED = enum.auto()  # elapsed_s, signum, exit
+    RESTART_CANCELLED = enum.auto()
+    START_CANCELLED = enum.auto()
+    # start and restart
+    RUN_STOPPING = enum.auto()
+    QUEUED = enum.auto()
+    ALREADY_RUNNING = enum.auto()  # pid
+    STARTED = enum.auto()  # pid; of a restart old_pid and stopped
+    START_FAILED = enum.auto()  # exit; of a restart stopped
+    # signals
+    EXISTS = enum.auto()  # pid
+    SIGNALLED = enum.auto()  # signum
+    SURVIVED = enum.auto()  # signum
+    ENDED_BY_SIGNAL = enum.auto()  # elapsed_s, signum, exit
+    ALREADY_SUSPENDED = enum.auto()
+    NOT_SUSPENDED = enum.auto()
+    SUSPENDED = enum.auto()  # signum
+    RESUMED = enum.auto()  # signum
+    WITHOUT_EFFECT = enum.auto()  # signum
+    # standard input
+    WRITTEN = enum.auto()  # written
+    PARTLY_WRITTEN = enum.auto()  # written, size
+    NOT_WRITTEN = enum.auto()  # errno
+
+
+class Result(Record):
+    """What a request has come to for one process, and whether it was `done`.
+
+    `stopped` is how the first half of a restart went. `runs_again` and `restart_disabled` are
+    remarks on an end: something has started the process again meanwhile, or its restart policy
+    does not apply because a user ended it.
     """
 
     process: str
+    kind: Kind
     done: bool
-    text: str
-    stopping: bool = False
+    state: ProcessState | None = None
+    elapsed_s: float = 0.0
+    signum: int = 0
+    exit: Outcome | None = None
+    pid: int | None = None
+    old_pid: int | None = None
+    stopped: Result | None = None
+    written: int = 0
+    size: int = 0
+    errno: int = 0
+    runs_again: bool = False
+    restart_disabled: bool = False
 
 
-Done = Callable[[Outcome], None]
+Done = Callable[[Result], None]
+Look = Callable[[], "Result | None"]
 
 
-class Operator:
-    """Stops, starts, pauses and signals single processes; `done(outcome)` comes when it happened.
-
-    `is_stopping()` tells that the run is being stopped, when nothing may start any more.
-    """
+class ProcessControl:
+    """Carries out requests for single processes; `done(result)` is called when it has happened."""
 
     def __init__(
-        self,
-        reactor: Reactor,
-        keeper: Keeper,
-        chronicle: Chronicle,
-        *,
-        is_stopping: Callable[[], bool],
+        self, reactor: Reactor, driver: ProcessDriver, log: Chronicle, shutdown: Shutdown
     ) -> None:
         self._reactor = reactor
-        self._keeper = keeper
-        self._chronicle = chronicle
-        self._is_stopping = is_stopping
-        self._waiting: list[Callable[[], bool]] = []
-        self._timer: Timer | None = None
+        self._driver = driver
+        self._log = log
+        self._shutdown = shutdown
+        self._waiting: list[tuple[Look, Done]] = []
 
     # ---- stop and start
 
     def stop(self, process: Process, done: Done) -> None:
         """Stop it by its stop policy; it stays, and may be started again."""
-        state = process.machine.state
-        began_s = self._reactor.now()
-        if not state.is_alive and state is not ProcessState.BACKOFF:
-            done(_failed(process, f"does not run ({state.value})"))
+        machine, life, began_s = process.machine, process.last_end, self._reactor.now()
+        if not machine.is_pending:
+            done(_not_running(process))
             return
         self._note("stop", process)
-        process.held = True
-        life = process.last_end
-        self._keeper.advance(process, Stop())
-        if state is ProcessState.BACKOFF:
-            done(_done(process, "was waiting for its restart, which is off because you asked"))
+        was_alive = machine.state.is_alive
+        self._driver.advance(process, UserStop())
+        if not was_alive:
+            done(Result(process.name, Kind.RESTART_CANCELLED, done=True))
             return
 
-        def look() -> bool:
-            if process.machine.is_stuck:
-                done(_failed(process, STUCK))
-                return True
-            if process.machine.state.is_alive and process.last_end is life:
-                return False
-            text = self._how_it_stopped(process, began_s)
+        def look() -> Result | None:
+            if machine.is_stuck:
+                return Result(process.name, Kind.STUCK, done=False)
+            if machine.state.is_alive and process.last_end is life:
+                return None
             if process.last_end is life:
-                text = NEVER_STARTED
-            if process.machine.state.is_alive:
-                done(_done(process, f"{text}, and somebody has started it again"))
-                return True
-            done(_done(process, f"{text}{_restart_is_off(process)}"))
-            return True
+                result = Result(process.name, Kind.START_CANCELLED, done=True)
+            else:
+                result = self._stopped(process, began_s)
+            runs_again = machine.state.is_alive
+            is_disabled = not runs_again and _may_restart(process)
+            return replace(result, runs_again=runs_again, restart_disabled=is_disabled)
 
-        self._wait(look)
+        self._when(look, done)
 
-    def _how_it_stopped(self, process: Process, began_s: float) -> str:
-        elapsed_s = self._reactor.now() - began_s
-        last = process.last_end
-        if last is not None and last.outcome.returncode is None:
-            return str(last.outcome)  # no signal was sent: there was nobody to get it
-        end = "" if last is None else str(last.outcome)
-        signum = process.machine.stop_signal.name
-        how = signum if end == signum else f"{signum}, {end}"
-        return f"stopped in {elapsed_s:.2f} s ({how})"
+    def _stopped(self, process: Process, began_s: float) -> Result:
+        return Result(
+            process=process.name,
+            kind=Kind.STOPPED,
+            done=True,
+            elapsed_s=self._reactor.now() - began_s,
+            signum=process.machine.stop_signal,
+            exit=None if process.last_end is None else process.last_end.outcome,
+        )
 
     def start(self, process: Process, done: Done) -> None:
         """Start what has ended; its restarts count afresh."""
-        state = process.machine.state
-        if self._is_stopping():
-            done(_failed(process, "is not started: the run is being stopped", stopping=True))
+        state, name = process.machine.state, process.name
+        if self._shutdown.has_begun:
+            done(Result(name, Kind.RUN_STOPPING, done=False))
         elif state is ProcessState.STOPPING:
-            self._when_it_has_ended(process, lambda: self.start(process, done), done)
-        elif _waits_for_its_turn(process):
-            done(_failed(process, WAITS))
+
+            def start(ended: Result) -> None:
+                done(ended) if ended.kind is Kind.STUCK else self.start(process, done)
+
+            self._when(lambda: _end_of(process), start)
+        elif _is_queued(process):
+            done(Result(name, Kind.QUEUED, done=False))
         elif state.is_alive:
-            pid = "" if process.child is None else f" (pid {process.child.pid})"
-            done(_failed(process, f"runs already{pid}"))
+            done(Result(name, Kind.ALREADY_RUNNING, done=False, pid=_pid_of(process)))
         else:
             self._note("start", process)
-            self._begin(process, done)
+            self._start(process, done)
 
-    def _begin(self, process: Process, done: Done, *, before: str = "", after: str = "") -> None:
-        """Start it, and say so, between these two, when it runs, or does not."""
-        process.held = True  # or the run might end with an attempt that fails
-        life = process.last_end
-        self._keeper.advance(process, Start())
+    def _start(
+        self,
+        process: Process,
+        done: Done,
+        stopped: Result | None = None,
+        old_pid: int | None = None,
+    ) -> None:
+        name, life = process.name, process.last_end
+        self._driver.advance(process, UserStart())
 
-        def look() -> bool:
+        def look() -> Result | None:
             if process.machine.state is ProcessState.STARTING:
-                return False  # its turn has not come, or its limits are still being set
+                return None  # it is queued, or its limits are still being set
+            last = process.last_end
             if process.child is not None:
-                process.held = False
-                done(_done(process, f"{before}started with pid {process.child.pid}{after}"))
-            elif process.last_end is life or process.last_end is None:
-                done(_failed(process, f"{before}{NEVER_STARTED}"))
-            else:
-                done(_failed(process, f"{before}{process.last_end.outcome}"))
-            return True
+                started = Result(name, Kind.STARTED, done=True, pid=process.child.pid)
+                return replace(started, old_pid=old_pid, stopped=stopped)
+            if last is life or last is None:
+                return Result(name, Kind.START_CANCELLED, done=False, stopped=stopped)
+            failed = Result(name, Kind.START_FAILED, done=False, exit=last.outcome)
+            return replace(failed, stopped=stopped)
 
-        if not look():
-            self._wait(look)
+        self._when(look, done)
 
     def restart(self, process: Process, done: Done) -> None:
         """Stop it if it runs, then start it."""
         if not process.machine.state.is_alive:
             self.start(process, done)
             return
-        if self._is_stopping():
-            done(_failed(process, "is not restarted: the run is being stopped", stopping=True))
+        if self._shutdown.has_begun:
+            done(Result(process.name, Kind.RUN_STOPPING, done=False))
             return
-        if _waits_for_its_turn(process):
-            done(_done(process, WAITS))
+        if _is_queued(process):
+            done(Result(process.name, Kind.QUEUED, done=True))
             return
         self._note("restart", process)
-        after = "" if process.child is None else f" instead of {process.child.pid}"
-        began_s = self._reactor.now()
+        old_pid, began_s = _pid_of(process), self._reactor.now()
 
-        def again() -> None:
-            stopped = self._how_it_stopped(process, began_s)
-            if self._is_stopping():
-                text = f"{stopped}, and not started again: the run is being stopped"
-                done(_failed(process, text, stopping=True))
+        def start(ended: Result) -> None:
+            if ended.kind is Kind.STUCK:
+                done(ended)
                 return
-            self._begin(process, done, before=f"{stopped}, ", after=after)
+            stopped = self._stopped(process, began_s)
+            if self._shutdown.has_begun:
+                done(Result(process.name, Kind.RUN_STOPPING, done=False, stopped=stopped))
+                return
+            self._start(process, done, stopped, old_pid)
 
-        process.held = True
-        self._keeper.advance(process, Stop())
-        self._when_it_has_ended(process, again, done)
+        self._driver.advance(process, UserStop())
+        self._when(lambda: _end_of(process), start)
 
-    def _when_it_has_ended(self, process: Process, then: Callable[[], None], done: Done) -> None:
-        def look() -> bool:
-            if process.machine.is_stuck:
-                done(_failed(process, STUCK))
-                return True
-            if process.machine.state.is_alive:
-                return False
-            then()
-            return True
-
-        self._wait(look)
-
-    # ---- single signals
+    # ---- signals
 
     def kill(self, process: Process, signum: int, done: Done) -> None:
         """Send it exactly this signal; if it ends of it, it stays ended."""
-        child = process.child
+        child, name, began_s = process.child, process.name, self._reactor.now()
         if child is None:
-            done(_failed(process, f"does not run ({process.machine.state.value})"))
+            done(_not_running(process))
             return
         if signum == 0:
-            done(_done(process, f"is there (pid {child.pid})"))
+            done(Result(name, Kind.EXISTS, done=True, pid=child.pid))
             return
-        name = signal_name(signum)
-        self._note("kill", process, signal=name)
-        began_s = self._reactor.now()
-        self._keeper.send(process, signum)
-        if signum == signal.SIGCONT:
-            process.paused = False
-        if signum == signal.SIGSTOP:
-            process.paused = True
+        self._note("kill", process, signal=signal_name(signum))
+        self._driver.signal(process, signum, by_user=True)
         if signum not in FATAL_BY_DEFAULT:
-            done(_done(process, f"got {name}"))
+            done(Result(name, Kind.SIGNALLED, done=True, signum=signum))
             return
 
-        def look() -> bool:
+        def look() -> Result | None:
             elapsed_s = self._reactor.now() - began_s
             if process.child is child:
-                if elapsed_s < SIGNAL_PATIENCE_S:
-                    return False
-                done(_done(process, f"got {name} and still runs"))
-                return True
-            last = process.last_end
-            how = "" if last is None or str(last.outcome) == name else f", {last.outcome}"
-            text = f"ended in {elapsed_s:.2f} s ({name}{how}){_restart_is_off(process)}"
-            done(_done(process, text))
-            return True
+                if elapsed_s < SIGNAL_TIMEOUT_S:
+                    return None
+                return Result(name, Kind.SURVIVED, done=True, signum=signum)
+            return Result(
+                process=name,
+                kind=Kind.ENDED_BY_SIGNAL,
+                done=True,
+                elapsed_s=elapsed_s,
+                signum=signum,
+                exit=None if process.last_end is None else process.last_end.outcome,
+                restart_disabled=_may_restart(process),
+            )
 
-        self._wait(look)
+        self._when(look, done)
+        self._reactor.call_later(SIGNAL_TIMEOUT_S, self.changed)
 
-    def pause(self, process: Process, done: Done) -> None:
-        """Let it stand still, with its whole group, until it is resumed."""
-        self._halt_or_go(process, signal.SIGSTOP, done)
+    def suspend(self, process: Process, done: Done) -> None:
+        """Suspend it, with its whole group, until it is resumed."""
+        is_suspended = process.machine.is_suspended and _is_halted(process)
+        refusal = Kind.ALREADY_SUSPENDED if is_suspended else None
+        self._suspend_or_resume(process, signal.SIGSTOP, refusal, done)
 
     def resume(self, process: Process, done: Done) -> None:
-        """Let it go on."""
-        self._halt_or_go(process, signal.SIGCONT, done)
+        """Resume it, whoever suspended it."""
+        refusal = None if _is_halted(process) else Kind.NOT_SUSPENDED
+        self._suspend_or_resume(process, signal.SIGCONT, refusal, done)
 
-    def _halt_or_go(self, process: Process, signum: signal.Signals, done: Done) -> None:
-        child = process.child
-        pausing = signum == signal.SIGSTOP
-        if child is None:
-            done(_failed(process, f"does not run ({process.machine.state.value})"))
+    def _suspend_or_resume(
+        self, process: Process, signum: signal.Signals, refusal: Kind | None, done: Done
+    ) -> None:
+        child, name = process.child, process.name
+        if child is None or refusal is not None:
+            done(Result(name, refusal, done=False) if child and refusal else _not_running(process))
             return
-        if is_halted(child.pid) is pausing and (process.paused or not pausing):
-            done(_failed(process, "is paused already" if pausing else "is not paused"))
-            return
-        self._note("pause" if pausing else "resume", process)
-        self._keeper.signal(process, signum)
-        process.paused = pausing
-        deadline_s = self._reactor.now() + PAUSE_PATIENCE_S
-        what = f"paused with {signum.name}" if pausing else f"goes on after {signum.name}"
+        is_suspending = signum == signal.SIGSTOP
+        self._note("pause" if is_suspending else "resume", process)
+        self._driver.advance(process, Suspend() if is_suspending else Resume())
+        deadline_s = self._reactor.now() + SUSPEND_TIMEOUT_S
 
-        def look() -> bool:
+        def look() -> None:
             if process.child is not child:
-                done(_failed(process, "has ended"))
-            elif is_halted(child.pid) is pausing:
-                done(_done(process, what))
+                done(Result(name, Kind.ENDED, done=False))
+            elif is_halted(child.pid) is is_suspending:
+                kind = Kind.SUSPENDED if is_suspending else Kind.RESUMED
+                done(Result(name, kind, done=True, signum=signum))
             elif self._reactor.now() >= deadline_s:
-                done(_failed(process, f"got {signum.name}, which has no effect so far"))
+                done(Result(name, Kind.WITHOUT_EFFECT, done=False, signum=signum))
             else:
-                self._reactor.call_later(LOOK_S, look)
-            return True
+                self._reactor.call_later(SUSPEND_POLL_S, look)
 
         look()
 
+    # ---- standard input
+
     def send(self, process: Process, data: bytes, done: Done) -> None:
-        """Hand data to its standard input."""
+        """Write data to its standard input."""
         if process.child is None:
-            done(_failed(process, f"does not run ({process.machine.state.value})"))
+            done(_not_running(process))
             return
         try:
             written = process.child.write_stdin(data)
         except OSError as error:
-            done(_failed(process, f"takes nothing on its standard input: {error.strerror}"))
+            errno = error.errno or 0
+            done(Result(process.name, Kind.NOT_WRITTEN, done=False, errno=errno))
             return
-        if written < len(data):
-            text = f"took {written} of {len(data)} bytes: it does not read its standard input"
-            done(_failed(process, text))
-            return
-        done(_done(process, f"got {_count(written, 'byte')} on its standard input"))
+        is_all = written == len(data)
+        kind = Kind.WRITTEN if is_all else Kind.PARTLY_WRITTEN
+        done(Result(process.name, kind, done=is_all, written=written, size=len(data)))
 
     # ---- waiting
 
     def changed(self) -> None:
-        """A process has ended: see whether somebody has waited for that."""
+        """A process has started, ended or got stuck: see whether a user has waited for that."""
         if self._waiting:
             self._reactor.call_later(0, self._look)
 
-    def _wait(self, look: Callable[[], bool]) -> None:
-        """Ask `look` soon, after each end, and now and then, until it says yes."""
-        self._waiting.append(look)
-        self._reactor.call_later(0, self._look)
-        if self._timer is None:
-            self._timer = self._reactor.call_later(LOOK_AGAIN_S, self._look_again)
-
-    def _look_again(self) -> None:
-        self._timer = None
-        self._look()
-        if self._waiting and self._timer is None:
-            self._timer = self._reactor.call_later(LOOK_AGAIN_S, self._look_again)
+    def _when(self, look: Look, done: Done) -> None:
+        """Call `done` when `look` has a result, which may be now."""
+        result = look()
+        if result is None:
+            self._waiting.append((look, done))
+        else:
+            done(result)
 
     def _look(self) -> None:
         waiting, self._waiting = self._waiting, []
-        self._waiting = [look for look in waiting if not look()] + self._waiting
+        for look, done in waiting:
+            self._when(look, done)
 
     def _note(self, verb: str, process: Process, **details: object) -> None:
-        self._chronicle.note("asked", process, verb=verb, **details)
+        self._log.note("asked", process, verb=verb, **details)
 
 
 def is_halted(pid: int) -> bool:
@@ -326,26 +356,28 @@ def is_halted(pid: int) -> bool:
     return text[text.rindex(b")") + 2 :][:1] in (b"T", b"t")
 
 
-def _waits_for_its_turn(process: Process) -> bool:
-    """Whether starts are paced, and its own has not come yet."""
+def _is_halted(process: Process) -> bool:
+    return process.child is not None and is_halted(process.child.pid)
+
+
+def _not_running(process: Process) -> Result:
+    return Result(process.name, Kind.NOT_RUNNING, done=False, state=process.machine.state)
+
+
+def _end_of(process: Process) -> Result | None:
+    if process.machine.is_stuck:
+        return Result(process.name, Kind.STUCK, done=False)
+    return None if process.machine.state.is_alive else Result(process.name, Kind.ENDED, done=True)
+
+
+def _pid_of(process: Process) -> int | None:
+    return None if process.child is None else process.child.pid
+
+
+def _is_queued(process: Process) -> bool:
+    """Whether starts are paced, and its turn has not come yet."""
     return process.machine.state is ProcessState.STARTING and process.child is None
 
 
-def _restart_is_off(process: Process) -> str:
-    if process.spec.restart.mode is RestartMode.NEVER:
-        return ""
-    return "; restart is off because you asked"
-
-
-def _done(process: Process, text: str) -> Outcome:
-    return Outcome(process=process.name, done=True, text=f"{process.name} {text}")
-
-
-def _failed(process: Process, text: str, *, stopping: bool = False) -> Outcome:
-    return Outcome(
-        process=process.name, done=False, text=f"{process.name} {text}", stopping=stopping
-    )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def _may_restart(process: Process) -> bool:
+    return process.spec.restart.mode is not RestartMode.NEVER

@@ -21,9 +21,8 @@ LAST_BYTES = 4096  # of each of its last lines, in the report on its death
 class Process:
     """A spec, the machine that decides about it, and the child that runs now (if one does).
 
-    `number` counts from 0 in order of first start; it picks the colour. `view` is what a person
-    wants to see of its output (None: everything), `paused` that a person has paused it, `held`
-    that a person stopped it and may start it again. `last_end` is how its last life ended, at
+    `number` counts from 0 in order of first start; it picks the colour. `view` is what a user
+    wants to see of its output (None: everything). `last_end` is how its last life ended, at
     `ended_wall_s`.
     """
 
@@ -37,8 +36,6 @@ class Process:
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
         self.view: View | None = None
-        self.paused = False
-        self.held = False
         self.last_end: Ended | None = None
         self.ended_wall_s = 0.0
         self.timer: Timer | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable
+from collections.abc import Collection
 
 from launcher.engine.machine import ProcessState
 from launcher.engine.process import Process
@@ -13,20 +13,30 @@ from launcher.engine.screen import Screen
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Protocol
+
     from launcher.engine.stream import Stream
+
+    class OutputListener(Protocol):
+        """Wants the output of some processes as it is read."""
+
+        def watches(self, process: Process) -> bool:
+            """Whether it wants that of this one; asked for each read."""
+
+        def output(self, process: Process, stream: str, data: bytes) -> None:
+            """What was read from `stdout`, `stderr` or `both`."""
+
 
 PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
 # While others write much, a silent process may simply not have had its turn on the processor.
 BUSY_PATIENCE_S = 1.0
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
 
-Watcher = Callable[[Process, str, bytes], None]
-
 
 class Relay:
-    """Reads the streams of running processes.
+    """Reads the streams of running processes. `processes` is the live collection of them.
 
-    `watcher` gets every chunk of the processes for which `watched(process)` says so. `heard_s` is
+    It stops while the screen cannot follow: the pipes fill, and the children wait. `heard_s` is
     when anything was read last, on the monotonic clock.
     """
 
@@ -35,17 +45,17 @@ class Relay:
         reactor: Reactor,
         screen: Screen,
         folder: RunFolder,
-        *,
-        watched: Callable[[Process], bool],
-        watcher: Watcher,
+        processes: Collection[Process],
+        listener: OutputListener,
     ) -> None:
         self._reactor = reactor
         self._screen = screen
         self._folder = folder
-        self._watched = watched
-        self._watcher = watcher
+        self._processes = processes
+        self._listener = listener
         self._paused = False
         self.heard_s = 0.0
+        screen.on_pressure = self._pause
 
     def attach(self, process: Process) -> None:
         """Begin to read a child that has just been started."""
@@ -60,10 +70,9 @@ class Relay:
     def _listen(self, process: Process, fd: int) -> None:
         self._reactor.add_reader(fd, functools.partial(self._read, process, fd))
 
-    def pause(self, paused: bool, processes: Iterable[Process]) -> None:
-        """Stop reading while the screen cannot follow (the pipes fill, the children wait)."""
+    def _pause(self, paused: bool) -> None:
         self._paused = paused
-        for process in processes:
+        for process in self._processes:
             for fd in process.streams:
                 self._reactor.remove(fd)
                 if not paused:
@@ -103,8 +112,8 @@ class Relay:
             del process.streams[fd]
             child.close_stream(fd)
             return 0
-        if self._watched(process):
-            self._watcher(process, stream.name, chunk)
+        if self._listener.watches(process):
+            self._listener.output(process, stream.name, chunk)
         lines, shown = stream.buffer.feed(chunk)
         if lines:
             self._deliver(process, fd, stream, lines, shown)
@@ -136,7 +145,7 @@ class Relay:
         self._screen.write_lines(stream, process.prefix, lines, shown)
 
     def _finish(self, process: Process, fd: int, stream: Stream) -> None:
-        """Let go of what waits for an end that will not come."""
+        """Flush the unterminated last line and a traceback that has not ended."""
         lines, shown = stream.buffer.take_partial()
         if lines:
             self._deliver(process, fd, stream, lines, shown)

@@ -1,19 +1,19 @@
-"""Remnants: what processes left behind when they ended, stopped as politely as they were."""
+"""Leftovers: what processes leave behind when they end, stopped as politely as they were."""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from launcher.engine import sweep
 from launcher.engine.machine import (
     POLITE,
     Action,
     Escalate,
-    Hurry,
     MachineEvent,
     ProcessMachine,
     Signal,
+    SkipGrace,
     Start,
     Started,
     Stop,
@@ -22,11 +22,28 @@ from launcher.engine.machine import (
 from launcher.engine.reactor import Reactor
 from launcher.model.spec import RestartPolicy, StopPolicy
 
-CLEAN_LOOKS = 3  # one that forks all the time may be missed once
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Protocol
+
+    class LeftoverListener(Protocol):
+        """Hears what becomes of leftovers."""
+
+        def said(self, level: str, text: str) -> None:
+            """A line for the log."""
+
+        def killed(self) -> None:
+            """The polite signals have not helped."""
+
+        def gone(self) -> None:
+            """There are none (any more), or SIGKILL has not helped either."""
+
+
+CLEAN_LOOKS = 3  # a process that forks all the time may be missed once
 FIRST_ROUNDS = 15  # of the chase; every run waits for them at its end, for a millisecond
-FLITTING = "one that forks in a loop"
-POLL_S = 0.02  # nobody tells us when somebody else's child ends
-# Their parents are gone, and SIGINT is often ignored (what a shell started with `&` ignores it).
+FORK_LOOP = "a process that forks in a loop"
+POLL_S = 0.02  # the end of a process that is not our child has no event
+# Orphans often ignore SIGINT: a shell that starts something with `&` sets that.
 MOST_S = {signal.SIGINT: 1.0}
 MOST_ELSE_S = 5.0
 
@@ -34,7 +51,7 @@ MOST_ELSE_S = 5.0
 def patience_for(policies: Iterable[StopPolicy]) -> StopPolicy:
     """How to stop what processes with these policies may have left: as the most patient of them.
 
-    Nobody knows whose it was. Nothing waits longer than what nobody asked about would.
+    It is not known whose it was. No grace period is longer than with the default policy.
     """
     patience = max(policies, key=_polite_s, default=StopPolicy())
     limited = ((signum, min(s, MOST_S.get(signum, MOST_ELSE_S))) for signum, s in patience.steps)
@@ -45,12 +62,11 @@ def _polite_s(policy: StopPolicy) -> float:
     return sum(wait_s for _, wait_s in policy.steps[:-1])
 
 
-class Remnants:
-    """Grandchildren and daemons that carry the run id, treated as one process that is stopped.
+class Leftovers:
+    """Grandchildren and daemons that carry the run id, stopped as if they were one process.
 
     `patience` is how they are stopped. With `session`, only what the process with this pid left
-    in its session. `on_kill` is called when the polite signals have not helped, `on_done` when
-    there are none (any more), or when SIGKILL has not helped either.
+    in its session.
     """
 
     def __init__(
@@ -58,10 +74,8 @@ class Remnants:
         run_id: str,
         *,
         reactor: Reactor,
+        listener: LeftoverListener,
         ignore: frozenset[int],
-        say: Callable[[str, str], None],
-        on_done: Callable[[], None],
-        on_kill: Callable[[], None],
         patience: StopPolicy,
         session: int | None = None,
     ) -> None:
@@ -69,9 +83,7 @@ class Remnants:
         self._session = session
         self._reactor = reactor
         self._ignore = ignore
-        self._say = say
-        self._on_done = on_done
-        self._on_kill = on_kill
+        self._listener = listener
         self._machine = ProcessMachine(RestartPolicy(), patience)
         self._clean_looks = 0
         self._last_seen = ""
@@ -81,29 +93,31 @@ class Remnants:
         pids = self._find()
         self._last_seen = _names(pids) or self._last_seen
         is_alive = self._machine.state.is_alive
-        self._clean_looks = 0 if pids or self._flits() else self._clean_looks + 1
+        self._clean_looks = 0 if pids or self._has_fork_loop() else self._clean_looks + 1
         if self._clean_looks >= (CLEAN_LOOKS if is_alive else 1):
-            self._on_done()
+            self._listener.gone()
             return
         if not is_alive:
             who = "processes" if self._session is None else "it"
-            self._say("INFO", f"stopping what {who} left behind: {_names(pids) or FLITTING}")
+            self._listener.said(
+                "INFO", f"stopping what {who} left behind: {_names(pids) or FORK_LOOP}"
+            )
             for event in (Start(), Started(0), Stop()):
                 self._advance(event)
         else:
             self._advance(Tick())
         if self._machine.is_stuck:
-            self._on_kill()
-            self._say(
-                "ERROR", f"could not be killed: {_reasons(pids) or self._last_seen or FLITTING}"
+            self._listener.killed()
+            self._listener.said(
+                "ERROR", f"could not be killed: {_reasons(pids) or self._last_seen or FORK_LOOP}"
             )
-            self._on_done()
+            self._listener.gone()
             return
         if self._machine.is_killing:
             self._signal(signal.SIGKILL)  # something may have forked
         self._reactor.call_later(POLL_S, self.check)
 
-    def _flits(self) -> bool:
+    def _has_fork_loop(self) -> bool:
         """Whether one forks and ends so fast that a look at all processes misses it."""
         if self._session is not None:
             return False
@@ -115,9 +129,9 @@ class Remnants:
             rounds=sweep.CHASE_ROUNDS if self._machine.state.is_alive else FIRST_ROUNDS,
         )
 
-    def hurry(self) -> None:
-        """Do not wait: take the next step now."""
-        self._advance(Hurry())
+    def skip_grace(self) -> None:
+        """Take the next step now, if there is something to stop."""
+        self._advance(SkipGrace())
 
     def _advance(self, event: MachineEvent) -> None:
         for action in self._machine.handle(event, self._reactor.now()):
@@ -128,15 +142,17 @@ class Remnants:
             self._signal(action.signum)
         elif isinstance(action, Escalate):
             if action.to == signal.SIGKILL:
-                self._on_kill()
-            left = _names(self._find()) or self._last_seen or FLITTING
-            self._say("ERROR", f"left behind and still there, now {action.to.name}: {left}")
+                self._listener.killed()
+            left = _names(self._find()) or self._last_seen or FORK_LOOP
+            self._listener.said(
+                "ERROR", f"left behind and still there, now {action.to.name}: {left}"
+            )
 
     def _find(self) -> list[int]:
         return sweep.find(self._run_id, ignore=self._ignore, session=self._session)
 
     def _signal(self, signum: int) -> None:
-        # What stands still notices nothing but SIGKILL.
+        # A suspended process cannot handle any signal but SIGKILL.
         for each in (signum, signal.SIGCONT) if signum in POLITE else (signum,):
             sweep.signal_all(self._run_id, each, ignore=self._ignore, session=self._session)
 

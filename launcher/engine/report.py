@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Iterable
 
-from launcher.engine.machine import Ended, Escalate, signal_name
+from launcher.engine.machine import Ended, Escalate, Outcome, ProcessMachine, signal_name
+from launcher.engine.process import Process
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec, RestartPolicy
+
+LAST_LINES = 10  # of the process that failed first, in the summary
 
 
 class Line(Record):
@@ -31,10 +35,10 @@ def signalled(name: str, signum: int) -> Line:
     return Line("INFO", f"sending signal '{signal_name(signum)}' to process[{name}]")
 
 
-def escalated(name: str, step: Escalate, *, by_hand: bool = False) -> Line:
-    """It did not go, with the run or (`by_hand`) when a person asked for it alone."""
+def escalated(name: str, step: Escalate, *, by_user: bool = False) -> Line:
+    """It did not go, with the run or (`by_user`) when a user stopped it alone."""
     return Line(
-        "WARNING" if by_hand else "ERROR",
+        "WARNING" if by_user else "ERROR",
         f"process[{name}] failed to terminate '{step.waited_s:.3g}' seconds after receiving "
         f"'{step.after.name}', escalating to '{step.to.name}'",
     )
@@ -45,14 +49,14 @@ def stuck(name: str, pid: int, waited_s: float, how: str) -> Line:
     return Line("ERROR", f"process[{name}] [{pid}] is there {waited_s:.3g} s after SIGKILL: {how}")
 
 
-def ended(spec: ProcessSpec, pid: int, end: Ended, *, by_hand: bool = False) -> Line:
-    """It is gone: cleanly, because we (or `by_hand` a person) asked, or dead."""
+def ended(spec: ProcessSpec, pid: int, end: Ended, *, by_user: bool = False) -> Line:
+    """It is gone: cleanly, because we (or `by_user` a user) asked, or dead."""
     code = end.outcome.returncode
     if code == 0:
         return Line("INFO", f"process has finished cleanly [pid {pid}]")
     detail = "" if code is None or code >= 0 else f" ({end.outcome})"
     is_wanted = end.sent or code != -9 or spec.stop.steps[0][0] == signal.SIGKILL
-    if end.asked and by_hand and not is_wanted:
+    if end.asked and by_user and not is_wanted:
         return Line("WARNING", f"process was stopped [pid {pid}, {end.outcome}]")
     if end.asked and is_wanted:
         return Line("INFO", f"process was stopped [pid {pid}, {end.outcome}]")
@@ -68,17 +72,32 @@ def not_started(spec: ProcessSpec, errno: int, what: str) -> Line:
     return Line("ERROR", f"process could not be started: {reason}, cmd '{spec.command_line}'")
 
 
-def withdrawn() -> Line:
-    """It was stopped while it waited for its turn to start."""
-    return Line("INFO", "process was not started: stopped before its turn came")
+def start_cancelled() -> Line:
+    """It was stopped while it was queued to start."""
+    return Line("INFO", "process was not started: stopped while it was queued")
 
 
-def first_death(name: str, what: str, last_lines: list[str]) -> str:
-    """The summary at the end: who died first, and the last that was heard of it."""
-    head = f"first to die unasked: {name} ({what})"
-    if not last_lines:
-        return f"{head}, which had printed nothing"
-    return "\n".join([f"{head}; its last lines:", *(f"    {line}" for line in last_lines)])
+def first_failure(process: Process, outcome: Outcome) -> str:
+    """The summary at the end: which process failed first, and the last lines of its output."""
+    head = f"first unexpected exit: {process.name} ({outcome})"
+    lines = process.last_lines(LAST_LINES)
+    if not lines:
+        return f"{head}; it had printed nothing"
+    return "\n".join([f"{head}; its last lines:", *(f"    {line}" for line in lines)])
+
+
+def waiting_for(processes: Iterable[Process], now: float) -> str:
+    """Which processes are still alive, and what each gets next."""
+    alive = (process for process in processes if process.machine.state.is_alive)
+    waits = ", ".join(f"{p.name}{_next_step(p.machine, now)}" for p in alive)
+    return f"still waiting for {waits}"
+
+
+def _next_step(machine: ProcessMachine, now: float) -> str:
+    if machine.next_signal is None:
+        return ""
+    signum, at_s = machine.next_signal
+    return f" ({signum.name} in {max(0.0, at_s - now):.1f} s)"
 
 
 def restarts_in(delay_s: float, restarts: int, limit: int | None) -> Line:

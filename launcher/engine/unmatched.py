@@ -23,12 +23,12 @@ def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[s
 
 
 def warn_of_unmatched(
-    options: RunOptions, specs: Sequence[ProcessSpec], chronicle: Chronicle, *, is_over: bool
+    options: RunOptions, specs: Sequence[ProcessSpec], log: Chronicle, *, is_over: bool
 ) -> None:
     """A misspelt name must not look as if it were obeyed; who is meant may come later."""
     when = "of the whole run" if is_over else "so far"
     for text, meant in unmatched(options, specs):
-        chronicle.say("WARNING", "launch", f"{text} {when}{meant}")
+        log.warn(f"{text} {when}{meant}")
 
 
 def nearest(pattern: str, specs: Sequence[ProcessSpec]) -> str:

@@ -13,6 +13,7 @@ from launcher.engine.caretaker import Caretaker
 from launcher.engine.chronicle import Chronicle
 from launcher.engine.process import Process
 from launcher.engine.reactor import Reactor
+from launcher.engine.relay import Relay
 from launcher.engine.resources import Sampler
 from launcher.engine.runfolder import RunFolder
 from launcher.engine.screen import Screen
@@ -47,12 +48,28 @@ def test_a_round_of_samples_takes_no_more_than_one_process_at_a_time(sleepers: l
     assert sum(1 for _ in steps) >= MANY
 
 
+class Unwatched:
+    """Stands for those who want to hear of output and budgets."""
+
+    def watches(self, process: Process) -> bool:
+        return False
+
+    def output(self, process: Process, stream: str, data: bytes) -> None:
+        raise AssertionError("it is not watched")
+
+    def over_budget(self, process: Process, verdict: object) -> None:
+        raise AssertionError("there are no budgets")
+
+
 def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Process]):
     happened: list[str] = []
 
-    def processes() -> list[Process]:
-        happened.append("round")
-        return sleepers
+    class Processes(list[Process]):
+        """Notes when a round of samples begins, or ends, by looking at them."""
+
+        def __iter__(self) -> Iterator[Process]:
+            happened.append("round")
+            return super().__iter__()
 
     with _pipe() as (read_end, write_end), Reactor() as reactor:
         screen = Screen(reactor, write_end, colour=False)
@@ -60,11 +77,10 @@ def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Proce
         caretaker = Caretaker(
             reactor,
             chronicle,
+            Relay(reactor, screen, RunFolder(None, lambda text: None), (), Unwatched()),
+            Unwatched(),
             run_id="none",
-            processes=processes,
-            heard_s=lambda: 0.0,
-            judge=None,
-            act=lambda process, verdict: None,
+            processes=Processes(sleepers),
         )
         chronicle.journal.listeners.append(lambda line: reactor.stop())
         os.write(write_end, b"a line that always waits\n")

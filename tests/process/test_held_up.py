@@ -38,10 +38,16 @@ class Desk:
             reactor,
             Screen(reactor, self._fds[0], colour=False),
             RunFolder(None, lambda text: None),
-            watched=lambda process: False,
-            watcher=lambda process, stream, data: None,
+            (),
+            self,
         )
         self.a, self.b = self._process("a"), self._process("b")
+
+    def watches(self, process: Process) -> bool:
+        return False
+
+    def output(self, process: Process, stream: str, data: bytes) -> None:
+        raise AssertionError("it is not watched")
 
     def _process(self, name: str) -> int:
         """The end that it writes to."""

@@ -74,8 +74,8 @@ DYING = 'sh("sleep 0.3; exit 1", name="dying")'
 @pytest.mark.parametrize(
     ("words", "told", "code"),
     [
-        (["--timeout", "0.5"], "the time of 0.5 s is over", 0),
-        (["--required", "dying"], "dying-2 is required and has ended", 1),
+        (["--timeout", "0.5"], "timeout of 0.5 s reached", 0),
+        (["--required", "dying"], "dying-2 is required and has exited", 1),
         (["--exit-when-any-dies"], "dying-2 died", 1),
     ],
 )
