@@ -82,7 +82,7 @@ def _signal_and_exit(result: Result) -> str:
 def _remark(result: Result) -> str:
     if result.runs_again:
         return ", and has been started again"
-    return "; automatic restart is off until the next start" if result.restart_disabled else ""
+    return "; automatic restart is off" if result.restart_disabled else ""
 
 
 # ---- what is shown on the screen
