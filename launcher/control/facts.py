@@ -7,14 +7,14 @@ from typing import Any
 
 from launcher.control.lines import not_shown
 from launcher.control.names import Named
-from launcher.engine.desk import Desk
-from launcher.engine.operator import is_halted
+from launcher.engine.output.filters import LEVELS
 from launcher.engine.process import Process
-from launcher.engine.view import LEVELS
+from launcher.engine.process_control import is_halted
+from launcher.engine.run_control import RunControl
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 
 
-def row(desk: Desk, process: Process) -> dict[str, Any]:
+def row(desk: RunControl, process: Process) -> dict[str, Any]:
     """One process in `ps`."""
     spec, child, view = process.spec, process.child, process.view
     sample = desk.sample_of(process)
@@ -63,7 +63,7 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
     }
 
 
-def info(desk: Desk, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
+def info(desk: RunControl, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
     """All that is known of one process; its environment is compared with `base`."""
     spec = process.spec
     ros = spec.ros

@@ -6,9 +6,9 @@ import os
 from collections.abc import Sequence
 
 from launcher.engine.machine import signal_name
-from launcher.engine.operator import Kind, Result
-from launcher.engine.view import LEVELS
-from launcher.engine.views import Change, Shown
+from launcher.engine.output.filters import LEVELS
+from launcher.engine.output.screen_filters import Change, Shown
+from launcher.engine.process_control import Kind, Result
 
 
 def sentence(result: Result) -> str:

@@ -8,10 +8,9 @@ from functools import partial
 from typing import Any
 
 from launcher.control.peer import Exchange
-from launcher.engine.desk import Desk
-from launcher.engine.lines import for_terminal
+from launcher.engine.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.engine.process import Process
-from launcher.engine.ring import Block, LogRing, texts_of
+from launcher.engine.run_control import RunControl
 from launcher.model.record import Record
 
 Item = dict[str, Any]
@@ -28,7 +27,7 @@ class Follower(Record):
 class Logs:
     """Reads the rings. It listens to them only while somebody follows."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: RunControl) -> None:
         self._desk = desk
         self._followers: list[Follower] = []
         desk.on_process = lambda process: self._listen()

@@ -7,10 +7,10 @@ import functools
 from launcher.control.folder import ControlError
 from launcher.control.server import Server, socket_path
 from launcher.control.service import Identity, Service
-from launcher.engine.desk import Desk
+from launcher.engine.run_control import RunControl
 
 
-def open_control(desk: Desk, identity: Identity) -> Server | None:
+def open_control(desk: RunControl, identity: Identity) -> Server | None:
     """The server of a run; None, after a warning, where there is no place for its socket."""
 
     def warn(text: str) -> None:

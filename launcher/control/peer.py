@@ -13,7 +13,7 @@ from launcher.control import protocol
 from launcher.control.protocol import REQUEST_LIMIT, Request, RequestError
 from launcher.control.turns import Turns
 from launcher.control.verbs import BadCallError
-from launcher.engine.reactor import Reactor
+from launcher.engine.posix.reactor import Reactor
 
 OUTPUT_LIMIT = 256 * 1024  # bytes that wait for a client; above it, lines of a stream are dropped
 MOST_OPEN = 64  # requests of one client that are not answered yet

@@ -18,7 +18,7 @@ from launcher.control.client import (
     connect,
 )
 from launcher.control.folder import ControlError
-from launcher.engine.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.model.record import Record
 
 LOOK_S = 0.02

@@ -15,13 +15,12 @@ from launcher.control.names import Named, resolve
 from launcher.control.peer import Exchange
 from launcher.control.protocol import VERSION, Request
 from launcher.control.verbs import BadCallError, Call
-from launcher.engine.desk import Desk
 from launcher.engine.machine import ProcessState
-from launcher.engine.operator import Done, Kind, Result
-from launcher.engine.pattern import Pattern
+from launcher.engine.output.filters import Pattern, level_named
+from launcher.engine.output.screen_filters import Shown
 from launcher.engine.process import Process
-from launcher.engine.view import level_named
-from launcher.engine.views import Shown
+from launcher.engine.process_control import Done, Kind, Result
+from launcher.engine.run_control import RunControl
 from launcher.model.record import Record
 
 LAST_LINES = 100
@@ -42,7 +41,7 @@ class Identity(Record):
 class Service:
     """One for a run: `serve(request, exchange)` answers now or when it has happened."""
 
-    def __init__(self, desk: Desk, identity: Identity) -> None:
+    def __init__(self, desk: RunControl, identity: Identity) -> None:
         self._desk = desk
         self._identity = identity
         self._logs = Logs(desk)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-from launcher.engine.reactor import Reactor
+from launcher.engine.posix.reactor import Reactor
 
 
 class Turns:

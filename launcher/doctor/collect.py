@@ -14,9 +14,9 @@ from pathlib import Path
 
 import launcher
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable
-from launcher.engine import shared_memory
-from launcher.engine.run_id import PROC, abandoned_runs
-from launcher.engine.runfolder import log_root
+from launcher.engine.cleanup.run_id import PROC, abandoned_runs
+from launcher.engine.logs.run_directory import log_root
+from launcher.engine.monitor import shared_memory
 
 DISTRIBUTION = "group_gp1"  # the one that installs the launcher
 MARKERS = Path("share/ament_index/resource_index/packages")

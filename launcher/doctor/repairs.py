@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from launcher.doctor.facts import Facts
-from launcher.engine import shared_memory
-from launcher.engine.reactor import Reactor
-from launcher.engine.remnants import Leftovers, patience_for
-from launcher.engine.shared_memory import Stale
+from launcher.engine.cleanup.leftovers import Leftovers, patience_for
+from launcher.engine.monitor import shared_memory
+from launcher.engine.monitor.shared_memory import Stale
+from launcher.engine.posix.reactor import Reactor
 
 
 def repair(facts: Facts) -> list[str]:

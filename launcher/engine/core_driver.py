@@ -6,11 +6,11 @@ import functools
 from collections import deque
 from collections.abc import Mapping, Sequence
 
-from launcher.engine.chronicle import Chronicle
-from launcher.engine.keeper import ProcessDriver
+from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Stop
+from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
-from launcher.engine.reactor import Reactor, Timer
+from launcher.engine.process_driver import ProcessDriver
 from launcher.model.events import (
     CallLater,
     CancelTimer,
@@ -33,7 +33,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
 
-    from launcher.engine.ros_agent import RosAgent
+    from launcher.engine.helpers.ros_agent import RosAgent
 
     class Core(Protocol):
         """What decides in a run: `launcher.interpreter.Interpreter`, or a test's own."""
@@ -73,7 +73,7 @@ class CoreDriver:
         self,
         core: Core,
         reactor: Reactor,
-        log: Chronicle,
+        log: RunLog,
         driver: ProcessDriver,
         run: Run,
         *,
@@ -173,7 +173,7 @@ class CoreDriver:
 
     def _ask_ros(self, request: LoadComponent | ChangeState | WatchLifecycle) -> None:
         if self._agent is None:
-            from launcher.engine.ros_agent import RosAgent
+            from launcher.engine.helpers.ros_agent import RosAgent
 
             self._agent = RosAgent(self._reactor, self._agent_env, self._ros_answered)
         self._agent.send(request)

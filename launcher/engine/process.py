@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from launcher.engine.machine import ProcessMachine
-from launcher.engine.reactor import Timer
-from launcher.engine.ring import LogRing
-from launcher.engine.spawn import Child
+from launcher.engine.output.lines import LogRing
+from launcher.engine.posix.reactor import Timer
+from launcher.engine.posix.spawn import Child
 from launcher.model.record import replace
 from launcher.model.spec import ProcessSpec, Sink
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.machine import Ended
-    from launcher.engine.stream import Stream
-    from launcher.engine.view import View
+    from launcher.engine.output.filters import LineFilter
+    from launcher.engine.output.reader import Stream
 
 LAST_BYTES = 4096  # of each of its last lines, in the report on its death
 
@@ -35,7 +35,7 @@ class Process:
         self.child: Child | None = None
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
-        self.view: View | None = None
+        self.view: LineFilter | None = None
         self.last_end: Ended | None = None
         self.ended_wall_s = 0.0
         self.timer: Timer | None = None

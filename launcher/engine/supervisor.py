@@ -10,19 +10,20 @@ import signal
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from launcher.engine import report
-from launcher.engine.chronicle import Chronicle
+from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
-from launcher.engine.ending import Shutdown
-from launcher.engine.execution import keep_to_ourselves
-from launcher.engine.guard import Guards
-from launcher.engine.keeper import ProcessDriver
+from launcher.engine.logs import messages
+from launcher.engine.logs.run_directory import RunDirectory
+from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Ended, Restart, Start
+from launcher.engine.output.reader import OutputReader
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import Child, keep_to_ourselves, spawn, terminal_size_beside
 from launcher.engine.process import Process, child_environment, with_sound_name
-from launcher.engine.reactor import Reactor
-from launcher.engine.relay import Relay
-from launcher.engine.runfolder import RunFolder
-from launcher.engine.screen import Screen
+from launcher.engine.process_driver import ProcessDriver
+from launcher.engine.shutdown import Shutdown
 from launcher.engine.shutdown_machine import (
     BudgetExceeded,
     Interrupted,
@@ -31,18 +32,16 @@ from launcher.engine.shutdown_machine import (
     ShutdownMachine,
     StopRequested,
 )
-from launcher.engine.spawn import Child, spawn, terminal_size_beside
-from launcher.engine.sweep import RUN_ID_VARIABLE
 from launcher.errors import ExitCode
 from launcher.model.events import ProcessExited, ProcessStarted, SpawnFailed, StartProcess
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.engine.budgets import Judge, Verdict
-    from launcher.engine.caretaker import Caretaker
     from launcher.engine.core_driver import Core
-    from launcher.engine.desk import Desk
+    from launcher.engine.monitor.budgets import Judge, Verdict
+    from launcher.engine.monitor.housekeeping import Housekeeper
+    from launcher.engine.run_control import RunControl
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
@@ -73,15 +72,15 @@ class Supervisor:
         self._run_id = run_id
         self._options = options
         self._processes: dict[int, Process] = {}
-        self._desk: Desk | None = None
+        self._desk: RunControl | None = None
         self.on_begun: Callable[[], object] = lambda: None
         everyone = self._processes.values()
         trouble = functools.partial(screen.log, "WARNING", "launch")
         soon = functools.partial(reactor.call_later, 0)
-        self._folder = RunFolder(run_path, trouble, soon=soon)
-        self._log = Chronicle(reactor, screen, self._folder)
-        self._guards = Guards(reactor, run_id, self._log)
-        self._relay = Relay(reactor, screen, self._folder, everyone, self)
+        self._folder = RunDirectory(run_path, trouble, soon=soon)
+        self._log = RunLog(reactor, screen, self._folder)
+        self._guards = WatchdogClient(reactor, run_id, self._log)
+        self._relay = OutputReader(reactor, screen, self._folder, everyone, self)
         self._driver = ProcessDriver(reactor, self._relay, self._log, self)
         if options.stagger_s > 0 or options.max_starting is not None:
             self._driver.pace(stagger_s=options.stagger_s, most=options.max_starting)
@@ -111,16 +110,16 @@ class Supervisor:
         """At once, since a budget that cannot be read ends a run before it begins; UsageError."""
         if not self._options.has_budgets:
             return None
-        from launcher.engine.caretaker import judge_for
+        from launcher.engine.monitor.housekeeping import judge_for
 
         return judge_for(self._options)
 
     @functools.cached_property
-    def _caretaker(self) -> Caretaker:
+    def _caretaker(self) -> Housekeeper:
         """Made when the first processes have been started, which need not wait for it."""
-        from launcher.engine.caretaker import Caretaker
+        from launcher.engine.monitor.housekeeping import Housekeeper
 
-        return Caretaker(
+        return Housekeeper(
             self._reactor,
             self._log,
             self._relay,
@@ -136,12 +135,12 @@ class Supervisor:
         return {} if path is None else {"ROS_LOG_DIR": str(path)}
 
     @property
-    def desk(self) -> Desk:
+    def desk(self) -> RunControl:
         """What users see and control of the run; made when it is first asked for."""
         if self._desk is None:
-            from launcher.engine.desk import Desk
+            from launcher.engine.run_control import RunControl
 
-            self._desk = Desk(
+            self._desk = RunControl(
                 self._reactor,
                 self._log,
                 self._driver,
@@ -206,7 +205,7 @@ class Supervisor:
     def _write_plan(self) -> None:
         self._folder.write_plan(self._core.plan)
         if self._options.name_processes:
-            from launcher.engine.unmatched import warn_of_unmatched
+            from launcher.engine.option_warnings import warn_of_unmatched
 
             specs, is_over = [p.spec for p in self._processes.values()], self._shutdown.has_begun
             warn_of_unmatched(self._options, specs, self._log, is_over=is_over)
@@ -277,7 +276,7 @@ class Supervisor:
                 process.name,
                 end,
                 is_required=self._options.is_required(process.spec),
-                report=report.first_failure(process, outcome) if end.has_died else "",
+                report=messages.first_failure(process, outcome) if end.has_died else "",
             )
         )
         will_restart = end.retry_in_s is not None or process.machine.is_held
@@ -327,7 +326,7 @@ class Supervisor:
 
     def over_budget(self, process: Process, verdict: Verdict) -> None:
         """Do what a budget that is exceeded asks for."""
-        from launcher.engine.budgets import BudgetAction
+        from launcher.engine.monitor.budgets import BudgetAction
 
         self._log.say("WARNING", process.name, str(verdict))
         self._log.note("over budget", process, action=verdict.action.value)

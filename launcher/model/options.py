@@ -9,7 +9,7 @@ from launcher.model.spec import ProcessSpec, RestartPolicy, StopPolicy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.model.limits import Limits
+    from launcher.model.spec import Limits
 
 
 class RunOptions(Record):

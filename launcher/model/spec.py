@@ -8,10 +8,6 @@ from collections.abc import Mapping, Sequence
 
 from launcher.model.record import Record
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from launcher.model.limits import Limits
-
 
 class Sink(enum.Flag):
     """Where a stream of a process goes; ROS 2's words for it are in `OutputPolicy`."""
@@ -188,3 +184,26 @@ class ProcessSpec(Record):
     def command_line(self) -> str:
         """The words as ROS 2 prints them in `process has died`: joined by a blank, unquoted."""
         return " ".join(self.argv)
+
+
+UNLIMITED = -1  # as `resource.RLIM_INFINITY`
+
+
+class Limits(Record):
+    """None, or nothing in `rlimits`, leaves it as it is for the launcher.
+
+    `rlimits` are (name as in `nofile`, soft, hard), each name once.
+    """
+
+    nice: int | None = None
+    cpus: tuple[int, ...] | None = None
+    rlimits: tuple[tuple[str, int, int], ...] = ()
+
+    def over(self, other: Limits) -> Limits:
+        """Both, where this one counts if they disagree."""
+        named = {rlimit[0]: rlimit for rlimit in (*other.rlimits, *self.rlimits)}
+        return Limits(
+            nice=other.nice if self.nice is None else self.nice,
+            cpus=other.cpus if self.cpus is None else self.cpus,
+            rlimits=tuple(named.values()),
+        )

@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from launcher.engine.runfolder import log_root
+from launcher.engine.logs.run_directory import log_root
 
 KEPT = 20
 _LOCK = ".in-use"

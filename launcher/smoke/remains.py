@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from launcher.engine.run_id import PROC, run_id_of
+from launcher.engine.cleanup.run_id import PROC, run_id_of
 
 SHARED_MEMORY = Path("/dev/shm")
 SETTLE_S = 3.0  # the launcher's watchdog may still be at work

@@ -13,7 +13,7 @@ from typing import Any
 
 from launcher.control.folder import ControlError
 from launcher.domain_lease import leased_domain
-from launcher.engine.run_id import run_id_of
+from launcher.engine.cleanup.run_id import run_id_of
 from launcher.smoke import guesses, written
 from launcher.smoke.facts import STOP, Ending, Facts, Message
 from launcher.smoke.fields import near

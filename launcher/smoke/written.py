@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from launcher.engine.logfile import BACKUPS
+from launcher.engine.logs.rotating_file import BACKUPS
 from launcher.smoke.facts import LogLine, ProcessEvent
 from launcher.smoke.recorder import Recorder
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.engine.shared_memory import FOLDER, held
+from launcher.engine.monitor.shared_memory import FOLDER, held
 from launcher.pytest_plugin import Launch
 from tests.e2e.conftest import LONG_STOP, LONG_STOP_WORDS, MARK, REPOSITORY, World
 from tests.support.terminal import marked_processes

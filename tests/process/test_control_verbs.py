@@ -46,9 +46,7 @@ def test_a_stopped_process_stays_stopped_until_it_is_started_and_the_run_waits(
 
 def test_a_stop_turns_restarts_off_and_says_so(steering: SteeringBench):
     with steering.steer('sh("exec sleep 1000", name="sleeper", respawn=True)') as run:
-        assert run.tell("stop", "sleeper").endswith(
-            "; automatic restart is off"
-        )
+        assert run.tell("stop", "sleeper").endswith("; automatic restart is off")
         assert run.row("sleeper")["state"] == "STOPPED"
         run.tell("start", "sleeper")
         os.kill(pid_of(run, "sleeper"), signal.SIGKILL)  # nobody asked the launcher for this

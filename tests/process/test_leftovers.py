@@ -11,19 +11,19 @@ from pathlib import Path
 
 import pytest
 
-from launcher.engine.chronicle import Chronicle
+from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
-from launcher.engine.ending import Shutdown
-from launcher.engine.guard import Guards
-from launcher.engine.keeper import ProcessDriver
+from launcher.engine.logs.run_directory import RunDirectory
+from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Start
+from launcher.engine.output.reader import OutputReader
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import Child, spawn
 from launcher.engine.process import Process
-from launcher.engine.reactor import Reactor
-from launcher.engine.relay import Relay
-from launcher.engine.runfolder import RunFolder
-from launcher.engine.screen import Screen
+from launcher.engine.process_driver import ProcessDriver
+from launcher.engine.shutdown import Shutdown
 from launcher.engine.shutdown_machine import ShutdownDecided, ShutdownMachine
-from launcher.engine.spawn import Child, spawn
 from launcher.errors import ExitCode
 from launcher.model.spec import ProcessSpec, StopPolicy
 from tests.process.conftest import Bench
@@ -155,7 +155,7 @@ class Stage:
         self.path = folder / "output"
         self.reactor = Reactor()
         screen = Screen(self.reactor, self.output, colour=False)
-        files = RunFolder(None, lambda text: None)
+        files = RunDirectory(None, lambda text: None)
         spec = ProcessSpec(
             name="stuck-1",
             label="stuck",
@@ -165,9 +165,12 @@ class Stage:
         )
         self.process = Process(1, spec, number=0, prefix=b"")
         processes = {1: self.process}
-        log = Chronicle(self.reactor, screen, files)
+        log = RunLog(self.reactor, screen, files)
         self.driver = ProcessDriver(
-            self.reactor, Relay(self.reactor, screen, files, processes.values(), self), log, self
+            self.reactor,
+            OutputReader(self.reactor, screen, files, processes.values(), self),
+            log,
+            self,
         )
         self.shutdown = Shutdown(
             ShutdownMachine(processes.values()),
@@ -177,7 +180,7 @@ class Stage:
             CoreDriver(
                 self, self.reactor, log, self.driver, self, processes=processes, agent_env={}
             ),
-            Guards(self.reactor, "0-stuck", log),
+            WatchdogClient(self.reactor, "0-stuck", log),
             run_id="0-stuck",
         )
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from launcher.engine.resources import NEW_USS_PER_ROUND, USS_AT_S, Sample, Sampler
+from launcher.engine.monitor.resources import NEW_USS_PER_ROUND, USS_AT_S, Sample, Sampler
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
@@ -148,7 +148,7 @@ def test_who_comes_later_does_not_hide_what_is_known_of_the_others(start: Starte
 
 
 def test_importing_the_sampler_does_not_import_psutil():
-    code = "import sys, launcher.engine.resources; print('psutil' in sys.modules)"
+    code = "import sys, launcher.engine.monitor.resources; print('psutil' in sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout == "False\n"
 

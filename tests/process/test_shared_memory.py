@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from launcher.domain_lease import leased_domain
-from launcher.engine.shared_memory import FOLDER, Ledger, free, held, stale
-from launcher.engine.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.monitor.shared_memory import FOLDER, Ledger, free, held, stale
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.alone

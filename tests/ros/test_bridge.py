@@ -19,7 +19,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
 
-from launcher.engine.shared_memory import FOLDER, held
+from launcher.engine.monitor.shared_memory import FOLDER, held
 from launcher.graph import ask
 from launcher.graph.calls import Caller
 from launcher.graph.observer import Observer

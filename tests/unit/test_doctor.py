@@ -12,8 +12,8 @@ from launcher.commands import doctor
 from launcher.doctor.checks import CHECKS, MB, check_all
 from launcher.doctor.collect import MARKERS, obstacle, prefixes, space
 from launcher.doctor.facts import Facts, Finding, Leftover, Level, Prefix, Space, Unreachable
-from launcher.engine.run_id import abandoned_runs, is_abandoned, run_id_of
-from launcher.engine.shared_memory import Stale
+from launcher.engine.cleanup.run_id import abandoned_runs, is_abandoned, run_id_of
+from launcher.engine.monitor.shared_memory import Stale
 from launcher.errors import UsageError
 from launcher.model.record import replace
 

@@ -1,0 +1,262 @@
+"""BudgetReader: budgets as people write them.
+
+On the command line, `PATTERN:KEY=VALUE,...`::
+
+    robot_*:memory=200M,cpu=80%,for=10,action=restart
+
+and in a YAML file the same::
+
+    robot_*:
+      memory: 200M
+      cpu: 80%
+      for: 10
+      action: restart
+
+The file may also say how a process is restarted, stopped and limited, in the words of the options::
+
+    robot_*:
+      restart: on-failure,max=5
+      stop: int:2,term:1
+      nice: 5
+      cpus: 0,2-3
+      limit: nofile=256,core=0
+
+cpu is percent of one core; memory is bytes, K, M and G are powers of 1024; threads and fds are
+counts; for is seconds, rounded up to whole ones because it is looked once a second; action is warn,
+restart (the process) or stop-run (`stop` means that, too).
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Union
+
+from launcher.engine.monitor.budgets import Budget, BudgetAction
+from launcher.errors import UsageError
+from launcher.model.record import replace
+
+if TYPE_CHECKING:
+    import yaml
+
+SETTINGS = ("restart", "stop", "nice", "cpus", "limit")  # as the options of these names
+_UNITS = {"": 1, "K": 1024, "M": 1024**2, "G": 1024**3}
+
+
+def parse_words(words: Iterable[str]) -> list[Budget]:
+    """The budgets of command-line words; UsageError that says what is wrong with which word."""
+    return [_parse_word(word) for word in words]
+
+
+def _parse_word(word: str) -> Budget:
+    pattern, colon, text = word.rpartition(":")
+    if not colon or not pattern:
+        hint = "PATTERN:KEY=VALUE,..., as in 'robot_*:memory=200M,for=10,action=restart'"
+        raise UsageError(f"'{word}' is no budget", hint=hint)
+    entries = []
+    for part in text.split(","):
+        key, equals, value = part.partition("=")
+        if not equals:
+            raise UsageError(f"'{part}' in '{word}' has no value", hint=f"as in {_EXAMPLES}")
+        entries.append(_Entry(key.strip(), value.strip()))
+    return _budget(pattern, entries, _Place(f"budget '{word}'"))
+
+
+def text_of(path: str) -> str:
+    """What is in a file; UsageError."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"cannot read the budgets: {error}") from error
+
+
+def parse_yaml(text: str, path: str) -> list[Budget]:
+    """The budgets in the text of a YAML file; UsageError that names `path` and the line."""
+    budgets = []
+    for pattern, entries, place in _patterns(text, path):
+        limits = [entry for entry in entries if entry.key not in SETTINGS]
+        if limits or not entries:
+            budgets.append(_budget(pattern, limits, place))
+    return budgets
+
+
+class Setting(NamedTuple):
+    """What the file says about a process besides its budget, for the reader of such options."""
+
+    pattern: str
+    key: str
+    value: str
+    place: _Place
+
+
+def settings_in(text: str, path: str) -> list[Setting]:
+    """The settings in the text of a YAML file, in order; UsageError."""
+    return [
+        Setting(pattern, entry.key, entry.value, entry.place or place)
+        for pattern, entries, place in _patterns(text, path)
+        for entry in entries
+        if entry.key in SETTINGS
+    ]
+
+
+def names_in(text: str, path: str) -> list[tuple[str, str]]:
+    """The patterns in the text of a YAML file, each with its place (`budgets.yaml:3`)."""
+    return [(pattern, place.where) for pattern, _, place in _patterns(text, path)]
+
+
+def _patterns(text: str, path: str) -> Iterator[tuple[str, list[_Entry], _Place]]:
+    import yaml  # here: most runs have no such file
+
+    try:
+        root = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = _Place(path, 1 if mark is None else mark.line + 1, text)
+        raise place.error(error.problem or "this is no YAML") from error
+    except yaml.YAMLError as error:
+        raise UsageError(f"{path}: this is no YAML: {error}") from error
+    if root is None:
+        return
+    for name, node in _pairs(root, path, text, "patterns, each with its limits"):
+        pairs = _pairs(node, path, text, f"limits, as in {_EXAMPLES.replace('=', ': ')}")
+        entries = [_entry(key.value, value, path, text) for key, value in pairs]
+        yield name.value, entries, _place(name, path, text)
+
+
+def _pairs(
+    node: yaml.Node, path: str, text: str, expected: str
+) -> list[tuple[yaml.ScalarNode, yaml.Node]]:
+    """The keys, which must be plain, and the values of a mapping."""
+    import yaml
+
+    if not isinstance(node, yaml.MappingNode):
+        raise _place(node, path, text).error(f"expected a mapping of {expected}")
+    pairs = []
+    for key, value in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            raise _place(key, path, text).error("expected a plain word as the key")
+        pairs.append((key, value))
+    return pairs
+
+
+def _entry(key: str, node: yaml.Node, path: str, text: str) -> _Entry:
+    import yaml
+
+    place = _place(node, path, text)
+    if not isinstance(node, yaml.ScalarNode):
+        raise place.error(f"'{key}' takes one value")
+    return _Entry(key, node.value, place)
+
+
+def _place(node: yaml.Node, path: str, text: str) -> _Place:
+    return _Place(path, node.start_mark.line + 1, text)
+
+
+class _Place(NamedTuple):
+    """Where something was written: a file and a line, or a word of the command line."""
+
+    name: str
+    line: int | None = None
+    text: str = ""
+
+    @property
+    def where(self) -> str:
+        """`budgets.yaml:3`."""
+        return self.name if self.line is None else f"{self.name}:{self.line}"
+
+    def error(self, message: str, hint: str | None = None) -> UsageError:
+        """The error that points here."""
+        if self.line is None:
+            return UsageError(f"{self.name}: {message}", hint=hint)
+        lines = self.text.splitlines()
+        source = lines[self.line - 1] if self.line <= len(lines) else None
+        return UsageError(message, hint=hint, where=self.where, source_line=source)
+
+
+class _Entry(NamedTuple):
+    """One KEY=VALUE and its own place, where it has one."""
+
+    key: str
+    value: str
+    place: _Place | None = None
+
+
+_Value = Union[float, int, BudgetAction]
+
+
+def _budget(pattern: str, entries: Sequence[_Entry], place: _Place) -> Budget:
+    fields: dict[str, _Value] = {}
+    for entry in entries:
+        here = entry.place or place
+        if entry.key not in _KEYS:
+            known = _KEYS if entry.place is None else [*_KEYS, *SETTINGS]
+            raise here.error(f"unknown key '{entry.key}'", _suggestion(entry.key, known))
+        field, read = _KEYS[entry.key]
+        if field in fields:
+            raise here.error(f"'{entry.key}' is given twice")
+        try:
+            fields[field] = read(entry.value)
+        except ValueError as error:
+            raise here.error(f"'{entry.value}' is no value for '{entry.key}'", str(error)) from None
+    if not fields.keys() & {"cpu_percent", "memory_bytes", "threads", "fds"}:
+        raise place.error(f"no limit for '{pattern}'", f"as in {_EXAMPLES}")
+    return replace(Budget(pattern=pattern), **fields)
+
+
+def _suggestion(word: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(word, list(known), n=1)
+    return f"did you mean '{near[0]}'?" if near else f"known are {', '.join(known)}"
+
+
+def _number(text: str, what: str) -> float:
+    """A number of at least 0 in plain notation; ValueError that says `what` is expected."""
+    if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", text):
+        raise ValueError(what)
+    if math.isinf(float(text)):
+        raise ValueError(what)
+    return float(text)
+
+
+def _percent(text: str) -> float:
+    return _number(text.removesuffix("%").strip(), "percent of one core, as in 80%")
+
+
+def _bytes(text: str) -> int:
+    match = re.fullmatch(r"(.*?)\s*([KMG]?)(?:i?B)?", text, re.IGNORECASE)
+    what = "bytes, as in 200M or 1.5G"
+    if match is None:
+        raise ValueError(what)
+    return int(_number(match[1], what) * _UNITS[match[2].upper()])
+
+
+def _count(text: str) -> int:
+    if not re.fullmatch(r"[0-9]+", text):
+        raise ValueError("a whole number, as in 100")
+    return int(text)
+
+
+def _seconds(text: str) -> float:
+    return _number(text.removesuffix("s").strip(), "seconds, as in 10")
+
+
+def _action(text: str) -> BudgetAction:
+    if text == "stop":
+        return BudgetAction.STOP_RUN
+    try:
+        return BudgetAction(text)
+    except ValueError:
+        raise ValueError(_suggestion(text, [action.value for action in BudgetAction])) from None
+
+
+_KEYS: dict[str, tuple[str, Callable[[str], _Value]]] = {
+    "cpu": ("cpu_percent", _percent),
+    "memory": ("memory_bytes", _bytes),
+    "threads": ("threads", _count),
+    "fds": ("fds", _count),
+    "for": ("for_s", _seconds),
+    "action": ("action", _action),
+}
+_EXAMPLES = "memory=200M, cpu=80%, threads=100 or fds=500"

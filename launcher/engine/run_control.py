@@ -1,0 +1,74 @@
+"""RunControl: what users can see and control of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.output.screen_filters import ScreenFilters
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.process import Process
+from launcher.engine.process_control import ProcessControl
+from launcher.engine.process_driver import ProcessDriver
+from launcher.engine.shutdown import Shutdown
+from launcher.engine.shutdown_machine import StopRequested
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from launcher.engine.core_driver import Core
+    from launcher.engine.monitor.housekeeping import Housekeeper
+    from launcher.engine.monitor.resources import Sample
+
+
+class RunControl:
+    """One for a run, made when it is first asked for. `core` knows what was asked for.
+
+    `on_process` is called with each process that is started for the first time.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        log: RunLog,
+        driver: ProcessDriver,
+        shutdown: Shutdown,
+        core: Core,
+        *,
+        processes: Mapping[int, Process],
+        caretaker: Housekeeper,
+        log_path: Path | None,
+    ) -> None:
+        self.reactor = reactor
+        self.chronicle = log
+        self.core = core
+        self.log_path = log_path
+        self.operator = ProcessControl(reactor, driver, log, shutdown)
+        self.views = ScreenFilters(processes.values(), log)
+        self.on_process: Callable[[Process], None] = lambda process: None
+        self.caretaker = caretaker
+        self._shutdown = shutdown
+        self._processes = processes
+
+    @property
+    def processes(self) -> list[Process]:
+        """All of the run, in order of first start."""
+        return list(self._processes.values())
+
+    def sample_of(self, process: Process) -> Sample | None:
+        """What it used last; None while that is unknown, or if it does not run."""
+        sample = self.caretaker.samples.get(process.name)
+        if process.child is None or sample is None or sample.pid != process.child.pid:
+            return None
+        return sample
+
+    def adopt(self, process: Process) -> None:
+        """Apply the common filters to a process that is new."""
+        self.views.adopt(process)
+        self.on_process(process)
+
+    def quit(self, reason: str) -> None:
+        """Stop the run."""
+        self.chronicle.note("asked", verb="quit")
+        self._shutdown.handle(StopRequested(reason))
