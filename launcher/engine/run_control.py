@@ -11,7 +11,6 @@ from launcher.engine.process import Process
 from launcher.engine.process_control import ProcessControl
 from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.shutdown import Shutdown
-from launcher.engine.shutdown_machine import StopRequested
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -71,4 +70,4 @@ class RunControl:
     def quit(self, reason: str) -> None:
         """Stop the run."""
         self.chronicle.note("asked", verb="quit")
-        self._shutdown.handle(StopRequested(reason))
+        self._shutdown.stop(reason)

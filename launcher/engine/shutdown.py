@@ -8,25 +8,30 @@ from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs import messages
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import SkipGrace, Stop
+from launcher.engine.machine import Ended, SkipGrace, Stop
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.shutdown_machine import (
+    BudgetExceeded,
     EndLeftovers,
     Finish,
     Idle,
+    Interrupted,
     LeftoversGone,
     LeftoversKilled,
     Notify,
     OutputClosed,
+    ProcessEnded,
     ReportWaiting,
     Say,
     ShutdownAction,
+    ShutdownDecided,
     ShutdownEvent,
     ShutdownMachine,
     SkipGracePeriods,
     StopAll,
+    StopRequested,
     Tick,
 )
 from launcher.errors import ExitCode
@@ -74,16 +79,38 @@ class Shutdown:
         """What the run ends with, as things stand."""
         return self._machine.exit_code(has_lost_output=self._log.has_lost_output)
 
+    # ---- what happens
+
+    def interrupt(self, signum: int) -> None:
+        """The launcher got a signal."""
+        self._handle(Interrupted(signum))
+
     def output_closed(self) -> None:
         """Standard output has no reader any more."""
-        self.handle(OutputClosed())
+        self._handle(OutputClosed())
+
+    def stop(self, reason: str) -> None:
+        """A user or a limit ends the run."""
+        self._handle(StopRequested(reason))
+
+    def decided(self, reason: str) -> None:
+        """The interpreter ends the run."""
+        self._handle(ShutdownDecided(reason))
+
+    def ended(self, process: Process, end: Ended, *, is_required: bool) -> None:
+        """A life of a process is over."""
+        failure = messages.first_failure(process, end.outcome) if end.has_died else ""
+        self._handle(ProcessEnded(process.name, end, is_required=is_required, report=failure))
+
+    def over_budget(self, process: Process, report: str) -> None:
+        """A process exceeded a budget whose action is to stop the run."""
+        self._handle(BudgetExceeded(process.name, report))
 
     def idle(self) -> None:
         """End the run if nothing is left to wait for."""
-        self.handle(Idle(self._core.expects_more, self._core.is_loading))
+        self._handle(Idle(self._core.expects_more, self._core.is_loading))
 
-    def handle(self, event: ShutdownEvent) -> None:
-        """Feed the machine, do what it returns, and wake it at its deadline."""
+    def _handle(self, event: ShutdownEvent) -> None:
         for action in self._machine.handle(event, self._reactor.now()):
             self._do(action)
         if self._timer is not None:
@@ -94,7 +121,7 @@ class Shutdown:
             self._timer = self._reactor.call_later(deadline - self._reactor.now(), self._tick)
 
     def _tick(self) -> None:
-        self.handle(Tick())
+        self._handle(Tick())
 
     def _do(self, action: ShutdownAction) -> None:
         match action:
@@ -170,11 +197,11 @@ class Shutdown:
 
     def killed(self) -> None:
         """Something that was left behind gets SIGKILL."""
-        self.handle(LeftoversKilled())
+        self._handle(LeftoversKilled())
 
     def gone(self) -> None:
         """Nothing is left behind any more."""
-        self.handle(LeftoversGone())
+        self._handle(LeftoversGone())
 
 
 class _SessionEnd:

@@ -13,7 +13,6 @@ from pathlib import Path
 from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
-from launcher.engine.logs import messages
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Ended, Restart, Start
@@ -23,15 +22,6 @@ from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child, keep_to_ourselves, spawn, terminal_size_beside
 from launcher.engine.process import Process, child_environment, with_sound_name
 from launcher.engine.process_driver import ProcessDriver
-from launcher.engine.shutdown import Shutdown
-from launcher.engine.shutdown_machine import (
-    BudgetExceeded,
-    Interrupted,
-    ProcessEnded,
-    ShutdownDecided,
-    ShutdownMachine,
-    StopRequested,
-)
 from launcher.errors import ExitCode
 from launcher.model.events import ProcessExited, ProcessStarted, SpawnFailed, StartProcess
 from launcher.model.options import RunOptions
@@ -42,6 +32,7 @@ if TYPE_CHECKING:
     from launcher.engine.monitor.budgets import Judge, Verdict
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.run_control import RunControl
+    from launcher.engine.shutdown import Shutdown
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
@@ -94,16 +85,7 @@ class Supervisor:
             processes=self._processes,
             agent_env=agent_env,
         )
-        self._shutdown = Shutdown(
-            ShutdownMachine(everyone, exit_when_any_dies=options.exit_when_any_dies),
-            reactor,
-            self._log,
-            self._driver,
-            self._events,
-            self._guards,
-            run_id=run_id,
-        )
-        screen.on_closed = self._shutdown.output_closed
+        screen.on_closed = self._output_closed
         self._judge = self._budget_judge()
 
     def _budget_judge(self) -> Judge | None:
@@ -113,6 +95,24 @@ class Supervisor:
         from launcher.engine.monitor.housekeeping import judge_for
 
         return judge_for(self._options)
+
+    @functools.cached_property
+    def _shutdown(self) -> Shutdown:
+        """Made when the first processes have been started, which need not wait for it."""
+        from launcher.engine.shutdown import Shutdown
+        from launcher.engine.shutdown_machine import ShutdownMachine
+
+        return Shutdown(
+            ShutdownMachine(
+                self._processes.values(), exit_when_any_dies=self._options.exit_when_any_dies
+            ),
+            self._reactor,
+            self._log,
+            self._driver,
+            self._events,
+            self._guards,
+            run_id=self._run_id,
+        )
 
     @functools.cached_property
     def _caretaker(self) -> Housekeeper:
@@ -175,8 +175,7 @@ class Supervisor:
     def _begin(self) -> None:
         timeout_s = self._options.timeout_s
         if timeout_s is not None:
-            reached = StopRequested(f"timeout of {timeout_s:g} s reached")
-            self._reactor.call_later(timeout_s, functools.partial(self._shutdown.handle, reached))
+            self._reactor.call_later(timeout_s, self._timeout_reached)
         self._events.start()
         self._reactor.call_later(0, self._driver.watch_memory)
         self._reactor.call_later(0, _settle)
@@ -211,7 +210,13 @@ class Supervisor:
             warn_of_unmatched(self._options, specs, self._log, is_over=is_over)
 
     def _signalled(self, signum: int) -> None:
-        self._shutdown.handle(Interrupted(signum))
+        self._shutdown.interrupt(signum)
+
+    def _output_closed(self) -> None:
+        self._shutdown.output_closed()
+
+    def _timeout_reached(self) -> None:
+        self._shutdown.stop(f"timeout of {self._options.timeout_s:g} s reached")
 
     def _terminal_resized(self, signum: int) -> None:
         for process in self._processes.values():
@@ -233,7 +238,7 @@ class Supervisor:
 
     def shut_down(self, reason: str) -> None:
         """Stop everything, as the launch file says."""
-        self._shutdown.handle(ShutdownDecided(reason))
+        self._shutdown.decided(reason)
 
     def watches(self, process: Process) -> bool:
         """Whether the launch file wants the output of this process."""
@@ -271,14 +276,7 @@ class Supervisor:
         outcome, returncode = end.outcome, end.outcome.returncode
         if returncode is not None and returncode < 0:
             self._caretaker.died_by_signal()
-        self._shutdown.handle(
-            ProcessEnded(
-                process.name,
-                end,
-                is_required=self._options.is_required(process.spec),
-                report=messages.first_failure(process, outcome) if end.has_died else "",
-            )
-        )
+        self._shutdown.ended(process, end, is_required=self._options.is_required(process.spec))
         will_restart = end.retry_in_s is not None or process.machine.is_held
         if returncode is None:
             self._spawn_failed(process, outcome.spawn_errno or errno.EIO, will_restart=will_restart)
@@ -333,7 +331,7 @@ class Supervisor:
         if verdict.action is BudgetAction.RESTART:
             self._driver.advance(process, Restart())
         elif verdict.action is BudgetAction.STOP_RUN:
-            self._shutdown.handle(BudgetExceeded(process.name, str(verdict)))
+            self._shutdown.over_budget(process, str(verdict))
 
 
 def _settle() -> None:

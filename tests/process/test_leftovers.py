@@ -23,7 +23,7 @@ from launcher.engine.posix.spawn import Child, spawn
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.shutdown import Shutdown
-from launcher.engine.shutdown_machine import ShutdownDecided, ShutdownMachine
+from launcher.engine.shutdown_machine import ShutdownMachine
 from launcher.errors import ExitCode
 from launcher.model.spec import ProcessSpec, StopPolicy
 from tests.process.conftest import Bench
@@ -218,7 +218,7 @@ def stage(tmp_path: Path) -> Iterator[Stage]:
 @pytest.mark.thorough
 def test_a_process_that_sigkill_does_not_end_is_named_and_the_run_ends_without_it(stage: Stage):
     stage.driver.advance(stage.process, Start())
-    stage.reactor.call_later(0, lambda: stage.shutdown.handle(ShutdownDecided("the test")))
+    stage.reactor.call_later(0, lambda: stage.shutdown.decided("the test"))
     alarms: list[str] = []
     stage.reactor.call_later(20.0, lambda: (alarms.append("20 s"), stage.reactor.stop()))
     stage.reactor.run()
