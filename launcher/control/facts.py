@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from launcher import proc
 from launcher.control.lines import not_shown
 from launcher.control.names import Named
 from launcher.engine.output.filters import LEVELS
 from launcher.engine.process import Process
-from launcher.engine.process_control import is_halted
 from launcher.engine.run_control import RunControl
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 
@@ -40,7 +40,7 @@ def row(desk: RunControl, process: Process) -> dict[str, Any]:
         "muted_lines": 0 if view is None else view.hidden_lines,
         "level": None if view is None or not view.level else LEVELS[view.level],
         "grep": _pattern(process),
-        "paused": child is not None and is_halted(child.pid),
+        "paused": child is not None and proc.is_suspended(child.pid),
         "last_exit": _last_exit(process),
     }
 

@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from launcher.control import facts, verbs
-from launcher.control.format import sentence, shown_sentence, shown_sentences
 from launcher.control.logs import Logs
 from launcher.control.names import Named, resolve
 from launcher.control.peer import Exchange
 from launcher.control.protocol import VERSION, Request
+from launcher.control.results import sentence, shown_sentence, shown_sentences
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.machine import ProcessState
 from launcher.engine.output.filters import Pattern, level_named

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import launcher
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable
-from launcher.engine.cleanup.run_id import PROC, abandoned_runs
+from launcher.engine.cleanup.run_id import abandoned_runs
 from launcher.engine.logs.run_directory import log_root
 from launcher.engine.monitor import shared_memory
 
@@ -24,6 +24,7 @@ MARKERS = Path("share/ament_index/resource_index/packages")
 CORE_PACKAGES = ("rcl", "rcl_interfaces", "rclpy", "rmw_implementation", "std_msgs")
 LOST_LOCK = re.compile(rf"{shared_memory.FOLDER}/fast(rtps|dds)_\w+_[es]l \(deleted\)")
 COMMAND_CHARACTERS = 60
+PROC = Path("/proc")
 PROBE_TIMEOUT_S = 60.0
 
 # In a process of its own: rclpy brings threads and signal handlers, and may even crash. Asking
@@ -70,7 +71,7 @@ def collect(env: Mapping[str, str]) -> Facts:
 
 def leftovers(*, proc: Path = PROC) -> tuple[Leftover, ...]:
     """The processes of dead runs."""
-    runs = abandoned_runs(proc=proc)
+    runs = abandoned_runs()
     return tuple(
         Leftover(run_id, pid, _command(pid, proc))
         for run_id in sorted(runs)

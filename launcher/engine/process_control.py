@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import enum
-import os
 import signal
 from collections.abc import Callable
 
+from launcher import proc
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import (
     POLITE,
@@ -29,7 +29,6 @@ from launcher.model.spec import RestartMode
 SUSPEND_POLL_S = 0.02
 SUSPEND_TIMEOUT_S = 1.0
 SIGNAL_TIMEOUT_S = 1.0  # how long an end is waited for after a single signal
-STAT_BYTES = 512  # of /proc/PID/stat, more than the state is away from its beginning
 FATAL_BY_DEFAULT = POLITE | {
     signal.SIGKILL,
     signal.SIGABRT,
@@ -289,7 +288,7 @@ class ProcessControl:
         def look() -> None:
             if process.child is not child:
                 done(Result(name, Kind.ENDED, done=False))
-            elif is_halted(child.pid) is is_suspending:
+            elif proc.is_suspended(child.pid) is is_suspending:
                 kind = Kind.SUSPENDED if is_suspending else Kind.RESUMED
                 done(Result(name, kind, done=True, signum=signum))
             elif self._reactor.now() >= deadline_s:
@@ -340,24 +339,8 @@ class ProcessControl:
         self._log.note("asked", process, verb=verb, **details)
 
 
-def is_halted(pid: int) -> bool:
-    """Whether the process stands still because of SIGSTOP or the like.
-
-    Asked of every process for each `ps`, so without `open()`, which takes three times as long.
-    """
-    try:
-        fd = os.open(f"/proc/{pid}/stat", os.O_RDONLY | os.O_CLOEXEC)
-        try:
-            text = os.read(fd, STAT_BYTES)
-        finally:
-            os.close(fd)
-    except OSError:
-        return False
-    return text[text.rindex(b")") + 2 :][:1] in (b"T", b"t")
-
-
 def _is_halted(process: Process) -> bool:
-    return process.child is not None and is_halted(process.child.pid)
+    return process.child is not None and proc.is_suspended(process.child.pid)
 
 
 def _not_running(process: Process) -> Result:

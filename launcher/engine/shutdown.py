@@ -15,24 +15,19 @@ from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.shutdown_machine import (
     BudgetExceeded,
     EndLeftovers,
-    Finish,
     Idle,
     Interrupted,
-    LeftoversGone,
-    LeftoversKilled,
     Notify,
-    OutputClosed,
+    Occurrence,
+    Order,
     ProcessEnded,
-    ReportWaiting,
     Say,
     ShutdownAction,
     ShutdownDecided,
     ShutdownEvent,
     ShutdownMachine,
-    SkipGracePeriods,
     StopAll,
     StopRequested,
-    Tick,
 )
 from launcher.errors import ExitCode
 
@@ -87,7 +82,7 @@ class Shutdown:
 
     def output_closed(self) -> None:
         """Standard output has no reader any more."""
-        self._handle(OutputClosed())
+        self._handle(Occurrence.OUTPUT_CLOSED)
 
     def stop(self, reason: str) -> None:
         """A user or a limit ends the run."""
@@ -121,7 +116,7 @@ class Shutdown:
             self._timer = self._reactor.call_later(deadline - self._reactor.now(), self._tick)
 
     def _tick(self) -> None:
-        self._handle(Tick())
+        self._handle(Occurrence.TICK)
 
     def _do(self, action: ShutdownAction) -> None:
         match action:
@@ -131,18 +126,18 @@ class Shutdown:
                 self._core.feed(event)
             case StopAll(reason=reason):
                 self._stop_all(reason)
-            case SkipGracePeriods():
+            case Order.SKIP_GRACE_PERIODS:
                 for process in list(self._machine.processes):
                     self._driver.advance(process, SkipGrace())
                 if self._leftovers is not None:
                     self._leftovers.skip_grace()
-            case ReportWaiting():
+            case Order.REPORT_WAITING:
                 now = self._reactor.now()
                 waiting = messages.waiting_for(self._machine.processes, now)
                 self._log.say("INFO", "launch", waiting)
             case EndLeftovers(skipped=skipped):
                 self._end_leftovers(skipped)
-            case Finish():
+            case Order.FINISH:
                 self._reactor.stop()
 
     def _stop_all(self, reason: str) -> None:
@@ -197,11 +192,11 @@ class Shutdown:
 
     def killed(self) -> None:
         """Something that was left behind gets SIGKILL."""
-        self._handle(LeftoversKilled())
+        self._handle(Occurrence.LEFTOVERS_KILLED)
 
     def gone(self) -> None:
         """Nothing is left behind any more."""
-        self._handle(LeftoversGone())
+        self._handle(Occurrence.LEFTOVERS_GONE)
 
 
 class _SessionEnd:

@@ -1,7 +1,7 @@
 """Pure state machine for the end of a run: when it stops, when it is over, its exit code.
 
 As in `machine`, time is an argument and `handle()` returns what the driver has to do; `deadline`
-is when the driver has to send a `Tick`. Exactly one `StopAll` and one `Finish` come out of it.
+is when the driver has to send a `TICK`. There is one `StopAll` at most, and one `FINISH`.
 
     RUNNING --a reason--> NOTIFIED --> STOPPING --nothing pending--> SWEEPING --> OVER
        |                                  ^                             ^
@@ -47,10 +47,6 @@ class Interrupted(Record):
     signum: int
 
 
-class OutputClosed(Record):
-    """Standard output has no reader any more."""
-
-
 class ShutdownDecided(Record):
     """The interpreter shuts the run down, of its own accord or after a `Notify`."""
 
@@ -79,10 +75,6 @@ class BudgetExceeded(Record):
     report: str
 
 
-class LeftoversKilled(Record):
-    """Something that a process left behind ended by SIGKILL only, and no user had asked for it."""
-
-
 class Idle(Record):
     """Something has ended or become due. `expects_more`: a timer or an event may start something.
 
@@ -93,25 +85,23 @@ class Idle(Record):
     is_loading: bool = False
 
 
-class LeftoversGone(Record):
-    """Nothing is left of the run."""
+class Occurrence(enum.Enum):
+    """Events without a value."""
 
-
-class Tick(Record):
-    """Time has passed."""
+    TICK = enum.auto()  # time has passed
+    OUTPUT_CLOSED = enum.auto()  # standard output has no reader any more
+    LEFTOVERS_KILLED = enum.auto()  # something left behind got SIGKILL, and no user caused that
+    LEFTOVERS_GONE = enum.auto()
 
 
 ShutdownEvent = (
     Interrupted
-    | OutputClosed
     | ShutdownDecided
     | StopRequested
     | ProcessEnded
     | BudgetExceeded
-    | LeftoversKilled
     | Idle
-    | LeftoversGone
-    | Tick
+    | Occurrence
 )
 
 
@@ -137,25 +127,21 @@ class StopAll(Record):
     reason: str
 
 
-class SkipGracePeriods(Record):
-    """Take the next step of every stop that goes on, that of leftovers included."""
-
-
-class ReportWaiting(Record):
-    """Log which processes are still being waited for."""
-
-
 class EndLeftovers(Record):
     """Stop what processes left behind, after skipping so many grace periods."""
 
     skipped: int
 
 
-class Finish(Record):
-    """The run is over."""
+class Order(enum.Enum):
+    """Actions without a value."""
+
+    SKIP_GRACE_PERIODS = enum.auto()  # of every stop that goes on, that of leftovers included
+    REPORT_WAITING = enum.auto()  # log which processes are still being waited for
+    FINISH = enum.auto()
 
 
-ShutdownAction = Say | Notify | StopAll | SkipGracePeriods | ReportWaiting | EndLeftovers | Finish
+ShutdownAction = Say | Notify | StopAll | EndLeftovers | Order
 
 
 class ShutdownMachine:
@@ -195,7 +181,7 @@ class ShutdownMachine:
         match event:
             case Interrupted(signum=signum):
                 return self._interrupt(signum, now)
-            case OutputClosed():
+            case Occurrence.OUTPUT_CLOSED:
                 self._is_output_closed = True
                 self._stop_soon(OUTPUT_CLOSED, now)
             case ShutdownDecided(reason=reason) if self.phase in (Phase.RUNNING, Phase.NOTIFIED):
@@ -207,17 +193,17 @@ class ShutdownMachine:
             case BudgetExceeded(name=name, report=report):
                 self.first_failure = self.first_failure or report
                 self._stop_soon(f"{name} is over its budget", now)
-            case LeftoversKilled():
+            case Occurrence.LEFTOVERS_KILLED:
                 self._has_killed_leftovers = True
             case Idle() if self._is_over(event):
                 # RUNNING, STOPPING -> SWEEPING
                 self.phase, self.deadline = Phase.SWEEPING, None
                 return [EndLeftovers(self._skipped)]
-            case LeftoversGone() if self.phase is Phase.SWEEPING:
+            case Occurrence.LEFTOVERS_GONE if self.phase is Phase.SWEEPING:
                 # SWEEPING -> OVER
                 self.phase = Phase.OVER
-                return [Finish()]
-            case Tick() if self.deadline is not None and now >= self.deadline:
+                return [Order.FINISH]
+            case Occurrence.TICK if self.deadline is not None and now >= self.deadline:
                 return self._due(now)
         return []
 
@@ -237,7 +223,7 @@ class ShutdownMachine:
             return []  # a closed terminal whose closed output was noticed first
         self._skipped += 1
         text = f"user interrupted with {how} again, not waiting any longer"
-        return [Say("WARNING", text), SkipGracePeriods()]
+        return [Say("WARNING", text), Order.SKIP_GRACE_PERIODS]
 
     def _ended(self, event: ProcessEnded, now: float) -> None:
         if event.end.has_died and self.first_failure is None:
@@ -275,7 +261,7 @@ class ShutdownMachine:
             self.deadline = None
             return []
         self.deadline = now + REPORT_EVERY_S
-        return [ReportWaiting()]
+        return [Order.REPORT_WAITING]
 
     def _is_over(self, idle: Idle) -> bool:
         """Whether nothing runs and nothing can start any more."""

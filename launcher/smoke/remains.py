@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from launcher.engine.cleanup.run_id import PROC, run_id_of
+from launcher.engine.cleanup.run_id import run_id_of
 
 SHARED_MEMORY = Path("/dev/shm")
+PROC = Path("/proc")
 SETTLE_S = 3.0  # the launcher's watchdog may still be at work
 LOOK_S = 0.05
 _MAPPED = re.compile(rb" /dev/shm/([^\n(]+)")
@@ -24,7 +25,7 @@ def processes_of(launcher_pid: int, *, proc: Path = PROC) -> dict[int, str]:
     """Pid -> command of everything that carries a run id of this launcher, but the launcher."""
     found: dict[int, str] = {}
     for name in filter(str.isdigit, os.listdir(proc)):
-        run_id = run_id_of(int(name), proc=proc)
+        run_id = run_id_of(int(name))
         if run_id is not None and run_id.partition("-")[0] == str(launcher_pid):
             found[int(name)] = _command(int(name), proc)
     found.pop(launcher_pid, None)

@@ -9,11 +9,13 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from unittest import mock
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from launcher import proc
 from launcher.engine.monitor.shared_memory import (
     SETTLING_S,
     STALE_NEWS_S,
@@ -40,6 +42,7 @@ class Shelf:
         self.folder.mkdir()
         self.proc.mkdir()
         self._locks = contextlib.ExitStack()
+        self._locks.enter_context(mock.patch.object(proc, "ROOT", str(self.proc)))
         self._lines = ""
 
     def put(self, *names: str) -> None:
@@ -66,10 +69,10 @@ class Shelf:
     def stale(self, age_s: float = 2 * SETTLING_S) -> list[str]:
         """Names of what is stale, if all files are that old."""
         now_s = time.time() + age_s
-        return [s.name for s in stale(folder=self.folder, proc=self.proc, now_s=now_s)]
+        return [s.name for s in stale(folder=self.folder, now_s=now_s)]
 
     def free(self, *names: str) -> int:
-        return free(names, folder=self.folder, proc=self.proc)
+        return free(names, folder=self.folder)
 
     @property
     def left(self) -> set[str]:
@@ -176,9 +179,9 @@ def test_the_port_of_a_node_that_died_young_goes_with_its_segment(shelf: Shelf):
 
 def test_what_came_into_use_after_it_was_found_is_not_cleaned(shelf: Shelf):
     shelf.put(SEGMENT, f"{SEGMENT}_el")
-    found = stale(folder=shelf.folder, proc=shelf.proc, now_s=time.time() + 60)
+    found = stale(folder=shelf.folder, now_s=time.time() + 60)
     shelf.lock(f"{SEGMENT}_el")
-    assert clean(found, folder=shelf.folder, proc=shelf.proc) == 0
+    assert clean(found, folder=shelf.folder) == 0
     assert shelf.left == {SEGMENT, f"{SEGMENT}_el"}
 
 
@@ -194,8 +197,8 @@ def test_a_ledger_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
         shelf.put(name, f"{name}_el")
         shelf.lock(f"{name}_el", pid=pid)
         shelf.maps(name, pid=pid, run_id=run_id)
-    assert held(folder=shelf.folder, proc=shelf.proc) == {SEGMENT: 11, OTHER: 12}
-    ledger = Ledger("1-a", folder=shelf.folder, proc=shelf.proc)
+    assert held(folder=shelf.folder) == {SEGMENT: 11, OTHER: 12}
+    ledger = Ledger("1-a", folder=shelf.folder)
     ledger.note()
     assert (ledger.names, ledger.free()) == ({SEGMENT}, 0)
     shelf.close()  # both die
@@ -206,7 +209,7 @@ def test_a_ledger_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
 def test_a_ledger_keeps_up_with_new_files_and_looks_again_at_old_ones_only_now_and_then(
     shelf: Shelf,
 ):
-    ledger = Ledger("1-a", folder=shelf.folder, proc=shelf.proc)
+    ledger = Ledger("1-a", folder=shelf.folder)
     for pid in (11, 12):
         shelf.maps(SEGMENT, pid=pid, run_id="1-a")
     shelf.put(SEGMENT, f"{SEGMENT}_el", OTHER, f"{OTHER}_el")
@@ -237,7 +240,7 @@ def test_cleaning_never_touches_what_is_locked(present: set[str], locked: set[st
         for name in present & locked:
             shelf.lock(f"{name}_el", pid=OWNER if visible else None)
         shelf.maps("fastrtps_port7413")
-        found = stale(folder=shelf.folder, proc=shelf.proc, now_s=time.time() + 60)
-        clean(found, folder=shelf.folder, proc=shelf.proc)
+        found = stale(folder=shelf.folder, now_s=time.time() + 60)
+        clean(found, folder=shelf.folder)
         assert {f"{name}_el" for name in present & locked} <= shelf.left
         assert {n for n in present - locked if "port" not in n}.isdisjoint(shelf.left)

@@ -24,28 +24,24 @@ from launcher.engine.shutdown_machine import (
     OUTPUT_CLOSED,
     BudgetExceeded,
     EndLeftovers,
-    Finish,
     Idle,
     Interrupted,
-    LeftoversGone,
-    LeftoversKilled,
     Notify,
-    OutputClosed,
+    Occurrence,
+    Order,
     ProcessEnded,
-    ReportWaiting,
     Say,
     ShutdownDecided,
     ShutdownMachine,
-    SkipGracePeriods,
     StopAll,
     StopRequested,
 )
-from launcher.engine.shutdown_machine import Tick as Due
 from launcher.errors import ExitCode
 from launcher.model.events import ShutdownAsked, SignalReceived
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 
 INT, TERM, HUP, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL
+SKIP = Order.SKIP_GRACE_PERIODS
 IDLE = Idle(expects_more=False)
 DIED = Ended(Outcome(returncode=1), asked=False, retry_in_s=None)
 
@@ -93,7 +89,7 @@ def test_a_signal_is_told_to_the_interpreter_whose_answer_stops_everything():
     assert run.is_stopping
     assert run.handle(ShutdownDecided("ctrl-c"), 1.0) == [StopAll("ctrl-c")]
     assert run.handle(ShutdownDecided("another"), 1.0) == []
-    assert run.handle(Due(), 1.0) == [], "it has been stopped once"
+    assert run.handle(Occurrence.TICK, 1.0) == [], "it has been stopped once"
 
 
 def test_a_signal_stops_everything_even_if_the_interpreter_does_not_answer():
@@ -101,7 +97,7 @@ def test_a_signal_stops_everything_even_if_the_interpreter_does_not_answer():
     run.handle(Interrupted(TERM), 1.0)
     assert run.deadline == 1.0
     assert run.handle(IDLE, 1.0) == []
-    assert run.handle(Due(), 1.0) == [StopAll("SIGTERM")]
+    assert run.handle(Occurrence.TICK, 1.0) == [StopAll("SIGTERM")]
 
 
 @pytest.mark.parametrize("signum", [INT, TERM, HUP])
@@ -112,33 +108,33 @@ def test_every_further_signal_skips_the_grace_periods(signum: int):
     for _ in range(3):
         said, skip = run.handle(Interrupted(signum), 1.0)
         assert isinstance(said, Say) and said.text.endswith("again, not waiting any longer")
-        assert skip == SkipGracePeriods()
+        assert skip == SKIP
 
 
 def test_a_signal_after_another_reason_skips_the_grace_periods():
     run = ShutdownMachine([running()])
     run.handle(ShutdownDecided("over"), 0.0)
-    assert SkipGracePeriods() in run.handle(Interrupted(INT), 1.0)
+    assert SKIP in run.handle(Interrupted(INT), 1.0)
 
 
 def test_the_sighup_of_a_terminal_whose_closed_output_was_noticed_first_is_no_second_signal():
     run = ShutdownMachine([running()])
-    run.handle(OutputClosed(), 0.0)
-    run.handle(Due(), 0.0)
+    run.handle(Occurrence.OUTPUT_CLOSED, 0.0)
+    run.handle(Occurrence.TICK, 0.0)
     run.handle(ShutdownDecided(OUTPUT_CLOSED), 0.0)
     assert run.handle(Interrupted(HUP), 0.1) == []
-    assert SkipGracePeriods() in run.handle(Interrupted(HUP), 0.2), "that is the second one"
+    assert SKIP in run.handle(Interrupted(HUP), 0.2), "that is the second one"
 
 
 def test_any_other_sighup_while_it_is_stopping_does_not_wait():
     run = ShutdownMachine([running()])
     run.handle(ShutdownDecided("over"), 0.0)
-    assert SkipGracePeriods() in run.handle(Interrupted(HUP), 0.1)
+    assert SKIP in run.handle(Interrupted(HUP), 0.1)
 
 
 def test_a_sighup_of_a_closed_terminal_stops_a_run_that_was_not_stopping():
     run = ShutdownMachine([running()])
-    run.handle(OutputClosed(), 0.0)
+    run.handle(Occurrence.OUTPUT_CLOSED, 0.0)
     assert Notify(SignalReceived(signum=HUP)) in run.handle(Interrupted(HUP), 0.0)
 
 
@@ -146,7 +142,7 @@ def test_a_sighup_of_a_closed_terminal_stops_a_run_that_was_not_stopping():
     ("event", "reason"),
     [
         (StopRequested("timeout of 7 s reached"), "timeout of 7 s reached"),
-        (OutputClosed(), OUTPUT_CLOSED),
+        (Occurrence.OUTPUT_CLOSED, OUTPUT_CLOSED),
         (BudgetExceeded("robot-1", "it uses too much"), "robot-1 is over its budget"),
         (ProcessEnded("robot-1", DIED, is_required=True), "robot-1 is required and has exited"),
     ],
@@ -155,7 +151,7 @@ def test_other_reasons_wait_for_the_next_tick_and_are_announced(event, reason: s
     run = ShutdownMachine([running()])
     assert run.handle(event, 3.0) == []
     assert not run.is_stopping and run.deadline == 3.0
-    said, told = run.handle(Due(), 3.0)
+    said, told = run.handle(Occurrence.TICK, 3.0)
     assert said == Say("INFO", f"{reason}: shutting down")
     assert told == Notify(ShutdownAsked(reason=reason))
     assert run.handle(ShutdownDecided(reason), 3.0) == [StopAll(reason)]
@@ -165,17 +161,17 @@ def test_the_first_of_several_reasons_counts():
     run = ShutdownMachine([running()])
     run.handle(StopRequested("a"), 0.0)
     run.handle(StopRequested("b"), 0.0)
-    assert Say("INFO", "a: shutting down") in run.handle(Due(), 0.0)
+    assert Say("INFO", "a: shutting down") in run.handle(Occurrence.TICK, 0.0)
     run.handle(StopRequested("c"), 0.0)
     run.handle(ShutdownDecided("a"), 0.0)
-    assert run.handle(Due(), 0.5) == []
+    assert run.handle(Occurrence.TICK, 0.5) == []
 
 
 def test_a_reason_is_forgotten_when_the_launch_file_is_quicker():
     run = ShutdownMachine([running()])
     run.handle(StopRequested("a"), 0.0)
     assert run.handle(ShutdownDecided("b"), 0.0) == [StopAll("b")]
-    assert run.handle(Due(), 0.0) == []
+    assert run.handle(Occurrence.TICK, 0.0) == []
 
 
 @pytest.mark.parametrize(
@@ -210,11 +206,11 @@ def test_who_is_waited_for_is_reported_once_a_second_until_nobody_is():
     run = ShutdownMachine([one])
     run.handle(ShutdownDecided("over"), 0.0)
     one.machine.handle(Stop(), 0.0)
-    assert run.handle(Due(), 0.9) == []
-    assert run.handle(Due(), 1.0) == [ReportWaiting()]
+    assert run.handle(Occurrence.TICK, 0.9) == []
+    assert run.handle(Occurrence.TICK, 1.0) == [Order.REPORT_WAITING]
     assert run.deadline == 2.0
     one.machine.handle(Exited(Outcome(returncode=-2)), 1.5)
-    assert run.handle(Due(), 2.0) == []
+    assert run.handle(Occurrence.TICK, 2.0) == []
     assert run.deadline is None
 
 
@@ -223,8 +219,8 @@ def test_a_run_without_processes_is_over_and_leftovers_come_before_its_end():
     assert run.handle(IDLE, 0.0) == [EndLeftovers(0)]
     assert run.is_stopping
     assert run.handle(IDLE, 0.0) == [], "they are looked for once"
-    assert run.handle(LeftoversGone(), 0.5) == [Finish()]
-    assert run.handle(LeftoversGone(), 0.5) == []
+    assert run.handle(Occurrence.LEFTOVERS_GONE, 0.5) == [Order.FINISH]
+    assert run.handle(Occurrence.LEFTOVERS_GONE, 0.5) == []
 
 
 def test_the_end_is_not_reached_while_something_may_start():
@@ -284,7 +280,7 @@ def test_leftovers_hear_of_the_signals_that_came_before():
     run.handle(Interrupted(INT), 0.2)
     one.machine.handle(Exited(Outcome(returncode=0)), 0.3)
     assert run.handle(IDLE, 0.3) == [EndLeftovers(2)]
-    assert SkipGracePeriods() in run.handle(Interrupted(INT), 0.4)
+    assert SKIP in run.handle(Interrupted(INT), 0.4)
 
 
 # ---- the exit code
@@ -318,7 +314,7 @@ def test_a_stop_that_was_asked_for_is_no_failure(signum: int):
     [
         ([], [ProcessEnded("robot-1", DIED, report="robot-1")]),
         ([], [BudgetExceeded("robot-1", "too much")]),
-        ([], [LeftoversKilled()]),
+        ([], [Occurrence.LEFTOVERS_KILLED]),
         ([killed(by_user=False)], []),
         ([stuck()], []),
     ],

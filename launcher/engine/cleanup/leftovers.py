@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterable
 
+from launcher import proc
 from launcher.engine.cleanup import sweep
 from launcher.engine.machine import (
     POLITE,
@@ -158,18 +159,12 @@ class Leftovers:
 
 
 def _names(pids: list[int]) -> str:
-    return ", ".join(f"{_command(pid)} [{pid}]" for pid in pids)
+    return ", ".join(f"{proc.command_name(pid) or '?'} [{pid}]" for pid in pids)
 
 
 def _reasons(pids: list[int]) -> str:
     from launcher.engine.posix.proc import describe_state
 
-    return ", ".join(f"{_command(pid)} [{pid}, {describe_state(pid)}]" for pid in pids)
-
-
-def _command(pid: int) -> str:
-    try:
-        with open(f"/proc/{pid}/comm", encoding="utf-8", errors="replace") as file:
-            return file.read().strip()
-    except OSError:
-        return "?"
+    return ", ".join(
+        f"{proc.command_name(pid) or '?'} [{pid}, {describe_state(pid)}]" for pid in pids
+    )

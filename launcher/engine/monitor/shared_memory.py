@@ -26,7 +26,8 @@ import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from launcher.engine.cleanup.run_id import PROC, run_id_of
+from launcher import proc
+from launcher.engine.cleanup.run_id import run_id_of
 from launcher.model.record import Record
 
 FOLDER = Path("/dev/shm")
@@ -56,11 +57,11 @@ class Stale(Record):
         return re.match(_PORT_FILE, self.name) is not None
 
 
-def stale(*, folder: Path = FOLDER, proc: Path = PROC, now_s: float | None = None) -> list[Stale]:
+def stale(*, folder: Path = FOLDER, now_s: float | None = None) -> list[Stale]:
     """All that nobody uses, sorted by name; `now_s` is wall time, as the files' times are."""
     before_s = (time.time() if now_s is None else now_s) - SETTLING_S
     names = _names(folder)
-    unused = _unmapped(_ports(names), folder, proc, before_s)
+    unused = _unmapped(_ports(names), folder, before_s)
     return [
         Stale(name, _size(folder, name))
         for name in sorted(_segments(names) | unused)
@@ -68,12 +69,12 @@ def stale(*, folder: Path = FOLDER, proc: Path = PROC, now_s: float | None = Non
     ]
 
 
-def clean(items: Iterable[Stale], *, folder: Path = FOLDER, proc: Path = PROC) -> int:
+def clean(items: Iterable[Stale], *, folder: Path = FOLDER) -> int:
     """Free what `stale()` found, each tested again under its lock; the bytes that were freed."""
-    return free((item.name for item in items), folder=folder, proc=proc)
+    return free((item.name for item in items), folder=folder)
 
 
-def free(names: Iterable[str], *, folder: Path = FOLDER, proc: Path = PROC) -> int:
+def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
     """Free those of these segments and ports that nobody uses; the bytes that were freed.
 
     What is in use, already gone or somebody else's to delete is left, without an error.
@@ -82,16 +83,16 @@ def free(names: Iterable[str], *, folder: Path = FOLDER, proc: Path = PROC) -> i
     ports = {name for name in wanted if re.match(_PORT_FILE, name)}
     freed_bytes = sum(_free(folder, name) for name in wanted - ports)
     # Now, since a fresh segment of the dead is like that of a participant which is just starting.
-    unused = _unmapped(ports, folder, proc, time.time() - SETTLING_S)
+    unused = _unmapped(ports, folder, time.time() - SETTLING_S)
     return freed_bytes + sum(_free(folder, name) for name in unused)
 
 
-def held(*, folder: Path = FOLDER, proc: Path = PROC) -> dict[str, int]:
+def held(*, folder: Path = FOLDER) -> dict[str, int]:
     """Segment or port -> pid of the process that holds its lock, as far as /proc tells.
 
     A lock from another pid namespace is not listed there. One read for all processes.
     """
-    owners = _lock_owners(proc)
+    owners = _lock_owners()
     device = os.stat(folder).st_dev
     files = _lock_files(folder).items()
     found = ((name[:-3], owners.get((device, inode))) for name, inode in files)
@@ -116,10 +117,9 @@ class Ledger:
     `doctor --fix` finds that. `attendants` are pids that count as ours without the run id.
     """
 
-    def __init__(self, run_id: str, *, folder: Path = FOLDER, proc: Path = PROC) -> None:
+    def __init__(self, run_id: str, *, folder: Path = FOLDER) -> None:
         self._run_id = run_id
         self._folder = folder
-        self._proc = proc
         self.attendants: set[int] = set()
         self._ours: set[str] = set()
         self._seen: dict[str, int] = {}
@@ -147,20 +147,20 @@ class Ledger:
     def note(self) -> None:
         """Look who holds what now, and at the environment of each owner that is new."""
         with contextlib.suppress(OSError):  # no /dev/shm: nothing to note
-            now = held(folder=self._folder, proc=self._proc)
+            now = held(folder=self._folder)
             for name, pid in now.items():
                 if self._seen.get(name) != pid and self._is_ours(pid):
                     self._ours.add(name)
             self._seen = now
 
     def _is_ours(self, pid: int) -> bool:
-        return pid in self.attendants or run_id_of(pid, proc=self._proc) == self._run_id
+        return pid in self.attendants or run_id_of(pid) == self._run_id
 
     def free(self) -> int:
         """Free what our dead processes left; the bytes. What still lives stays noted."""
         if not self._ours:
             return 0
-        freed = free(self._ours, folder=self._folder, proc=self._proc)
+        freed = free(self._ours, folder=self._folder)
         left = set(_names(self._folder))
         self._ours = {n for n in self._ours if n in left or f"{n}_el" in left}
         return freed
@@ -220,19 +220,16 @@ def _is_settled(folder: Path, name: str, before_s: float) -> bool:
     return True
 
 
-def _lock_owners(proc: Path) -> dict[tuple[int, int], int]:
+def _lock_owners() -> dict[tuple[int, int], int]:
     """(device, inode) -> pid for every flock that is held."""
-    try:
-        text = (proc / "locks").read_text(encoding="ascii")
-    except OSError:
-        return {}
+    text = proc.read(".", "locks").decode("ascii")
     return {
         (os.makedev(int(major, 16), int(minor, 16)), int(inode)): int(pid)
         for pid, major, minor, inode in re.findall(_LOCK_LINE, text, re.M)
     }
 
 
-def _unmapped(ports: set[str], folder: Path, proc: Path, before_s: float) -> set[str]:
+def _unmapped(ports: set[str], folder: Path, before_s: float) -> set[str]:
     """Those of the ports that no live participant has mapped.
 
     None of them if there is a participant that we cannot look at: every one holds the lock of a
@@ -240,28 +237,24 @@ def _unmapped(ports: set[str], folder: Path, proc: Path, before_s: float) -> set
     """
     if not ports:
         return set()
-    owners = held(folder=folder, proc=proc)
+    owners = held(folder=folder)
     mapped: set[str] = set()
     for segment in _segments(_names(folder)):
         owner = owners.get(segment)
         if owner is None and _is_settled(folder, segment, before_s) and _is_free(folder, segment):
             continue
-        names = _mapped_by(owner, proc)
+        names = _mapped_by(owner)
         if names is None:
             return set()
         mapped |= names
     return ports - mapped
 
 
-def _mapped_by(pid: int | None, proc: Path) -> set[str] | None:
+def _mapped_by(pid: int | None) -> set[str] | None:
     """What of Fast DDS the process has mapped; None if that cannot be seen."""
     if pid is None:
         return None
-    try:
-        maps = (proc / str(pid) / "maps").read_bytes()
-    except OSError:
-        return None
-    names = {name.decode("ascii") for name in re.findall(_MAPPED, maps)}
+    names = {name.decode("ascii") for name in re.findall(_MAPPED, proc.read(pid, "maps"))}
     return names or None  # an owner maps its own segment, so somebody else has this pid
 
 
