@@ -1,20 +1,20 @@
-"""Unmatched: options about processes (`--required NAME`) that no process is meant by.
+"""Warnings about options for processes (`--required NAME`) that match no process.
 
-What stands in a file (`--budgets`) is told by its line there.
+Those that stand in a file (`--budgets`) are named by their line there.
 """
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator, Sequence
 
 from launcher.engine.logs.run_log import RunLog
 from launcher.model.options import RunOptions, matches
 from launcher.model.spec import ProcessSpec
+from launcher.text import did_you_mean
 
 
 def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[str, str]]:
-    """(`--required 'dispacher' fits no process`, the name that may be meant) for each."""
+    """(`--required 'dispacher' fits no process`, a suggestion) for each."""
     found = {}
     for place, pattern in _patterns(options):
         if not any(matches(pattern, spec) for spec in specs):
@@ -25,17 +25,16 @@ def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[s
 def warn_of_unmatched(
     options: RunOptions, specs: Sequence[ProcessSpec], log: RunLog, *, is_over: bool
 ) -> None:
-    """A misspelt name must not look as if it were obeyed; who is meant may come later."""
+    """Warn of those; the process may still start later, so this is no error."""
     when = "of the whole run" if is_over else "so far"
     for text, meant in unmatched(options, specs):
         log.warn(f"{text} {when}{meant}")
 
 
 def nearest(pattern: str, specs: Sequence[ProcessSpec]) -> str:
-    """` (did you mean 'dispatcher'?)`; empty where nothing is like it."""
-    names = [name for spec in specs for name in (spec.label, spec.name)]
-    near = difflib.get_close_matches(pattern, names, n=1)
-    return f" (did you mean '{near[0]}'?)" if near else ""
+    """` (did you mean 'dispatcher'?)`; empty if no name is similar."""
+    hint = did_you_mean(pattern, [name for spec in specs for name in (spec.label, spec.name)])
+    return f" ({hint})" if hint else ""
 
 
 def _patterns(options: RunOptions) -> Iterator[tuple[str, str]]:
@@ -46,14 +45,10 @@ def _patterns(options: RunOptions) -> Iterator[tuple[str, str]]:
         yield "--budget", word.rpartition(":")[0]
     for pattern, where in options.file_names:
         yield f"{where}:", pattern
-    told = {pattern for pattern, _ in options.file_names}  # its settings are among the following
-    for pattern, _ in options.restart:
-        if pattern not in told:
-            yield "--restart", pattern
-    for pattern, _ in options.stop:
-        if pattern not in told:
-            yield "--stop", pattern
+    in_files = {pattern for pattern, _ in options.file_names}  # are among the following, too
+    for option, settings in (("--restart", options.restart), ("--stop", options.stop)):
+        yield from ((option, pattern) for pattern, _ in settings if pattern not in in_files)
     for pattern, limits in options.limits:
-        if pattern not in told:
+        if pattern not in in_files:
             named = "--limit" if limits.rlimits else "--cpus" if limits.cpus else "--nice"
             yield named, pattern

@@ -1,9 +1,8 @@
-"""ConsoleProcess: our end of the console, the process that has the terminal while a person looks.
+"""ConsoleProcess: the process that has the terminal while a user is there.
 
-The console gets what we would have written to the terminal through a pipe, and asks for
-everything else as any client of the control socket does. It may fail at any time: the terminal is
-then put back into order from here, what the console has not read is written after all, and the
-run goes on without it.
+The console gets our output through a pipe, and asks for everything else as any client of the
+control socket does. It may fail at any time: the terminal is then restored from here, what the
+console has not read is written after all, and the run continues without it.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ import sys
 import termios
 from collections.abc import Callable
 
+from launcher.engine.helpers.popen import last_line, wait_or_kill
 from launcher.engine.output.stdout import Screen
 from launcher.engine.posix.reactor import Reactor
 
@@ -29,7 +29,7 @@ RESET = b"\x1b[?25h\x1b[?7h\x1b[?2004l\x1b[0m\r\x1b[J"
 
 
 def is_at_terminal() -> bool:
-    """Whether a person can type to us: a terminal on both sides, and we are in the foreground."""
+    """Whether a user can type to us: a terminal on both sides, and we are in the foreground."""
     if not (os.isatty(0) and os.isatty(1)) or os.environ.get("TERM", "dumb") == "dumb":
         return False
     return _in_foreground()
@@ -43,10 +43,7 @@ def _in_foreground() -> bool:
 
 
 class ConsoleProcess:
-    """Starts the console; `close()` lets it show the end, and has the terminal as it was.
-
-    `warn` says what went wrong, once.
-    """
+    """Starts the console, and restores the terminal after its end. `warn` is called on failure."""
 
     def __init__(self, reactor: Reactor, screen: Screen, warn: Callable[[str], None]) -> None:
         self._reactor = reactor
@@ -62,7 +59,7 @@ class ConsoleProcess:
         self._has_terminal = False
 
     def start(self) -> None:
-        """Start the console; until it says that it is ready, everything stays as it is."""
+        """Start the console; until it is ready, nothing changes."""
         if not is_at_terminal():
             return  # sent to the background meanwhile
         self._before = termios.tcgetattr(0)
@@ -75,8 +72,8 @@ class ConsoleProcess:
             try:
                 self._process = self._spawn(theirs.fileno())
             except OSError as error:
-                self._let_go()
-                self._warn(f"there is no console, it cannot start: {error.strerror}")
+                self._forget()
+                self._warn(f"cannot start the console: {error.strerror}")
                 return
         self._pidfd = os.pidfd_open(self._process.pid)
         self._reactor.add_reader(self._link.fileno(), self._hear)
@@ -112,7 +109,7 @@ class ConsoleProcess:
             self._reactor.remove(self._link.fileno())
 
     def _hand_over(self) -> None:
-        """The terminal is the console's from now on; what is printed here goes there, too."""
+        """Leave the terminal to the console, to which goes what is printed here, too."""
         assert self._link is not None
         self._has_terminal = True
         blocking = os.open(f"/proc/self/fd/{self._pipe[1]}", os.O_WRONLY | os.O_CLOEXEC)
@@ -130,11 +127,12 @@ class ConsoleProcess:
     def _died(self) -> None:
         assert self._process is not None
         code = self._process.wait()
-        last_words = self._last_words()
+        line = last_line(self._errors)
+        reason = f": {line}" if line else ""
         left = self._take_back()
         self._screen.come_back(left)
         how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-        self._warn(f"the console died ({how}){last_words}; the run goes on without one")
+        self._warn(f"the console died ({how}){reason}; the run continues without one")
 
     def close(self) -> None:
         """Let the console show what is left, and wait for its end. Call it when all is written."""
@@ -148,22 +146,17 @@ class ConsoleProcess:
         self._stop_printing()
         os.close(self._pipe[1])
         self._pipe = (self._pipe[0], -1)
-        code: int | None = None
-        try:
-            code = self._process.wait(GOODBYE_S)
-        except subprocess.TimeoutExpired:  # somebody has stopped it, or the terminal
-            self._process.kill()
-            self._process.wait()
-        if code == 0:
-            self._let_go()
+        if wait_or_kill(self._process, GOODBYE_S) == 0:
+            self._forget()
             return
+        # It was suspended, or the terminal was, or it has failed.
         left = self._take_back()
         with contextlib.suppress(OSError):  # the terminal is gone
             while left:
                 left = left[os.write(1, left) :]
 
     def _stop_printing(self) -> None:
-        """What is printed goes to the terminal again."""
+        """Let what is printed go to the terminal again."""
         sys.stdout.flush()
         for fd, ours in self._saved.items():
             os.dup2(ours, fd)
@@ -171,7 +164,7 @@ class ConsoleProcess:
         self._saved.clear()
 
     def _take_back(self) -> bytes:
-        """Put the terminal into order; what is left in the pipe."""
+        """Restore the terminal; what is left in the pipe."""
         self._stop_printing()
         os.set_blocking(self._pipe[0], False)
         left = b""
@@ -182,16 +175,10 @@ class ConsoleProcess:
             with contextlib.suppress(termios.error):  # the terminal is gone
                 termios.tcsetattr(0, termios.TCSANOW, self._before)  # type: ignore[arg-type]
             left = RESET + left
-        self._let_go()
+        self._forget()
         return left
 
-    def _last_words(self) -> str:
-        size = os.fstat(self._errors).st_size
-        text = os.pread(self._errors, 1000, max(0, size - 1000)).decode(errors="replace")
-        lines = text.strip().splitlines()
-        return f": {lines[-1]}" if lines else ""
-
-    def _let_go(self) -> None:
+    def _forget(self) -> None:
         assert self._link is not None
         self._reactor.remove(self._link.fileno())
         self._link.close()

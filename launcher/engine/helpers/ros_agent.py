@@ -1,4 +1,4 @@
-"""RosAgent: the supervisor's end of the process that talks ROS for it (graph/agent.py).
+"""RosAgent: the process that sends ROS requests for the supervisor (launcher.graph.agent).
 
 Started with the first request, since most launch files have none and rclpy is heavy.
 """
@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 
+from launcher.engine.helpers.popen import wait_or_kill
 from launcher.engine.posix.reactor import Reactor
 from launcher.model.events import (
     ChangeState,
@@ -32,7 +33,7 @@ Request = LoadComponent | ChangeState | WatchLifecycle
 
 
 class RosAgent:
-    """Sends requests and hands on the answers as events. `close()` ends the process."""
+    """Sends requests and hands on the answers as events."""
 
     def __init__(
         self, reactor: Reactor, env: Mapping[str, str], on_event: Callable[[Event], None]
@@ -55,13 +56,8 @@ class RosAgent:
         reactor.add_reader(self._out, self._readable)
 
     @property
-    def pid(self) -> int:
-        """The agent's pid."""
-        return self._process.pid
-
-    @property
     def is_loading(self) -> bool:
-        """Whether a load request waits for its answer, maybe from a container of another run."""
+        """Whether a load request is pending, maybe in a container of another run."""
         return any(isinstance(request, LoadComponent) for request in self._pending.values())
 
     def send(self, request: Request) -> None:
@@ -71,13 +67,13 @@ class RosAgent:
         try:
             os.write(self._in, json.dumps(_words(request)).encode() + b"\n")
         except BrokenPipeError:
-            self._fail_all("the launcher's ROS agent has ended")
+            self._fail_all()
 
     def _readable(self) -> None:
         chunk = os.read(self._out, 65536)
         if not chunk:
             self._reactor.remove(self._out)
-            self._fail_all("the launcher's ROS agent has ended")
+            self._fail_all()
             return
         *lines, self._partial = (self._partial + chunk).split(b"\n")
         for line in lines:
@@ -89,26 +85,25 @@ class RosAgent:
             self._on_event(TransitionSeen(**answer))
             return
         request = self._pending.pop(int(request_id))
-        kind = ComponentLoaded if isinstance(request, LoadComponent) else StateChanged
-        self._on_event(kind(request_id=int(request_id), **answer))
+        self._on_event(_answer_to(request)(request_id=int(request_id), **answer))
 
-    def _fail_all(self, error: str) -> None:
+    def _fail_all(self) -> None:
         pending, self._pending = self._pending, {}
         for request_id, request in pending.items():
-            kind = ComponentLoaded if isinstance(request, LoadComponent) else StateChanged
-            self._on_event(kind(request_id=request_id, error=error))
+            error = "the launcher's ROS agent has ended"
+            self._on_event(_answer_to(request)(request_id=request_id, error=error))
 
     def close(self) -> None:
         """End the agent; requests that wait are dropped."""
         self._reactor.remove(self._out)
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.close()
-        try:
-            self._process.wait(GOODBYE_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        wait_or_kill(self._process, GOODBYE_S)
         self._process.stdout.close()
+
+
+def _answer_to(request: Request) -> type[ComponentLoaded] | type[StateChanged]:
+    return ComponentLoaded if isinstance(request, LoadComponent) else StateChanged
 
 
 def _words(request: Request) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""BridgeProcess: our end of the bridge, the process that shows the run to ROS (graph/bridge.py).
+"""BridgeProcess: the process that shows the run to ROS (launcher.graph.bridge).
 
 It is no process of the run: it has no part in the exit code, and does not keep the run alive.
 """
@@ -12,18 +12,19 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.helpers.popen import last_line, wait_or_kill
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.posix.reactor import Reactor, Timer
 
-MOST = 3  # how often it is started before the run goes on without one
-REST_S = 1.0
+MOST_STARTS = 3  # then the run goes on without one
+RESTART_DELAY_S = 1.0
 GOODBYE_S = 4.0  # a bridge that does not end with the run is killed after this
 
 
 class BridgeProcess:
-    """Keeps the bridge of the run with this socket at work; `warn` says what goes wrong.
+    """Restarts the bridge of the run with this socket if it dies.
 
-    The caretaker frees the shared memory of one that is killed.
+    The housekeeper frees the shared memory of one that is killed.
     """
 
     def __init__(
@@ -36,7 +37,7 @@ class BridgeProcess:
     ) -> None:
         self._reactor = reactor
         self._socket_path = socket_path
-        # Not what the run has to clean up: it ends by itself when we do.
+        # Without the run id: it ends by itself when we do.
         self._env = {name: value for name, value in env.items() if name != RUN_ID_VARIABLE}
         self._warn = warn
         self._caretaker = caretaker
@@ -51,7 +52,6 @@ class BridgeProcess:
         return None if self._process is None else self._process.pid
 
     def start(self) -> None:
-        """Start it."""
         self._timer = None
         self._started += 1
         self._errors = os.memfd_create("bridge-errors", os.MFD_CLOEXEC)
@@ -66,7 +66,7 @@ class BridgeProcess:
             )
         except OSError as error:
             os.close(self._errors)
-            self._warn(f"ROS does not see this run, its bridge cannot start: {error.strerror}")
+            self._warn(f"this run is not visible in ROS: cannot start its bridge: {error.strerror}")
             return
         self._caretaker.attend(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
@@ -77,37 +77,28 @@ class BridgeProcess:
         code = self._process.wait()
         if code < 0:
             self._caretaker.died_by_signal()
-        reason = f": {self._last_words()}" if self._last_words() else ""
-        self._let_go()
-        starts_anew = self._started < MOST
-        what = "it is started again" if starts_anew else "the run goes on without it"
+        line = last_line(self._errors)
+        reason = f": {line}" if line else ""
+        self._forget()
+        starts_anew = self._started < MOST_STARTS
+        what = "restarting it" if starts_anew else "the run continues without it"
         how = f"exit code {code}" if code >= 0 else f"signal {-code}"
         self._warn(f"the ROS bridge died ({how}){reason}; {what}")
         if starts_anew:
-            self._timer = self._reactor.call_later(REST_S, self.start)
-
-    def _last_words(self) -> str:
-        size = os.fstat(self._errors).st_size
-        text = os.pread(self._errors, 1000, max(0, size - 1000)).decode(errors="replace")
-        lines = text.strip().splitlines()
-        return lines[-1] if lines else ""
+            self._timer = self._reactor.call_later(RESTART_DELAY_S, self.start)
 
     def close(self) -> None:
-        """Let it tell the end of the run, and wait for its own."""
+        """Let it publish the end of the run, and wait for its own end."""
         if self._timer is not None:
             self._timer.cancel()
         if self._process is None:
             return
         assert self._process.stdin is not None
         self._process.stdin.close()
-        try:
-            self._process.wait(GOODBYE_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._let_go()
+        wait_or_kill(self._process, GOODBYE_S)
+        self._forget()
 
-    def _let_go(self) -> None:
+    def _forget(self) -> None:
         assert self._process is not None and self._process.stdin is not None
         self._reactor.remove(self._pidfd)
         self._process.stdin.close()

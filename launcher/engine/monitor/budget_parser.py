@@ -1,4 +1,4 @@
-"""BudgetReader: budgets as people write them.
+"""Parser of budgets, as in `--budget` and in the YAML file of `--budgets`.
 
 On the command line, `PATTERN:KEY=VALUE,...`::
 
@@ -22,21 +22,21 @@ The file may also say how a process is restarted, stopped and limited, in the wo
       limit: nofile=256,core=0
 
 cpu is percent of one core; memory is bytes, K, M and G are powers of 1024; threads and fds are
-counts; for is seconds, rounded up to whole ones because it is looked once a second; action is warn,
-restart (the process) or stop-run (`stop` means that, too).
+counts; for is seconds, rounded up since samples are taken once a second; action is warn, restart
+(the process) or stop-run (or its short form `stop`).
 """
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Union
 
 from launcher.engine.monitor.budgets import Budget, BudgetAction
 from launcher.errors import UsageError
 from launcher.model.record import replace
+from launcher.text import did_you_mean
 
 if TYPE_CHECKING:
     import yaml
@@ -54,7 +54,7 @@ def _parse_word(word: str) -> Budget:
     pattern, colon, text = word.rpartition(":")
     if not colon or not pattern:
         hint = "PATTERN:KEY=VALUE,..., as in 'robot_*:memory=200M,for=10,action=restart'"
-        raise UsageError(f"'{word}' is no budget", hint=hint)
+        raise UsageError(f"invalid budget '{word}'", hint=hint)
     entries = []
     for part in text.split(","):
         key, equals, value = part.partition("=")
@@ -65,7 +65,7 @@ def _parse_word(word: str) -> Budget:
 
 
 def text_of(path: str) -> str:
-    """What is in a file; UsageError."""
+    """Contents of a file of budgets; UsageError."""
     try:
         with open(path, encoding="utf-8") as file:
             return file.read()
@@ -115,9 +115,9 @@ def _patterns(text: str, path: str) -> Iterator[tuple[str, list[_Entry], _Place]
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = _Place(path, 1 if mark is None else mark.line + 1, text)
-        raise place.error(error.problem or "this is no YAML") from error
+        raise place.error(error.problem or "invalid YAML") from error
     except yaml.YAMLError as error:
-        raise UsageError(f"{path}: this is no YAML: {error}") from error
+        raise UsageError(f"{path}: invalid YAML: {error}") from error
     if root is None:
         return
     for name, node in _pairs(root, path, text, "patterns, each with its limits"):
@@ -164,11 +164,10 @@ class _Place(NamedTuple):
 
     @property
     def where(self) -> str:
-        """`budgets.yaml:3`."""
+        """As `budgets.yaml:3`."""
         return self.name if self.line is None else f"{self.name}:{self.line}"
 
     def error(self, message: str, hint: str | None = None) -> UsageError:
-        """The error that points here."""
         if self.line is None:
             return UsageError(f"{self.name}: {message}", hint=hint)
         lines = self.text.splitlines()
@@ -200,15 +199,16 @@ def _budget(pattern: str, entries: Sequence[_Entry], place: _Place) -> Budget:
         try:
             fields[field] = read(entry.value)
         except ValueError as error:
-            raise here.error(f"'{entry.value}' is no value for '{entry.key}'", str(error)) from None
+            raise here.error(
+                f"invalid value '{entry.value}' for '{entry.key}'", str(error)
+            ) from None
     if not fields.keys() & {"cpu_percent", "memory_bytes", "threads", "fds"}:
         raise place.error(f"no limit for '{pattern}'", f"as in {_EXAMPLES}")
     return replace(Budget(pattern=pattern), **fields)
 
 
-def _suggestion(word: str, known: Iterable[str]) -> str:
-    near = difflib.get_close_matches(word, list(known), n=1)
-    return f"did you mean '{near[0]}'?" if near else f"known are {', '.join(known)}"
+def _suggestion(word: str, known: Collection[str]) -> str:
+    return did_you_mean(word, known) or f"known are {', '.join(known)}"
 
 
 def _number(text: str, what: str) -> float:

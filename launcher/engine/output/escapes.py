@@ -1,6 +1,6 @@
-"""Terminal: what of a process's output must not reach one, beyond what moves its cursor.
+"""Control characters of a process's output that must not reach a terminal, besides cursor moves.
 
-Files and pipes get these bytes as they are: they do harm only where a terminal obeys them.
+Files and pipes get these bytes as they are: only a terminal obeys them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _SUSPECT = rb"\x1b\[(?![34]8;5;\d+m)((?:[0-9;:]*[;:])?0*[568](?:[;:][0-9;:]*)?)m
 
 
 def without_controls(text: bytes) -> bytes:
-    """Lines that `for_screen` has let pass, without what steers a terminal in other ways.
+    """Lines that `for_screen` has cleaned, without what controls a terminal in other ways.
 
     Colours, bold, italics, underlining and the like stay, and so do bytes that are no UTF-8
     outside of 0x80 to 0x9F, where terminals with 8-bit controls see escape sequences.

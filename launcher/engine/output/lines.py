@@ -16,10 +16,9 @@ _SHIFTS = b"\x08\x0b\x0c\x0e\x0f"  # backspace, vertical tab, form feed, charact
 
 
 class LineBuffer:
-    """Collects one stream of one process; holds back what is not a whole line yet.
+    """Splits one stream of one process; keeps back what is not a whole line yet.
 
-    `shown` counts the bytes of the waiting line that somebody has shown already, for a prompt
-    that will get its newline later.
+    `shown` counts the bytes of the unfinished line that are on the screen already, as of a prompt.
     """
 
     def __init__(self) -> None:
@@ -43,7 +42,7 @@ class LineBuffer:
         return lines, shown
 
     def take_partial(self) -> tuple[bytes, int]:
-        """What waits for its end, made a line, as `feed` returns it; b'' if nothing waits."""
+        """The unfinished line with a newline, as `feed` returns it; b'' if there is none."""
         lines, shown = self.partial, self.shown
         self._forget()
         return (lines + b"\n" if lines else b""), shown
@@ -69,7 +68,7 @@ def _cut(line: bytes) -> bytes:
 
 
 def _is_harmless(lines: bytes) -> bool:
-    """Whether there is nothing in them that needs a closer look.
+    """Whether they have no control characters but tabs and newlines.
 
     Written out: a search for one byte costs next to nothing, a loop around it more.
     """
@@ -86,7 +85,7 @@ def _is_harmless(lines: bytes) -> bool:
 
 
 def for_screen(lines: bytes) -> bytes:
-    """Whole lines without what would move the reader's cursor; colour stays, inside its line.
+    """Whole lines without what would move the cursor; colour stays, inside its line.
 
     A carriage return before the newline goes; one inside a line (a progress bar) leaves what a
     terminal would show last.
@@ -98,7 +97,7 @@ def for_screen(lines: bytes) -> bytes:
 
 
 def for_terminal(lines: bytes) -> bytes:
-    """The same for a screen that is a terminal, which obeys more than that (`terminal`)."""
+    """The same for a screen that is a terminal, which obeys more than that (`escapes`)."""
     text = for_screen(lines)
     if _is_ordinary(text):
         return text
@@ -108,10 +107,7 @@ def for_terminal(lines: bytes) -> bytes:
 
 
 def _is_ordinary(text: bytes) -> bool:
-    """Whether there is nothing in it that a terminal could obey; written out for the same reason.
-
-    Bytes that are no ASCII need a closer look, and so do colours.
-    """
+    """Whether a terminal has nothing to obey in it; not so with colours and what is not ASCII."""
     return text.isascii() and not (
         0x1B in text
         or 0x07 in text
@@ -184,7 +180,7 @@ class Block:
 
 
 class LogRing:
-    """Bounded memory of whole lines. `tap`, if set, gets each block as it comes."""
+    """The last output of one process, split into lines only on request. `tap` gets each block."""
 
     __slots__ = ("_blocks", "_bytes", "tap")
 
@@ -194,7 +190,7 @@ class LogRing:
         self.tap: Callable[[Block], None] | None = None
 
     def append(self, stream: str, heard_s: float, lines: bytes) -> None:
-        """Remember a block, and forget the oldest beyond the limits."""
+        """Append a block, and drop the oldest beyond the limits."""
         block = Block(stream, heard_s, lines)
         blocks = self._blocks
         blocks.append(block)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
-# While others write much, a silent process may simply not have had its turn on the processor.
+# While others write much, a silent process may simply not have been scheduled.
 BUSY_PATIENCE_S = 1.0
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
 
@@ -55,7 +55,7 @@ class Stream:
 class OutputReader:
     """Reads the streams of running processes. `processes` is the live collection of them.
 
-    It stops while the screen cannot follow: the pipes fill, and the children wait. `heard_s` is
+    It pauses while the screen cannot follow: the pipes fill, and the children block. `heard_s` is
     when anything was read last, on the monotonic clock.
     """
 
@@ -97,10 +97,10 @@ class OutputReader:
                     self._listen(process, fd)
 
     def drain(self, process: Process) -> None:
-        """Carry what an ended process has left in its pipes, its unfinished last line included.
+        """Read what an ended process has left in its pipes, its unfinished last line included.
 
         A grandchild may hold a pipe open and even flood it, so this ends at what a pipe can
-        hold; what comes later is still carried by the loop until the stream ends.
+        hold; what comes later is still read by the loop until the stream ends.
         """
         for fd in list(process.streams):
             left = DRAIN_BYTES
@@ -116,7 +116,7 @@ class OutputReader:
         process.streams.clear()
 
     def _read(self, process: Process, fd: int) -> int:
-        """One read; how many bytes it brought."""
+        """Read once; the number of bytes."""
         child = process.child
         assert child is not None
         chunk = child.read(fd)
@@ -143,7 +143,7 @@ class OutputReader:
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
         process.ring.append(stream.name, stream.heard_s, lines)
-        if stream.shown:  # before the files: a person waits for it
+        if stream.shown:  # before the files: a user waits for it
             stopping = process.machine.state is ProcessState.STOPPING
             passed = stream.gate.feed(lines, stopping=stopping)
             if passed:
@@ -182,7 +182,7 @@ class OutputReader:
         for fd, stream in list(process.streams.items()):
             if not stream.waits:
                 continue
-            # We may have been held up ourselves: whoever has something to read is not silent.
+            # We may have been late ourselves: a stream with something to read is not silent.
             if not self._is_silent(stream) or self._read(process, fd):
                 if process.idle_timer is None:
                     self._expect_end(process)
@@ -196,10 +196,7 @@ class OutputReader:
                 )
 
     def _is_silent(self, stream: Stream) -> bool:
-        """Whether the end of its line is not just about to come.
-
-        Whom we do not read we cannot know to be silent.
-        """
+        """Whether the end of its line is not just about to come; unknown while we do not read."""
         if self._paused:
             return False
         now = self._reactor.now()

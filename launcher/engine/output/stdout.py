@@ -1,4 +1,4 @@
-"""Screen: the one writer of our standard output. Prefixes, colours, and push-back when slow."""
+"""Screen: writes our standard output, with prefixes and colours, without ever blocking."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from launcher.engine.posix.reactor import Reactor
 HIGH_WATER = 1024 * 1024  # bytes that wait; above it the children are not read any more
 # The same for a terminal: what waits is shown before the answer to a key, and after a `mute`.
 TERMINAL_HIGH_WATER = 128 * 1024
-# Refusals of a disk: no reason to stop robots. Whatever else cannot be written has no reader.
+# A full disk does not end the run. Any other error means that nobody reads the output.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-LOW_PART = 4  # they are read again when this part of it waits
+LOW_PART = 4  # the children are read again when no more than this part of it waits
 
 # Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
 _PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 117, 99)
@@ -47,11 +47,11 @@ def passes_colour(fd: int, env: Mapping[str, str]) -> bool:
 
 
 class Screen:
-    """Writes whole blocks to a descriptor, never blocks, and keeps what could not be written.
+    """Writes whole blocks to a descriptor, never blocks, and queues what could not be written.
 
-    `colour` is for our own words, `plain` keeps back that of processes. `on_pressure(True)` is
-    called when much waits, `on_pressure(False)` when it has gone; `on_closed()` once when nobody
-    reads any more (`| head`).
+    `colour` is for our own lines, `plain` removes that of processes. `on_pressure(True)` is called
+    when the queue is long, `on_pressure(False)` when it is short again; `on_closed()` once when
+    the output has no reader any more (`| head`).
     """
 
     def __init__(self, reactor: Reactor, fd: int = 1, *, colour: bool, plain: bool = False) -> None:
@@ -84,7 +84,7 @@ class Screen:
         return b"\x1b[38;5;%dm%s\x1b[0m " % (_PALETTE[index % len(_PALETTE)], text)
 
     def write_lines(self, source: object, prefix: bytes, lines: bytes, shown: int = 0) -> None:
-        """Show whole lines of a process. `shown` is as in `LineBuffer`."""
+        """Write whole lines of a process. `shown` is as in `LineBuffer`."""
         if not shown or self._partial_of is not source:
             self._write_around(with_prefix(prefix, self._clean(lines)), source)
             return
@@ -96,7 +96,7 @@ class Screen:
         self._write(block)
 
     def write_partial(self, source: object, prefix: bytes, partial: bytes, shown: int) -> int:
-        """Show the beginning of a line that waits for its end; how much of it is shown now."""
+        """Write the beginning of an unfinished line; how much of it is shown now."""
         if self.is_tty and not partial.isascii():
             from launcher.engine.output.escapes import whole_characters
 
@@ -121,13 +121,13 @@ class Screen:
         return len(partial)
 
     def end_partial(self, source: object) -> None:
-        """Its line has ended, whatever is shown of that."""
+        """End its line, whatever is shown of that."""
         if self._partial_of is source:
             self._partial_of = None
             self._write(b"\n")
 
     def _write_around(self, block: bytes, source: object = None) -> None:
-        """Write whole lines where somebody has not finished his.
+        """Write whole lines although another source has an unfinished one.
 
         The console, which knows what it has drawn, keeps that line below them: a question stays in
         sight until it is answered. On a terminal, where it may have been wrapped, it ends here.
@@ -149,7 +149,7 @@ class Screen:
         return without_colour(text)
 
     def log(self, level: str, logger: str, text: str) -> None:
-        """Show a line of our own: `[INFO] [launch]: text`, as ROS 2 does."""
+        """Write a line of our own: `[INFO] [launch]: text`, as ROS 2 does."""
         head = f"[{level}] [{logger}]:".encode()
         if self.colour:
             head = _LEVELS.get(level, b"") + head + _RESET
@@ -199,7 +199,7 @@ class Screen:
             self.on_pressure(False)
 
     def _try(self, block: bytes) -> bytes:
-        """Write what goes; the rest."""
+        """Write without blocking; the rest."""
         try:
             while block:
                 block = block[os.write(self.fd, block) :]
@@ -215,7 +215,8 @@ class Screen:
 
     def _drop(self, block: bytes, error: OSError) -> None:
         if not self.dropped_bytes:
-            complain(f"{error.strerror}: output; the run goes on without what finds no room")
+            reason = f"cannot write the output: {error.strerror}"
+            complain(f"{reason}; what does not fit is dropped")
         self.dropped_bytes += len(block)
 
     def _close_output(self) -> None:
@@ -229,10 +230,10 @@ class Screen:
     # ---- the console
 
     def divert(self, fd: int, on_diverted: Callable[[], None]) -> None:
-        """Write to `fd`, which never blocks and stays the caller's, once nothing waits any more.
+        """Write to `fd`, which never blocks and stays the caller's, once the queue is empty.
 
-        What was written before goes where it was meant to go, up to the end of a line. So that
-        this comes to an end on a terminal slower than the children, they wait for it.
+        What was written before goes to the terminal, up to the end of a line. The children are not
+        read meanwhile, so that this comes to an end on a terminal slower than they are.
         """
         self._next_fd, self._on_diverted = fd, on_diverted
         if self._waiting:
@@ -248,7 +249,7 @@ class Screen:
             self._on_diverted()
 
     def come_back(self, left: bytes) -> None:
-        """Write to the terminal again: first `left`, which nobody has read, then what waits."""
+        """Write to the terminal again: first `left`, which nobody has read, then the queue."""
         self._next_fd = None
         if self.fd == self._terminal:
             if not self._waiting:
@@ -264,10 +265,10 @@ class Screen:
             self._reactor.add_writer(self.fd, self._flush)
 
     def finish(self, patience_s: float) -> None:
-        """Write what waits, giving a slow reader `patience_s` seconds, and let go of the output."""
+        """Write the queue, giving a slow reader `patience_s` seconds, and close the output."""
         deadline = self._reactor.now() + patience_s
         while self._waiting and (left_s := deadline - self._reactor.now()) > 0:
-            _wait_writable(self.fd, left_s)
+            _is_writable(self.fd, left_s)
             self._flush()
         self._reactor.remove(self.fd)
         if self._own:
@@ -275,12 +276,13 @@ class Screen:
             self._own = False
 
 
-def _wait_writable(fd: int, seconds: float) -> None:
+def _is_writable(fd: int, timeout_s: float) -> bool:
+    """Whether it is, or becomes so within the time."""
     import select
 
     poll = select.poll()
     poll.register(fd, select.POLLOUT)
-    poll.poll(seconds * 1000)
+    return bool(poll.poll(timeout_s * 1000))
 
 
 def _non_blocking(fd: int) -> tuple[int, bool]:
@@ -298,16 +300,8 @@ def _non_blocking(fd: int) -> tuple[int, bool]:
 
 
 def complain(text: str, *, shown_fd: int = 1, fd: int = 2) -> None:
-    """Say it on `fd` if that is another file than `shown_fd`; never wait for a reader, nor fail."""
+    """Write it to `fd` if that is another file than `shown_fd`; never block, nor fail."""
     with contextlib.suppress(OSError):
-        if os.path.sameopenfile(shown_fd, fd) or not _takes_some(fd):
+        if os.path.sameopenfile(shown_fd, fd) or not _is_writable(fd, 0):
             return
         os.write(fd, f"error: {text}\n".encode(errors="surrogateescape"))
-
-
-def _takes_some(fd: int) -> bool:
-    import select
-
-    poll = select.poll()
-    poll.register(fd, select.POLLOUT)
-    return bool(poll.poll(0))

@@ -1,9 +1,9 @@
-"""TracebackGate: lets a traceback pass as one block, and folds the one of an ordinary stop.
+"""TracebackGate: keeps the lines of a traceback together, and folds that of an ordinary stop.
 
 Python writes a traceback line by line, so another node's lines could come in between. And a node
-that does not catch KeyboardInterrupt or rclpy's ExternalShutdownException ends each stop that
-somebody asked for with twenty lines that tell nothing. Nor does rcl's remark on each message that
-is logged after the shutdown of its context, which is shown and written all the same.
+that does not catch KeyboardInterrupt or rclpy's ExternalShutdownException ends each requested stop
+with twenty useless lines. So is rcl's warning about each message that is logged after the shutdown
+of its context; the message itself is shown and written all the same.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ HELD_LIMIT = 64 * 1024  # bytes; something longer is no traceback
 
 
 class TracebackGate:
-    """Stands before the screen, one per stream. `feed` and `flush` return what may pass."""
+    """One per stream that is shown. `feed` and `flush` return what may be shown."""
 
     def __init__(self) -> None:
         self._held = b""
 
     @property
     def holds(self) -> bool:
-        """Whether a traceback has begun and not ended."""
+        """Whether it holds back an unfinished traceback."""
         return bool(self._held)
 
     def feed(self, lines: bytes, *, stopping: bool) -> bytes:
