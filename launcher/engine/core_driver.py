@@ -7,7 +7,9 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import Stop
+from launcher.engine.machine import (
+    Command,
+)
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
@@ -152,7 +154,7 @@ class CoreDriver:
             case SignalProcess(signum=signum):
                 self._driver.signal(process, signum)
             case StopProcess():
-                self._driver.advance(process, Stop())
+                self._driver.advance(process, Command.STOP)
             case WriteStdin(data=data):
                 self._driver.write_stdin(process, data)
 

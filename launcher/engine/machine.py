@@ -1,7 +1,7 @@
 """ProcessMachine: the life of one process as a pure state machine.
 
-Time is an argument (seconds on the monotonic clock) and nothing happens in here: `handle()`
-returns what the supervisor has to do. `deadline` tells when it has to send a `Tick`.
+Time is an argument (seconds on the monotonic clock), and there is no I/O: `handle()` returns what
+the driver has to do. `deadline` is when the driver has to send a `TICK`.
 
     STOPPED --start--> STARTING --started--> RUNNING --exit--> EXITED | BACKOFF | FATAL
        ^                  |  spawn failed: as an exit            |
@@ -21,22 +21,22 @@ from collections.abc import Callable
 from launcher.model.record import Record
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
-# Refusals of the system that may be over soon: too many processes or files, too little memory.
+# Errors that may be over soon: too many processes or files, too little memory.
 TRANSIENT = frozenset({errno.EAGAIN, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
 # Signals that ask a program to end; it may catch them and clean up.
 POLITE = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT})
-SPAWN_RETRY_S = 1.0  # such a refusal is not asked for again at once
+SPAWN_RETRY_S = 1.0  # at least, after such an error
 
 
 class ProcessState(enum.Enum):
-    """The states, by the names that operators know from supervisord."""
+    """The states, by the names of supervisord."""
 
-    STOPPED = "STOPPED"  # never started, or stopped because somebody asked
+    STOPPED = "STOPPED"  # never started, or stopped on request
     STARTING = "STARTING"  # a spawn is on its way
     RUNNING = "RUNNING"
     BACKOFF = "BACKOFF"  # ended, and waits for its restart
-    STOPPING = "STOPPING"  # signalled, and not gone yet
-    EXITED = "EXITED"  # ended by itself, and stays so
+    STOPPING = "STOPPING"  # signalled, and still alive
+    EXITED = "EXITED"  # ended by itself, and is not restarted
     FATAL = "FATAL"  # failed, and its restarts are used up or it cannot be started
 
     @property
@@ -48,16 +48,6 @@ class ProcessState(enum.Enum):
 # ---- events
 
 
-class Start(Record):
-    """The launch file starts it."""
-
-
-class Started(Record):
-    """The spawn succeeded."""
-
-    pid: int
-
-
 class SpawnError(Record):
     """The spawn failed with this errno; `what` names the culprit if it is not the program."""
 
@@ -65,34 +55,10 @@ class SpawnError(Record):
     what: str = ""
 
 
-class StartCancelled(Record):
-    """The spawn will not take place: it was stopped while it was queued."""
-
-
 class Exited(Record):
     """The process ended; `outcome` has a return code."""
 
     outcome: Outcome
-
-
-class Stop(Record):
-    """Stop it, with the run or because the launch file says so."""
-
-
-class UserStart(Record):
-    """A user starts it."""
-
-
-class UserStop(Record):
-    """A user stops it, and may start it again."""
-
-
-class Restart(Record):
-    """Stop it and start it again at once."""
-
-
-class SkipGrace(Record):
-    """Do not wait for the deadline: take the next step of the stop now, or the first."""
 
 
 class SignalSent(Record):
@@ -102,41 +68,26 @@ class SignalSent(Record):
     by_user: bool = True
 
 
-class Suspend(Record):
-    """A user suspends it."""
+class Command(enum.Enum):
+    """Events without a value."""
+
+    START = enum.auto()  # by the launch file
+    USER_START = enum.auto()
+    STARTED = enum.auto()  # the spawn succeeded
+    STOP = enum.auto()  # with the run, or because the launch file says so
+    USER_STOP = enum.auto()  # it may be started again
+    RESTART = enum.auto()  # stop it and start it again at once
+    SKIP_GRACE = enum.auto()  # take the next step of the stop now, or the first
+    SUSPEND = enum.auto()  # by a user
+    RESUME = enum.auto()
+    START_CANCELLED = enum.auto()  # it was stopped while it was queued to start
+    TICK = enum.auto()  # time has passed
 
 
-class Resume(Record):
-    """A user resumes it."""
-
-
-class Tick(Record):
-    """Time has passed."""
-
-
-MachineEvent = (
-    Start
-    | Started
-    | SpawnError
-    | StartCancelled
-    | Exited
-    | Stop
-    | UserStart
-    | UserStop
-    | Restart
-    | SkipGrace
-    | SignalSent
-    | Suspend
-    | Resume
-    | Tick
-)
+MachineEvent = Command | SpawnError | Exited | SignalSent
 
 
 # ---- actions
-
-
-class Spawn(Record):
-    """Start the process now."""
 
 
 class Signal(Record):
@@ -146,15 +97,8 @@ class Signal(Record):
 
     @property
     def needs_wake(self) -> bool:
-        """Whether to `Wake` it, too, whoever may have suspended it."""
+        """Whether to `WAKE` it, too, whoever may have suspended it."""
         return self.signum in POLITE
-
-
-class Wake(Record):
-    """Send SIGCONT: a suspended process cannot handle any signal but SIGKILL.
-
-    Other processes in the group do not notice it, unless they handle SIGCONT.
-    """
 
 
 class Escalate(Record):
@@ -189,18 +133,27 @@ class Ended(Record):
 
     @property
     def has_died(self) -> bool:
-        """Whether this is a failure that nothing makes good."""
+        """Whether this is a failure that no restart follows."""
         return self.is_final and self.outcome.failed
 
 
-Action = Spawn | Signal | Wake | Escalate | Stuck | Ended
+class Order(enum.Enum):
+    """Actions without a value."""
+
+    SPAWN = enum.auto()
+    # Send SIGCONT: a suspended process cannot handle any signal but SIGKILL. Other processes in
+    # the group do not notice it, unless they handle SIGCONT.
+    WAKE = enum.auto()
+
+
+Action = Order | Signal | Escalate | Stuck | Ended
 
 
 class Outcome(Record):
     """How one life of a process ended: exactly one of the first two is set.
 
     `spawn_what` names the culprit of a start that failed if it is not the program, as a limit.
-    `core_dumped` and `out_of_memory` tell more about a death by a signal.
+    `core_dumped` and `out_of_memory` are details of an end by a signal.
     """
 
     returncode: int | None = None
@@ -211,7 +164,7 @@ class Outcome(Record):
 
     @property
     def failed(self) -> bool:
-        """Whether this is a death (a code other than 0, a signal, or no start at all)."""
+        """Whether this is a failure (a code other than 0, a signal, or no start at all)."""
         return self.returncode != 0
 
     def __str__(self) -> str:
@@ -225,7 +178,7 @@ class Outcome(Record):
     @property
     def _remark(self) -> str:
         if self.out_of_memory:
-            return ", killed by the kernel for want of memory"
+            return ", out of memory"
         return ", core dumped" if self.core_dumped else ""
 
 
@@ -276,7 +229,7 @@ class ProcessMachine:
 
     @property
     def next_signal(self) -> tuple[signal.Signals, float] | None:
-        """What a stop that goes on sends next, and at which time; None where that is unknown."""
+        """What a stop that goes on sends next, and at which time; None if it sends nothing more."""
         is_last = self._step + 1 == len(self.stop.steps)
         if self.state is not ProcessState.STOPPING or is_last or self.deadline is None:
             return None
@@ -295,7 +248,7 @@ class ProcessMachine:
 
     @property
     def is_killing(self) -> bool:
-        """Whether the last signal that there is has been sent."""
+        """Whether SIGKILL has been sent."""
         return self.state is ProcessState.STOPPING and self.stop_signal == signal.SIGKILL
 
     @property
@@ -306,47 +259,47 @@ class ProcessMachine:
     def handle(self, event: MachineEvent, now: float) -> list[Action]:
         """What has to be done about `event`, in order. An event that does not fit is ignored."""
         match event, self.state:
-            case Start() | UserStart(), state if not state.is_alive:
-                # The run must not end because an attempt of a user fails.
-                self.is_held = self.is_held or isinstance(event, UserStart)
+            case Command.START | Command.USER_START, state if not state.is_alive:
+                # Held until it runs, or the run might end with an attempt that fails.
+                self.is_held = self.is_held or event is Command.USER_START
                 return self._start()
-            case Started(), ProcessState.STARTING:
+            case Command.STARTED, ProcessState.STARTING:
                 # STARTING -> RUNNING
                 self.running_since = now
                 self.is_held = False
                 self._sent.clear()
                 self._enter(ProcessState.RUNNING)
-            case Started(), ProcessState.STOPPING:
+            case Command.STARTED, ProcessState.STOPPING:
                 return self._signal(0, now)
             case SpawnError(errno=number, what=what), ProcessState.STARTING | ProcessState.STOPPING:
                 return self._end(Outcome(spawn_errno=number, spawn_what=what), now)
-            case StartCancelled(), ProcessState.STARTING | ProcessState.STOPPING:
+            case Command.START_CANCELLED, ProcessState.STARTING | ProcessState.STOPPING:
                 # STARTING, STOPPING -> STOPPED: there is nothing to wait for
                 self._enter(ProcessState.STOPPED)
             case Exited(outcome=outcome), state if state.is_alive:
                 return self._end(outcome, now)
-            case UserStop(), _ if self.is_pending:
+            case Command.USER_STOP, _ if self.is_pending:
                 self.is_held = True
                 return self._stop(now)
-            case Stop(), _:
+            case Command.STOP, _:
                 return self._stop(now)
-            case Restart(), ProcessState.RUNNING | ProcessState.STOPPING:
+            case Command.RESTART, ProcessState.RUNNING | ProcessState.STOPPING:
                 actions = self._stop(now)
                 self._starts_again = True
                 return actions
-            case SkipGrace(), ProcessState.RUNNING:
+            case Command.SKIP_GRACE, ProcessState.RUNNING:
                 return self._stop(now)
-            case SkipGrace(), ProcessState.STOPPING:
+            case Command.SKIP_GRACE, ProcessState.STOPPING:
                 return self._escalate(now)
             case SignalSent(), state if state.is_alive:
                 return self._sent_to(event, now)
-            case Suspend(), state if state.is_alive:
+            case Command.SUSPEND, state if state.is_alive:
                 self.is_suspended = True
                 return [Signal(signal.SIGSTOP)]
-            case Resume(), state if state.is_alive:
+            case Command.RESUME, state if state.is_alive:
                 self.is_suspended = False
                 return [Signal(signal.SIGCONT)]
-            case Tick(), _ if self.deadline is not None and now >= self.deadline:
+            case Command.TICK, _ if self.deadline is not None and now >= self.deadline:
                 return self._due(now)
         return []
 
@@ -361,7 +314,7 @@ class ProcessMachine:
         self._recent.clear()
         self._quick_ends = 0
         self._enter(ProcessState.STARTING)
-        return [Spawn()]
+        return [Order.SPAWN]
 
     def _stop(self, now: float) -> list[Action]:
         self._starts_again = False
@@ -383,7 +336,7 @@ class ProcessMachine:
             self.is_suspended = False
         elif sent.by_user and sent.signum == signal.SIGSTOP:
             self.is_suspended = True
-        return [Wake()] if is_waking else []
+        return [Order.WAKE] if is_waking else []
 
     def _due(self, now: float) -> list[Action]:
         if self.state is ProcessState.BACKOFF:
@@ -391,7 +344,7 @@ class ProcessMachine:
             self.restarts += 1
             self._recent.append(now)
             self._enter(ProcessState.STARTING)
-            return [Spawn()]
+            return [Order.SPAWN]
         if self._step + 1 == len(self.stop.steps):
             self._is_stuck = self.had_to_be_killed = True
             self.deadline = None
@@ -418,7 +371,7 @@ class ProcessMachine:
     def _end(self, outcome: Outcome, now: float) -> list[Action]:
         self.is_suspended = False
         if self.state is ProcessState.STOPPING and self._starts_again:
-            # STOPPING -> BACKOFF: a restart that was asked for waits for nothing
+            # STOPPING -> BACKOFF: a requested restart has no delay
             self._starts_again = False
             self._enter(ProcessState.BACKOFF, now)
             return [Ended(outcome, asked=True, retry_in_s=0.0)]
@@ -432,7 +385,7 @@ class ProcessMachine:
             self._enter(ProcessState.STOPPED)
             return [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
         if self._retries(outcome, now):
-            # RUNNING, STARTING -> BACKOFF, even without a delay: a stop must find its way in
+            # RUNNING, STARTING -> BACKOFF, even without a delay, so that a stop can come in between
             delay_s = self._delay_s(outcome, now)
             self._enter(ProcessState.BACKOFF, now + delay_s)
             return [Ended(outcome, asked=False, retry_in_s=delay_s)]
@@ -449,7 +402,7 @@ class ProcessMachine:
             return True
         if outcome.returncode < 0:
             return False  # of another signal: it crashed
-        # One that cleans up after a polite signal ends with whatever code it likes.
+        # One that cleans up after a polite signal may end with any code.
         patience_s = sum(wait_s for _, wait_s in self.stop.steps[:-1])
         return any(
             signum in POLITE and now - when <= patience_s for signum, when in self._sent.items()
@@ -457,7 +410,7 @@ class ProcessMachine:
 
     def _retries(self, outcome: Outcome, now: float) -> bool:
         if outcome.spawn_errno is not None and outcome.spawn_errno not in TRANSIENT:
-            return False  # a program that is not there will not be there in a second
+            return False  # a missing program will still be missing in a second
         wanted = self.restart.wants_restart(failed=outcome.failed)
         return wanted and self.restart.allows(self.restarts, self._recent, now)
 

@@ -10,12 +10,9 @@ from launcher import proc
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import (
     POLITE,
+    Command,
     Outcome,
     ProcessState,
-    Resume,
-    Suspend,
-    UserStart,
-    UserStop,
     signal_name,
 )
 from launcher.engine.posix.reactor import Reactor
@@ -126,7 +123,7 @@ class ProcessControl:
             return
         self._note("stop", process)
         was_alive = machine.state.is_alive
-        self._driver.advance(process, UserStop())
+        self._driver.advance(process, Command.USER_STOP)
         if not was_alive:
             done(Result(process.name, Kind.RESTART_CANCELLED, done=True))
             return
@@ -183,7 +180,7 @@ class ProcessControl:
         old_pid: int | None = None,
     ) -> None:
         name, life = process.name, process.last_end
-        self._driver.advance(process, UserStart())
+        self._driver.advance(process, Command.USER_START)
 
         def look() -> Result | None:
             if process.machine.state is ProcessState.STARTING:
@@ -223,7 +220,7 @@ class ProcessControl:
                 return
             self._start(process, done, stopped, old_pid)
 
-        self._driver.advance(process, UserStop())
+        self._driver.advance(process, Command.USER_STOP)
         self._when(lambda: _end_of(process), start)
 
     # ---- signals
@@ -282,7 +279,7 @@ class ProcessControl:
             return
         is_suspending = signum == signal.SIGSTOP
         self._note("pause" if is_suspending else "resume", process)
-        self._driver.advance(process, Suspend() if is_suspending else Resume())
+        self._driver.advance(process, Command.SUSPEND if is_suspending else Command.RESUME)
         deadline_s = self._reactor.now() + SUSPEND_TIMEOUT_S
 
         def look() -> None:

@@ -12,21 +12,18 @@ from launcher.engine.logs import messages
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import (
     Action,
+    Command,
     Ended,
     Escalate,
     Exited,
     MachineEvent,
+    Order,
     Outcome,
     ProcessState,
     Signal,
     SignalSent,
-    Spawn,
     SpawnError,
-    StartCancelled,
-    Started,
     Stuck,
-    Tick,
-    Wake,
 )
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.posix.reactor import Reactor
@@ -103,13 +100,13 @@ class ProcessDriver:
 
     def _do(self, process: Process, action: Action) -> None:
         match action:
-            case Spawn():
+            case Order.SPAWN:
                 (self._spawn if self._pacer is None else self._pacer.admit)(process)
             case Signal(signum=signum):
                 self._signal(process, signum)
                 if action.needs_wake:
                     self._wake(process)
-            case Wake():
+            case Order.WAKE:
                 self._wake(process)
             case Escalate():
                 by_user = process.machine.is_held
@@ -132,7 +129,7 @@ class ProcessDriver:
         if pacer.withdraw(process):
             self._log.tell(process, messages.start_cancelled())
             self._log.note("withdrawn", process)
-            self.advance(process, StartCancelled())
+            self.advance(process, Command.START_CANCELLED)
             self._listener.cancelled(process)
             self._listener.idle()
 
@@ -188,7 +185,7 @@ class ProcessDriver:
             process.timer = self._reactor.call_later(deadline - self._reactor.now(), tick)
 
     def _tick(self, process: Process) -> None:
-        self.advance(process, Tick())
+        self.advance(process, Command.TICK)
         self._listener.idle()
 
     def _spawn(self, process: Process) -> None:
@@ -222,7 +219,7 @@ class ProcessDriver:
         self._log.tell(process, messages.started(child.pid))
         restarts = process.machine.restarts
         self._log.note("started", process, pid=child.pid, restarts=restarts)
-        self.advance(process, Started(child.pid))
+        self.advance(process, Command.STARTED)
         self._listener.started(process, child.pid)
 
     def _exited(self, process: Process) -> None:

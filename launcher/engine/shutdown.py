@@ -8,7 +8,10 @@ from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs import messages
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import Ended, SkipGrace, Stop
+from launcher.engine.machine import (
+    Command,
+    Ended,
+)
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
@@ -128,7 +131,7 @@ class Shutdown:
                 self._stop_all(reason)
             case Order.SKIP_GRACE_PERIODS:
                 for process in list(self._machine.processes):
-                    self._driver.advance(process, SkipGrace())
+                    self._driver.advance(process, Command.SKIP_GRACE)
                 if self._leftovers is not None:
                     self._leftovers.skip_grace()
             case Order.REPORT_WAITING:
@@ -144,7 +147,7 @@ class Shutdown:
         self._log.note("stopping", reason=reason)
         self._core.cancel_timers()
         for process in reversed(list(self._machine.processes)):
-            self._driver.advance(process, Stop())
+            self._driver.advance(process, Command.STOP)
         self._reactor.call_later(0, self.idle)
 
     # ---- what processes left behind

@@ -15,7 +15,10 @@ from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import Ended, Restart, Start
+from launcher.engine.machine import (
+    Command,
+    Ended,
+)
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import Screen
 from launcher.engine.posix.reactor import Reactor
@@ -234,7 +237,7 @@ class Supervisor:
         self._processes[effect.process_id] = process
         if self._desk is not None:
             self._desk.adopt(process)
-        self._driver.advance(process, Start())
+        self._driver.advance(process, Command.START)
 
     def shut_down(self, reason: str) -> None:
         """Stop everything, as the launch file says."""
@@ -329,7 +332,7 @@ class Supervisor:
         self._log.say("WARNING", process.name, str(verdict))
         self._log.note("over budget", process, action=verdict.action.value)
         if verdict.action is BudgetAction.RESTART:
-            self._driver.advance(process, Restart())
+            self._driver.advance(process, Command.RESTART)
         elif verdict.action is BudgetAction.STOP_RUN:
             self._shutdown.over_budget(process, str(verdict))
 

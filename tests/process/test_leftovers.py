@@ -15,7 +15,9 @@ from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import Start
+from launcher.engine.machine import (
+    Command,
+)
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import Screen
 from launcher.engine.posix.reactor import Reactor
@@ -217,7 +219,7 @@ def stage(tmp_path: Path) -> Iterator[Stage]:
 
 @pytest.mark.thorough
 def test_a_process_that_sigkill_does_not_end_is_named_and_the_run_ends_without_it(stage: Stage):
-    stage.driver.advance(stage.process, Start())
+    stage.driver.advance(stage.process, Command.START)
     stage.reactor.call_later(0, lambda: stage.shutdown.decided("the test"))
     alarms: list[str] = []
     stage.reactor.call_later(20.0, lambda: (alarms.append("20 s"), stage.reactor.stop()))

@@ -9,27 +9,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from launcher.engine.machine import (
+    Command,
     Ended,
     Exited,
     MachineEvent,
+    Order,
     Outcome,
     ProcessMachine,
     ProcessState,
-    Restart,
-    Resume,
     Signal,
     SignalSent,
-    SkipGrace,
-    Spawn,
     SpawnError,
-    Start,
-    StartCancelled,
-    Started,
-    Stop,
-    Suspend,
-    Tick,
-    UserStart,
-    UserStop,
 )
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 from tests.support.examples import examples
@@ -71,7 +61,7 @@ class World:
     def feed(self, event: MachineEvent) -> None:
         for action in self.one.handle(event, self.now):
             match action:
-                case Spawn():
+                case Order.SPAWN:
                     assert not self.asked_to_stop, "it starts although it was stopped"
                     self.spawn()
                 case Signal(signum=signum):
@@ -83,13 +73,13 @@ class World:
                     assert self.alive == 0, "it is told dead, and lives"
         if self.one.state is ProcessState.STOPPING and self.pending == "queued":
             self.pending = ""
-            self.feed(StartCancelled())
+            self.feed(Command.START_CANCELLED)
 
     def spawn(self) -> None:
         assert self.alive == 0 and not self.pending, "two live children of one spec"
         if self.how == "at once":
             self.alive = 1
-            self.feed(Started(7))
+            self.feed(Command.STARTED)
             return
         self.pending = self.how
         self.alive = int(self.how == "staged")
@@ -99,7 +89,7 @@ class World:
         if self.pending:
             self.pending = ""
             self.alive = 1
-            self.feed(Started(7))
+            self.feed(Command.STARTED)
 
     def refuse(self) -> None:
         if self.pending:
@@ -125,10 +115,10 @@ class World:
         self.now += STEPS_S[byte >> 5]
         command = COMMANDS[byte % len(COMMANDS)]
         match command:
-            case Start() | UserStart() | Restart():
+            case Command.START | Command.USER_START | Command.RESTART:
                 self.asked_to_stop = False
                 self.feed(command)
-            case Stop() | UserStop():
+            case Command.STOP | Command.USER_STOP:
                 self.feed(command)
                 self.asked_to_stop = True
             case int():
@@ -145,18 +135,18 @@ class World:
     def stop_for_good(self) -> None:
         self.hear()
         self.asked_to_stop = False
-        self.feed(Stop())
+        self.feed(Command.STOP)
         self.asked_to_stop = True
         for _ in range(8):
             self.arrive()
             self.now += 10.0
-            self.feed(Tick())
+            self.feed(Command.TICK)
 
 
 # Events as they are; numbers are ends with this return code; words are methods of the world.
 COMMANDS: tuple[MachineEvent | int | str, ...] = (
-    *(Start(), UserStart(), Stop(), UserStop(), Restart(), SkipGrace()),
-    *(Tick(), Tick(), Tick(), SignalSent(signal.SIGTERM), Suspend(), Resume()),
+    *(one for one in Command if one not in (Command.STARTED, Command.START_CANCELLED)),
+    *(Command.START, Command.TICK, Command.TICK, SignalSent(signal.SIGTERM)),
     *(0, 1, -11, "arrive", "arrive", "refuse", "become_deaf", "hear"),
 )
 

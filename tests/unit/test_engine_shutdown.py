@@ -7,17 +7,12 @@ import signal
 import pytest
 
 from launcher.engine.machine import (
+    Command,
     Ended,
     Exited,
     Outcome,
     ProcessState,
     SignalSent,
-    SkipGrace,
-    Start,
-    Started,
-    Stop,
-    Tick,
-    UserStop,
 )
 from launcher.engine.process import Process
 from launcher.engine.shutdown_machine import (
@@ -56,25 +51,26 @@ def process(number: int = 1, **restart: object) -> Process:
 
 def running(number: int = 1, **restart: object) -> Process:
     one = process(number, **restart)
-    one.machine.handle(Start(), 0.0)
-    one.machine.handle(Started(7), 0.0)
+    one.machine.handle(Command.START, 0.0)
+    one.machine.handle(Command.STARTED, 0.0)
     return one
 
 
 def killed(*, by_user: bool) -> Process:
     """One that did not end before SIGKILL."""
     one = running()
-    one.machine.handle(UserStop() if by_user else Stop(), 0.0)
-    one.machine.handle(SkipGrace(), 0.0)
-    one.machine.handle(SkipGrace(), 0.0)
+    one.machine.handle(Command.USER_STOP if by_user else Command.STOP, 0.0)
+    one.machine.handle(Command.SKIP_GRACE, 0.0)
+    one.machine.handle(Command.SKIP_GRACE, 0.0)
     one.machine.handle(Exited(Outcome(returncode=-9)), 0.0)
     return one
 
 
 def stuck() -> Process:
     one = running()
-    for now, event in ((0.0, Stop()), (5.0, Tick()), (10.0, Tick()), (15.0, Tick())):
-        one.machine.handle(event, now)
+    one.machine.handle(Command.STOP, 0.0)
+    for now in (5.0, 10.0, 15.0):
+        one.machine.handle(Command.TICK, now)
     assert one.machine.is_stuck
     return one
 
@@ -205,7 +201,7 @@ def test_who_is_waited_for_is_reported_once_a_second_until_nobody_is():
     one = running()
     run = ShutdownMachine([one])
     run.handle(ShutdownDecided("over"), 0.0)
-    one.machine.handle(Stop(), 0.0)
+    one.machine.handle(Command.STOP, 0.0)
     assert run.handle(Occurrence.TICK, 0.9) == []
     assert run.handle(Occurrence.TICK, 1.0) == [Order.REPORT_WAITING]
     assert run.deadline == 2.0
@@ -241,14 +237,14 @@ def test_the_end_waits_for_processes_and_their_restarts():
     one = process(1, mode=RestartMode.ON_FAILURE, delay_s=1.0)
     run = ShutdownMachine([one])
     for event, state in (
-        (Start(), ProcessState.STARTING),
-        (Started(7), ProcessState.RUNNING),
+        (Command.START, ProcessState.STARTING),
+        (Command.STARTED, ProcessState.RUNNING),
         (Exited(Outcome(returncode=1)), ProcessState.BACKOFF),
     ):
         one.machine.handle(event, 0.0)
         assert one.machine.state is state
         assert run.handle(IDLE, 0.0) == []
-    one.machine.handle(Stop(), 0.5)
+    one.machine.handle(Command.STOP, 0.5)
     assert run.handle(IDLE, 0.5) == [EndLeftovers(0)]
 
 
@@ -256,7 +252,7 @@ def test_the_end_waits_for_processes_and_their_restarts():
 def test_what_a_user_has_stopped_keeps_the_run_alive_until_it_is_stopped(how: str):
     one = running()
     run = ShutdownMachine([one])
-    one.machine.handle(UserStop() if how == "stopped" else SignalSent(KILL), 0.0)
+    one.machine.handle(Command.USER_STOP if how == "stopped" else SignalSent(KILL), 0.0)
     one.machine.handle(Exited(Outcome(returncode=-9)), 0.1)
     assert one.machine.is_held
     assert run.handle(IDLE, 0.1) == []

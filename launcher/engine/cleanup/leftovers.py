@@ -10,15 +10,11 @@ from launcher.engine.cleanup import sweep
 from launcher.engine.machine import (
     POLITE,
     Action,
+    Command,
     Escalate,
     MachineEvent,
     ProcessMachine,
     Signal,
-    SkipGrace,
-    Start,
-    Started,
-    Stop,
-    Tick,
 )
 from launcher.engine.posix.reactor import Reactor
 from launcher.model.spec import RestartPolicy, StopPolicy
@@ -103,10 +99,10 @@ class Leftovers:
             self._listener.said(
                 "INFO", f"stopping what {who} left behind: {_names(pids) or FORK_LOOP}"
             )
-            for event in (Start(), Started(0), Stop()):
+            for event in (Command.START, Command.STARTED, Command.STOP):
                 self._advance(event)
         else:
-            self._advance(Tick())
+            self._advance(Command.TICK)
         if self._machine.is_stuck:
             self._listener.killed()
             self._listener.said(
@@ -132,7 +128,7 @@ class Leftovers:
 
     def skip_grace(self) -> None:
         """Take the next step now, if there is something to stop."""
-        self._advance(SkipGrace())
+        self._advance(Command.SKIP_GRACE)
 
     def _advance(self, event: MachineEvent) -> None:
         for action in self._machine.handle(event, self._reactor.now()):
