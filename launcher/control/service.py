@@ -194,32 +194,32 @@ class Service:
             exchange.turns.take(process.name, functools.partial(begin, process), helps=helps)
 
     def _do_stop(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.stop)
+        self._each(call, exchange, self._desk.process_control.stop)
 
     def _do_start(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.start)
+        self._each(call, exchange, self._desk.process_control.start)
 
     def _do_restart(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.restart)
+        self._each(call, exchange, self._desk.process_control.restart)
 
     def _do_pause(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.suspend)
+        self._each(call, exchange, self._desk.process_control.suspend)
 
     def _do_resume(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.resume)
+        self._each(call, exchange, self._desk.process_control.resume)
 
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
-        operator = self._desk.operator
+        control = self._desk.process_control
         signum = call.options.get("signal")
         if signum is None:
-            self._each(call, exchange, operator.stop)
+            self._each(call, exchange, control.stop)
         else:
-            self._each(call, exchange, lambda process, done: operator.kill(process, signum, done))
+            self._each(call, exchange, lambda process, done: control.kill(process, signum, done))
 
     def _do_send(self, call: Call, exchange: Exchange) -> None:
         data = (call.options["text"] + "\n").encode(errors="surrogateescape")
-        operator = self._desk.operator
-        self._each(call, exchange, lambda process, done: operator.send(process, data, done))
+        control = self._desk.process_control
+        self._each(call, exchange, lambda process, done: control.send(process, data, done))
 
     def _do_quit(self, call: Call, exchange: Exchange) -> None:
         running = sum(process.child is not None for process in self._desk.processes)

@@ -36,36 +36,21 @@ if TYPE_CHECKING:
     from typing import Any, Protocol
 
     from launcher.engine.helpers.ros_agent import RosAgent
+    from launcher.engine.listener import RunListener
 
     class Core(Protocol):
         """What decides in a run: `launcher.interpreter.Interpreter`, or a test's own."""
 
-        def start(self) -> Sequence[Effect]:
-            """The effects of the launch file's static part."""
+        # Effects of the launch file's static part, and of an event.
+        def start(self) -> Sequence[Effect]: ...
+        def handle(self, event: Event) -> Sequence[Effect]: ...
 
-        def handle(self, event: Event) -> Sequence[Effect]:
-            """The effects of what happened."""
+        # Whether ProcessOutput is wanted for this process.
+        def watches_output(self, process_id: int) -> bool: ...
 
-        def watches_output(self, process_id: int) -> bool:
-            """Whether ProcessOutput is wanted for this process."""
-
-        def plan(self) -> Mapping[str, Any]:
-            """What was asked for so far, ready for `json.dumps`."""
-
-        def plan_lines(self) -> Sequence[str]:
-            """The same for people, line by line."""
-
-    class Run(Protocol):
-        """What effects are about beyond single processes."""
-
-        def start(self, effect: StartProcess) -> None:
-            """Start a process that is new."""
-
-        def shut_down(self, reason: str) -> None:
-            """Stop everything; the core knows."""
-
-        def idle(self) -> None:
-            """A timer has fired or a ROS request was answered, and all has been done about it."""
+        # What was started so far, ready for `json.dumps`, and as lines for users.
+        def plan(self) -> Mapping[str, Any]: ...
+        def plan_lines(self) -> Sequence[str]: ...
 
 
 class CoreDriver:
@@ -77,7 +62,7 @@ class CoreDriver:
         reactor: Reactor,
         log: RunLog,
         driver: ProcessDriver,
-        run: Run,
+        run: RunListener,
         *,
         processes: Mapping[int, Process],
         agent_env: Mapping[str, str],

@@ -32,48 +32,23 @@ from launcher.engine.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Protocol
-
+    from launcher.engine.listener import RunListener
     from launcher.engine.monitor.oom import OomWatch
     from launcher.engine.start_pacing import StartPacing
-
-    class ProcessListener(Protocol):
-        """Starts the processes of a run and hears what becomes of them."""
-
-        def spawn(self, process: Process) -> Child:
-            """Start its program; OSError."""
-
-        def started(self, process: Process, pid: int) -> None:
-            """It runs."""
-
-        def ended(self, process: Process, pid: int, end: Ended) -> None:
-            """A life of it is over, and reported; `pid` is -1 if it could not be started."""
-
-        def cancelled(self, process: Process) -> None:
-            """It was stopped while it was queued to start."""
-
-        def before_kill(self) -> None:
-            """A process is about to get SIGKILL."""
-
-        def may_have_left(self, process: Process, session: int) -> None:
-            """It has ended, and nothing of its session is to outlive it."""
-
-        def idle(self) -> None:
-            """Something has ended or become due, and everything about it has been done."""
 
 
 class ProcessDriver:
     """Spawns, signals, reaps and reports."""
 
     def __init__(
-        self, reactor: Reactor, relay: OutputReader, log: RunLog, listener: ProcessListener
+        self, reactor: Reactor, reader: OutputReader, log: RunLog, listener: RunListener
     ) -> None:
         self._reactor = reactor
-        self._relay = relay
+        self._reader = reader
         self._log = log
         self._listener = listener
         self._oom: OomWatch | None = None
-        self._pacer: StartPacing | None = None
+        self._pacing: StartPacing | None = None
 
     def watch_memory(self) -> None:
         """Read the kernel's counter of OOM kills, before a process can be a victim."""
@@ -88,20 +63,20 @@ class ProcessDriver:
         """From now on queue the starts, as `StartPacing` has it."""
         from launcher.engine.start_pacing import StartPacing
 
-        self._pacer = StartPacing(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
+        self._pacing = StartPacing(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
 
     def advance(self, process: Process, event: MachineEvent) -> None:
         """Feed the machine, do what it returns, and wake it at its deadline."""
         for action in process.machine.handle(event, self._reactor.now()):
             self._do(process, action)
-        if self._pacer is not None and process.machine.state is ProcessState.STOPPING:
-            self._cancel_start(process, self._pacer)
+        if self._pacing is not None and process.machine.state is ProcessState.STOPPING:
+            self._cancel_start(process, self._pacing)
         self._set_timer(process)
 
     def _do(self, process: Process, action: Action) -> None:
         match action:
             case Order.SPAWN:
-                (self._spawn if self._pacer is None else self._pacer.admit)(process)
+                (self._spawn if self._pacing is None else self._pacing.admit)(process)
             case Signal(signum=signum):
                 self._signal(process, signum)
                 if action.needs_wake:
@@ -125,8 +100,8 @@ class ProcessDriver:
         self._log.note("stuck", process, pid=pid, sleeps=how)
         self._listener.idle()
 
-    def _cancel_start(self, process: Process, pacer: StartPacing) -> None:
-        if pacer.withdraw(process):
+    def _cancel_start(self, process: Process, pacing: StartPacing) -> None:
+        if pacing.withdraw(process):
             self._log.tell(process, messages.start_cancelled())
             self._log.note("withdrawn", process)
             self.advance(process, Command.START_CANCELLED)
@@ -168,7 +143,7 @@ class ProcessDriver:
     def let_go(self, process: Process) -> None:
         """Forget the child and close what belongs to it."""
         if process.child is not None:
-            self._relay.detach(process)
+            self._reader.detach(process)
             self._reactor.remove(process.child.pidfd)
             if process.child.status >= 0:
                 self._reactor.remove(process.child.status)
@@ -194,7 +169,7 @@ class ProcessDriver:
         except OSError as error:
             self._refused(process, error.errno or errno.EIO, _culprit(process, error))
             return
-        self._relay.attach(process)
+        self._reader.attach(process)
         self._reactor.add_reader(child.pidfd, functools.partial(self._exited, process))
         if child.status < 0:
             self._runs(process, child)
@@ -235,7 +210,7 @@ class ProcessDriver:
             # signal only now, while the leader is not reaped and its number cannot be given away.
             child.signal_group(signal.SIGTERM)
         returncode, core_dumped = child.reap()
-        self._relay.drain(process)
+        self._reader.drain(process)
         if child.refusal:
             from launcher.engine.posix.limits import refusal
 

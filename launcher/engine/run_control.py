@@ -43,7 +43,7 @@ class RunControl:
         self.chronicle = log
         self.core = core
         self.log_path = log_path
-        self.operator = ProcessControl(reactor, driver, log, shutdown)
+        self.process_control = ProcessControl(reactor, driver, log, shutdown)
         self.views = ScreenFilters(processes.values(), log)
         self.on_process: Callable[[Process], None] = lambda process: None
         self.caretaker = caretaker

@@ -49,7 +49,7 @@ class Shutdown:
         log: RunLog,
         driver: ProcessDriver,
         core: CoreDriver,
-        guards: WatchdogClient,
+        watchdog: WatchdogClient,
         *,
         run_id: str,
     ) -> None:
@@ -58,7 +58,7 @@ class Shutdown:
         self._log = log
         self._driver = driver
         self._core = core
-        self._guards = guards
+        self._watchdog = watchdog
         self._run_id = run_id
         self._leftovers: Leftovers | None = None
         self._timer: Timer | None = None
@@ -74,34 +74,27 @@ class Shutdown:
         return self._machine.first_failure
 
     def exit_code(self) -> ExitCode:
-        """What the run ends with, as things stand."""
         return self._machine.exit_code(has_lost_output=self._log.has_lost_output)
 
     # ---- what happens
 
     def interrupt(self, signum: int) -> None:
-        """The launcher got a signal."""
         self._handle(Interrupted(signum))
 
     def output_closed(self) -> None:
-        """Standard output has no reader any more."""
         self._handle(Occurrence.OUTPUT_CLOSED)
 
     def stop(self, reason: str) -> None:
-        """A user or a limit ends the run."""
         self._handle(StopRequested(reason))
 
     def decided(self, reason: str) -> None:
-        """The interpreter ends the run."""
         self._handle(ShutdownDecided(reason))
 
     def ended(self, process: Process, end: Ended, *, is_required: bool) -> None:
-        """A life of a process is over."""
         failure = messages.first_failure(process, end.outcome) if end.has_died else ""
         self._handle(ProcessEnded(process.name, end, is_required=is_required, report=failure))
 
     def over_budget(self, process: Process, report: str) -> None:
-        """A process exceeded a budget whose action is to stop the run."""
         self._handle(BudgetExceeded(process.name, report))
 
     def idle(self) -> None:
@@ -163,7 +156,7 @@ class Shutdown:
             self._run_id,
             reactor=self._reactor,
             listener=self,
-            ignore=self._guards.pids | stuck_pids,  # those have been reported already
+            ignore=self._watchdog.pids | stuck_pids,  # those have been reported already
             patience=patience_for(process.machine.stop for process in processes),
         )
         self._leftovers.check()
@@ -184,21 +177,18 @@ class Shutdown:
             self._run_id,
             reactor=self._reactor,
             listener=_SessionEnd(self, self._log, process),
-            ignore=self._guards.pids,
+            ignore=self._watchdog.pids,
             patience=patience_for((process.machine.stop,)),
             session=session,
         ).check()
 
     def said(self, level: str, text: str) -> None:
-        """A line about what processes left behind."""
         self._log.say(level, "launch", text)
 
     def killed(self) -> None:
-        """Something that was left behind gets SIGKILL."""
         self._handle(Occurrence.LEFTOVERS_KILLED)
 
     def gone(self) -> None:
-        """Nothing is left behind any more."""
         self._handle(Occurrence.LEFTOVERS_GONE)
 
 

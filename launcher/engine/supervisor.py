@@ -43,7 +43,7 @@ FINAL_OUTPUT_S = 2.0  # how long a slow reader of our output is waited for at th
 
 
 class Supervisor:
-    """Composes what runs a launch file, and hears what happens to its processes.
+    """Composes the parts of a run; they report to it, as a `RunListener`.
 
     `env` is what the plan is compared with; the files of the run go to `run_path`, if there is one.
     `on_begun()` is called when the static part of the launch file has been carried out.
@@ -66,20 +66,20 @@ class Supervisor:
         self._run_id = run_id
         self._options = options
         self._processes: dict[int, Process] = {}
-        self._desk: RunControl | None = None
+        self._control: RunControl | None = None
         self.on_begun: Callable[[], object] = lambda: None
         everyone = self._processes.values()
         trouble = functools.partial(screen.log, "WARNING", "launch")
         soon = functools.partial(reactor.call_later, 0)
-        self._folder = RunDirectory(run_path, trouble, soon=soon)
-        self._log = RunLog(reactor, screen, self._folder)
-        self._guards = WatchdogClient(reactor, run_id, self._log)
-        self._relay = OutputReader(reactor, screen, self._folder, everyone, self)
-        self._driver = ProcessDriver(reactor, self._relay, self._log, self)
+        self._directory = RunDirectory(run_path, trouble, soon=soon)
+        self._log = RunLog(reactor, screen, self._directory)
+        self._watchdog = WatchdogClient(reactor, run_id, self._log)
+        self._reader = OutputReader(reactor, screen, self._directory, everyone, self)
+        self._driver = ProcessDriver(reactor, self._reader, self._log, self)
         if options.stagger_s > 0 or options.max_starting is not None:
             self._driver.pace(stagger_s=options.stagger_s, most=options.max_starting)
         agent_env = {**env, RUN_ID_VARIABLE: run_id, **self._log_dir}
-        self._events = CoreDriver(
+        self._core_driver = CoreDriver(
             core,
             reactor,
             self._log,
@@ -112,20 +112,20 @@ class Supervisor:
             self._reactor,
             self._log,
             self._driver,
-            self._events,
-            self._guards,
+            self._core_driver,
+            self._watchdog,
             run_id=self._run_id,
         )
 
     @functools.cached_property
-    def _caretaker(self) -> Housekeeper:
+    def _housekeeper(self) -> Housekeeper:
         """Made when the first processes have been started, which need not wait for it."""
         from launcher.engine.monitor.housekeeping import Housekeeper
 
         return Housekeeper(
             self._reactor,
             self._log,
-            self._relay,
+            self._reader,
             self,
             run_id=self._run_id,
             processes=self._processes.values(),
@@ -134,26 +134,26 @@ class Supervisor:
 
     @property
     def _log_dir(self) -> dict[str, str]:
-        path = self._folder.path
+        path = self._directory.path
         return {} if path is None else {"ROS_LOG_DIR": str(path)}
 
     @property
     def desk(self) -> RunControl:
         """What users see and control of the run; made when it is first asked for."""
-        if self._desk is None:
+        if self._control is None:
             from launcher.engine.run_control import RunControl
 
-            self._desk = RunControl(
+            self._control = RunControl(
                 self._reactor,
                 self._log,
                 self._driver,
                 self._shutdown,
                 self._core,
                 processes=self._processes,
-                caretaker=self._caretaker,
-                log_path=self._folder.path,
+                caretaker=self._housekeeper,
+                log_path=self._directory.path,
             )
-        return self._desk
+        return self._control
 
     # ---- the run
 
@@ -163,8 +163,8 @@ class Supervisor:
         keep_to_ourselves()
         self._reactor.on_signals((signal.SIGWINCH,), self._terminal_resized)
         try:
-            if self._folder.path is not None:
-                path = self._folder.path
+            if self._directory.path is not None:
+                path = self._directory.path
                 self._log.say("INFO", "launch", f"All log files can be found below {path}")
             self._begin()
             self._shutdown.idle()
@@ -179,12 +179,12 @@ class Supervisor:
         timeout_s = self._options.timeout_s
         if timeout_s is not None:
             self._reactor.call_later(timeout_s, self._timeout_reached)
-        self._events.start()
+        self._core_driver.start()
         self._reactor.call_later(0, self._driver.watch_memory)
         self._reactor.call_later(0, _settle)
         self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
-        self._reactor.call_later(0, self._folder.prune)
-        self._caretaker.start()
+        self._reactor.call_later(0, self._directory.prune)
+        self._housekeeper.start()
         self.on_begun()
 
     def _clean_up(self) -> None:
@@ -193,19 +193,19 @@ class Supervisor:
                 # Only after an error of our own: an orderly end has seen every child go.
                 process.child.signal_group(signal.SIGKILL)
             self._driver.let_go(process)
-        self._events.close_agent()
-        self._caretaker.close()
-        self._guards.close()
+        self._core_driver.close_agent()
+        self._housekeeper.close()
+        self._watchdog.close()
         self._write_plan()
         self._log.note("finished", exit_code=int(self._shutdown.exit_code()))
         self._screen.finish(FINAL_OUTPUT_S)
         if self._screen.dropped_bytes:
             text = f"{self._screen.dropped_bytes} bytes of output found no room on their disk"
-            self._folder.log("WARNING", "launch", text)
-        self._folder.close()
+            self._directory.log("WARNING", "launch", text)
+        self._directory.close()
 
     def _write_plan(self) -> None:
-        self._folder.write_plan(self._core.plan)
+        self._directory.write_plan(self._core.plan)
         if self._options.name_processes:
             from launcher.engine.option_warnings import warn_of_unmatched
 
@@ -229,33 +229,28 @@ class Supervisor:
     # ---- what the core of the run wants
 
     def start(self, effect: StartProcess) -> None:
-        """Start a process for the first time."""
         number = len(self._processes)
         spec = with_sound_name(self._options.adapt(effect.spec))
         prefix = self._screen.prefix(spec.name, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process
-        if self._desk is not None:
-            self._desk.adopt(process)
+        if self._control is not None:
+            self._control.adopt(process)
         self._driver.advance(process, Command.START)
 
     def shut_down(self, reason: str) -> None:
-        """Stop everything, as the launch file says."""
         self._shutdown.decided(reason)
 
     def watches(self, process: Process) -> bool:
-        """Whether the launch file wants the output of this process."""
-        return self._events.watches(process)
+        return self._core_driver.watches(process)
 
     def output(self, process: Process, stream: str, data: bytes) -> None:
-        """Hand output on to the launch file."""
-        self._events.output(process, stream, data)
+        self._core_driver.output(process, stream, data)
 
     # ---- what happens to processes
 
     def spawn(self, process: Process) -> Child:
-        """Start the program of a process; OSError."""
-        path = self._folder.path
+        path = self._directory.path
         env = child_environment(
             process.spec,
             run_id_entry=(RUN_ID_VARIABLE, self._run_id),
@@ -265,26 +260,24 @@ class Supervisor:
         merge = process.streams_can_merge and not self.watches(process)
         is_tty = process.spec.emulate_tty
         size = terminal_size_beside(len(process.name) + 3) if is_tty else None
-        self._guards.ensure()
+        self._watchdog.ensure()
         return spawn(process.spec, env=env, merge=merge, terminal_size=size)
 
     def started(self, process: Process, pid: int) -> None:
-        """A process runs."""
-        self._events.feed(ProcessStarted(process_id=process.process_id, pid=pid))
-        self._tell_desk()
+        self._core_driver.feed(ProcessStarted(process_id=process.process_id, pid=pid))
+        self._tell_control()
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
-        """A life of a process is over."""
-        self._tell_desk()
+        self._tell_control()
         outcome, returncode = end.outcome, end.outcome.returncode
         if returncode is not None and returncode < 0:
-            self._caretaker.died_by_signal()
+            self._housekeeper.died_by_signal()
         self._shutdown.ended(process, end, is_required=self._options.is_required(process.spec))
         will_restart = end.retry_in_s is not None or process.machine.is_held
         if returncode is None:
             self._spawn_failed(process, outcome.spawn_errno or errno.EIO, will_restart=will_restart)
             return
-        self._events.feed(
+        self._core_driver.feed(
             ProcessExited(
                 process_id=process.process_id,
                 pid=pid,
@@ -294,12 +287,11 @@ class Supervisor:
         )
 
     def cancelled(self, process: Process) -> None:
-        """A process was stopped while it was queued to start."""
         if not process.machine.is_held:
             self._spawn_failed(process, errno.ECANCELED, will_restart=False)
 
     def _spawn_failed(self, process: Process, number: int, *, will_restart: bool) -> None:
-        self._events.feed(
+        self._core_driver.feed(
             SpawnFailed(
                 process_id=process.process_id,
                 errno=number,
@@ -309,24 +301,20 @@ class Supervisor:
         )
 
     def before_kill(self) -> None:
-        """Remember what shared memory a process holds that cannot clean up after itself."""
-        self._caretaker.note_shared_memory()
+        self._housekeeper.note_shared_memory()
 
     def may_have_left(self, process: Process, session: int) -> None:
-        """End what a process left in its session."""
         self._shutdown.end_session(process, session)
 
     def idle(self) -> None:
-        """See whether the run is over, or somebody has waited for what has happened."""
         self._shutdown.idle()
-        self._tell_desk()
+        self._tell_control()
 
-    def _tell_desk(self) -> None:
-        if self._desk is not None:
-            self._desk.operator.changed()
+    def _tell_control(self) -> None:
+        if self._control is not None:
+            self._control.process_control.changed()
 
     def over_budget(self, process: Process, verdict: Verdict) -> None:
-        """Do what a budget that is exceeded asks for."""
         from launcher.engine.monitor.budgets import BudgetAction
 
         self._log.say("WARNING", process.name, str(verdict))

@@ -24,16 +24,15 @@ if TYPE_CHECKING:
     from typing import Protocol
 
     class LeftoverListener(Protocol):
-        """Hears what becomes of leftovers."""
+        """Gets lines for the log, and what becomes of the leftovers."""
 
-        def said(self, level: str, text: str) -> None:
-            """A line for the log."""
+        def said(self, level: str, text: str) -> None: ...
 
-        def killed(self) -> None:
-            """The polite signals have not helped."""
+        # The polite signals have had no effect.
+        def killed(self) -> None: ...
 
-        def gone(self) -> None:
-            """There are none (any more), or SIGKILL has not helped either."""
+        # There are none (any more), or SIGKILL has had no effect either.
+        def gone(self) -> None: ...
 
 
 CLEAN_LOOKS = 3  # a process that forks all the time may be missed once

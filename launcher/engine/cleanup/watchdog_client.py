@@ -71,13 +71,13 @@ class WatchdogClient:
         self._reactor = reactor
         self._run_id = run_id
         self._log = log
-        self._guard: WatchdogProcess | None = None
+        self._process: WatchdogProcess | None = None
         self._started = 0
 
     @property
     def pids(self) -> frozenset[int]:
         """The watchdog that is at work, if one is."""
-        return frozenset() if self._guard is None else frozenset({self._guard.pid})
+        return frozenset() if self._process is None else frozenset({self._process.pid})
 
     def ensure(self) -> None:
         """Before the first process: if we die now, the watchdog finds that out when it is up."""
@@ -87,11 +87,11 @@ class WatchdogClient:
     def _start(self) -> None:
         self._started += 1
         try:
-            self._guard = WatchdogProcess(self._run_id)
+            self._process = WatchdogProcess(self._run_id)
         except OSError as error:
             self._log.warn(f"this run is not guarded, the watchdog cannot start: {error.strerror}")
             return
-        self._reactor.add_reader(self._guard.pidfd, self._died)
+        self._reactor.add_reader(self._process.pidfd, self._died)
 
     def _died(self) -> None:
         self.close()
@@ -103,7 +103,7 @@ class WatchdogClient:
 
     def close(self) -> None:
         """Say goodbye to the watchdog."""
-        if self._guard is not None:
-            self._reactor.remove(self._guard.pidfd)
-            self._guard.close()
-            self._guard = None
+        if self._process is not None:
+            self._reactor.remove(self._process.pidfd)
+            self._process.close()
+            self._process = None

@@ -77,10 +77,10 @@ class EventLog:
 class RunLog:
     """One voice for a run; `ring` holds the last lines of its own."""
 
-    def __init__(self, reactor: Reactor, screen: Screen, folder: RunDirectory) -> None:
+    def __init__(self, reactor: Reactor, screen: Screen, directory: RunDirectory) -> None:
         self._reactor = reactor
         self._screen = screen
-        self._folder = folder
+        self._directory = directory
         self.ring = LogRing()
 
     def say(self, level: str, logger: str, text: str) -> None:
@@ -89,7 +89,7 @@ class RunLog:
         line = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
         self.ring.append("", self._reactor.now(), line)
         self._screen.log(level, logger, text)
-        self._folder.log(level, logger, text)
+        self._directory.log(level, logger, text)
 
     def warn(self, text: str) -> None:
         """A warning of the launcher itself."""
@@ -101,7 +101,7 @@ class RunLog:
 
     def keep_up(self) -> None:
         """See whether the files are still there; now and then."""
-        self._folder.keep_up()
+        self._directory.keep_up()
 
     @property
     def has_lost_output(self) -> bool:
@@ -111,11 +111,11 @@ class RunLog:
     @property
     def journal(self) -> EventLog:
         """Where the entries go."""
-        return self._folder.journal
+        return self._directory.journal
 
     def note(self, event: str, process: Process | None = None, **details: object) -> None:
         """An entry of the journal, written when this pass of the loop is done."""
-        journal = self._folder.journal
+        journal = self._directory.journal
         if journal.is_empty:
             self._reactor.call_later(0, journal.flush)
         if process is not None:

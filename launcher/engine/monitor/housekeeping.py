@@ -12,18 +12,10 @@ from launcher.model.options import RunOptions, names_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Protocol
-
-    from launcher.engine.monitor.budgets import Judge, Verdict
+    from launcher.engine.listener import RunListener
+    from launcher.engine.monitor.budgets import Judge
     from launcher.engine.monitor.resources import Sample, Sampler, Steps
     from launcher.engine.monitor.shared_memory import Ledger
-
-    class BudgetListener(Protocol):
-        """Acts on budgets that are exceeded."""
-
-        def over_budget(self, process: Process, verdict: Verdict) -> None:
-            """A process has been over a limit for too long."""
-
 
 PERIOD_S = 1.0
 TURN_S = 0.0005  # of a round, before the loop sees whether a line has come
@@ -41,8 +33,8 @@ class Housekeeper:
         self,
         reactor: Reactor,
         log: RunLog,
-        relay: OutputReader,
-        listener: BudgetListener,
+        reader: OutputReader,
+        listener: RunListener,
         *,
         run_id: str,
         processes: Collection[Process],
@@ -50,7 +42,7 @@ class Housekeeper:
     ) -> None:
         self._reactor = reactor
         self._log = log
-        self._relay = relay
+        self._reader = reader
         self._listener = listener
         self._run_id = run_id
         self._processes = processes
@@ -73,7 +65,7 @@ class Housekeeper:
     def _warm_up(self) -> None:
         """Import what the ticks need, which takes longer than any of them."""
         left_s = self._first_tick_s - self._reactor.now()
-        if left_s > WARM_UP_S and self._reactor.now() - self._relay.heard_s < WARM_UP_S:
+        if left_s > WARM_UP_S and self._reactor.now() - self._reader.heard_s < WARM_UP_S:
             self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
             return
         from launcher.engine.monitor.resources import Sampler

@@ -14,18 +14,7 @@ from launcher.engine.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Protocol
-
-    class OutputListener(Protocol):
-        """Wants the output of some processes as it is read."""
-
-        def watches(self, process: Process) -> bool:
-            """Whether it wants that of this one; asked for each read."""
-
-        def output(self, process: Process, stream: str, data: bytes) -> None:
-            """What was read from `stdout`, `stderr` or `both`."""
-
-
+    from launcher.engine.listener import RunListener
 PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
 # While others write much, a silent process may simply not have been scheduled.
 BUSY_PATIENCE_S = 1.0
@@ -63,13 +52,13 @@ class OutputReader:
         self,
         reactor: Reactor,
         screen: Screen,
-        folder: RunDirectory,
+        directory: RunDirectory,
         processes: Collection[Process],
-        listener: OutputListener,
+        listener: RunListener,
     ) -> None:
         self._reactor = reactor
         self._screen = screen
-        self._folder = folder
+        self._directory = directory
         self._processes = processes
         self._listener = listener
         self._paused = False
@@ -149,7 +138,7 @@ class OutputReader:
             if passed:
                 unchanged = passed is lines
                 self._show(process, fd, stream, passed, shown if unchanged else 0)
-        self._folder.write_lines(process.name, process.spec.output, stream.name, lines)
+        self._directory.write_lines(process.name, process.spec.output, stream.name, lines)
 
     def _show(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
