@@ -13,37 +13,21 @@ from launcher.engine.machine import (
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
-from launcher.model.events import (
-    CallLater,
-    CancelTimer,
-    ChangeState,
-    Effect,
-    Event,
-    LoadComponent,
-    LogMessage,
-    ProcessOutput,
-    RequestShutdown,
-    SignalProcess,
-    StartProcess,
-    StopProcess,
-    TimerFired,
-    WatchLifecycle,
-    WriteStdin,
-)
+from launcher.model import events
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
 
-    from launcher.engine.helpers.ros_agent import RosAgent
+    from launcher.engine.helpers.ros_agent import Request, RosAgent
     from launcher.engine.listener import RunListener
 
     class Core(Protocol):
         """What decides in a run: `launcher.interpreter.Interpreter`, or a test's own."""
 
         # Effects of the launch file's static part, and of an event.
-        def start(self) -> Sequence[Effect]: ...
-        def handle(self, event: Event) -> Sequence[Effect]: ...
+        def start(self) -> Sequence[events.Effect]: ...
+        def handle(self, event: events.Event) -> Sequence[events.Effect]: ...
 
         # Whether ProcessOutput is wanted for this process.
         def watches_output(self, process_id: int) -> bool: ...
@@ -77,7 +61,7 @@ class CoreDriver:
         self._agent: RosAgent | None = None
         self._watching: dict[int, bool] = {}
         self._timers: dict[int, Timer] = {}
-        self._inbox: deque[Event] = deque()
+        self._inbox: deque[events.Event] = deque()
         self._busy = False
 
     @property
@@ -97,7 +81,7 @@ class CoreDriver:
         self._busy = False
         self._pump()
 
-    def feed(self, event: Event) -> None:
+    def feed(self, event: events.Event) -> None:
         """Hand an event to the core, once what it asked for before has been carried out."""
         self._inbox.append(event)
         self._pump()
@@ -112,42 +96,40 @@ class CoreDriver:
             self._carry_out(effects)
         self._busy = False
 
-    def _carry_out(self, effects: Sequence[Effect]) -> None:
+    def _carry_out(self, effects: Sequence[events.Effect]) -> None:
         for effect in effects:
             match effect:
-                case StartProcess():
+                case events.StartProcess():
                     self._run.start(effect)
-                case CallLater(timer_id=timer_id, delay_s=delay_s):
+                case events.CallLater(timer_id=timer_id, delay_s=delay_s):
                     fire = functools.partial(self._fire, timer_id)
                     self._timers[timer_id] = self._reactor.call_later(delay_s, fire)
-                case CancelTimer(timer_id=timer_id):
+                case events.CancelTimer(timer_id=timer_id):
                     if timer_id in self._timers:
                         self._timers.pop(timer_id).cancel()
-                case LogMessage(logger=logger, level=level, text=text):
+                case events.LogMessage(logger=logger, level=level, text=text):
                     self._log.say(level, logger, text)
-                case LoadComponent() | ChangeState() | WatchLifecycle():
+                case events.LoadComponent() | events.ChangeState() | events.WatchLifecycle():
                     self._ask_ros(effect)
-                case RequestShutdown(reason=reason):
+                case events.RequestShutdown(reason=reason):
                     self._run.shut_down(reason)
-                case SignalProcess() | StopProcess() | WriteStdin():
-                    process = self._processes.get(effect.process_id)
-                    if process is not None:  # else: a stop came before its start
-                        self._control(process, effect)
+                case _ if effect.process_id in self._processes:  # else: stopped before its start
+                    self._control(self._processes[effect.process_id], effect)
 
-    def _control(self, process: Process, effect: SignalProcess | StopProcess | WriteStdin) -> None:
+    def _control(self, process: Process, effect: events.Effect) -> None:
         match effect:
-            case SignalProcess(signum=signum):
+            case events.SignalProcess(signum=signum):
                 self._driver.signal(process, signum)
-            case StopProcess():
+            case events.StopProcess():
                 self._driver.advance(process, Command.STOP)
-            case WriteStdin(data=data):
+            case events.WriteStdin(data=data):
                 self._driver.write_stdin(process, data)
 
     # ---- timers
 
     def _fire(self, timer_id: int) -> None:
         self._timers.pop(timer_id, None)
-        self.feed(TimerFired(timer_id=timer_id))
+        self.feed(events.TimerFired(timer_id=timer_id))
         self._run.idle()
 
     def cancel_timers(self) -> None:
@@ -158,14 +140,14 @@ class CoreDriver:
 
     # ---- ROS
 
-    def _ask_ros(self, request: LoadComponent | ChangeState | WatchLifecycle) -> None:
+    def _ask_ros(self, request: Request) -> None:
         if self._agent is None:
             from launcher.engine.helpers.ros_agent import RosAgent
 
             self._agent = RosAgent(self._reactor, self._agent_env, self._ros_answered)
         self._agent.send(request)
 
-    def _ros_answered(self, event: Event) -> None:
+    def _ros_answered(self, event: events.Event) -> None:
         self.feed(event)
         self._run.idle()
 
@@ -187,4 +169,4 @@ class CoreDriver:
     def output(self, process: Process, stream: str, data: bytes) -> None:
         """Hand on what a process wrote."""
         stream = "stdout" if stream == "both" else stream
-        self.feed(ProcessOutput(process_id=process.process_id, stream=stream, data=data))
+        self.feed(events.ProcessOutput(process_id=process.process_id, stream=stream, data=data))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from launcher.engine import shutdown_machine as rules
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs import messages
@@ -15,23 +16,6 @@ from launcher.engine.machine import (
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
-from launcher.engine.shutdown_machine import (
-    BudgetExceeded,
-    EndLeftovers,
-    Idle,
-    Interrupted,
-    Notify,
-    Occurrence,
-    Order,
-    ProcessEnded,
-    Say,
-    ShutdownAction,
-    ShutdownDecided,
-    ShutdownEvent,
-    ShutdownMachine,
-    StopAll,
-    StopRequested,
-)
 from launcher.errors import ExitCode
 
 TYPE_CHECKING = False
@@ -44,7 +28,7 @@ class Shutdown:
 
     def __init__(
         self,
-        machine: ShutdownMachine,
+        machine: rules.ShutdownMachine,
         reactor: Reactor,
         log: RunLog,
         driver: ProcessDriver,
@@ -79,29 +63,29 @@ class Shutdown:
     # ---- what happens
 
     def interrupt(self, signum: int) -> None:
-        self._handle(Interrupted(signum))
+        self._handle(rules.Interrupted(signum))
 
     def output_closed(self) -> None:
-        self._handle(Occurrence.OUTPUT_CLOSED)
+        self._handle(rules.Occurrence.OUTPUT_CLOSED)
 
     def stop(self, reason: str) -> None:
-        self._handle(StopRequested(reason))
+        self._handle(rules.StopRequested(reason))
 
     def decided(self, reason: str) -> None:
-        self._handle(ShutdownDecided(reason))
+        self._handle(rules.ShutdownDecided(reason))
 
     def ended(self, process: Process, end: Ended, *, is_required: bool) -> None:
         failure = messages.first_failure(process, end.outcome) if end.has_died else ""
-        self._handle(ProcessEnded(process.name, end, is_required=is_required, report=failure))
+        self._handle(rules.ProcessEnded(process.name, end, is_required=is_required, report=failure))
 
     def over_budget(self, process: Process, report: str) -> None:
-        self._handle(BudgetExceeded(process.name, report))
+        self._handle(rules.BudgetExceeded(process.name, report))
 
     def idle(self) -> None:
         """End the run if nothing is left to wait for."""
-        self._handle(Idle(self._core.expects_more, self._core.is_loading))
+        self._handle(rules.Idle(self._core.expects_more, self._core.is_loading))
 
-    def _handle(self, event: ShutdownEvent) -> None:
+    def _handle(self, event: rules.ShutdownEvent) -> None:
         for action in self._machine.handle(event, self._reactor.now()):
             self._do(action)
         if self._timer is not None:
@@ -112,28 +96,28 @@ class Shutdown:
             self._timer = self._reactor.call_later(deadline - self._reactor.now(), self._tick)
 
     def _tick(self) -> None:
-        self._handle(Occurrence.TICK)
+        self._handle(rules.Occurrence.TICK)
 
-    def _do(self, action: ShutdownAction) -> None:
+    def _do(self, action: rules.ShutdownAction) -> None:
         match action:
-            case Say(level=level, text=text):
+            case rules.Say(level=level, text=text):
                 self._log.say(level, "launch", text)
-            case Notify(event=event):
+            case rules.Notify(event=event):
                 self._core.feed(event)
-            case StopAll(reason=reason):
+            case rules.StopAll(reason=reason):
                 self._stop_all(reason)
-            case Order.SKIP_GRACE_PERIODS:
+            case rules.Order.SKIP_GRACE_PERIODS:
                 for process in list(self._machine.processes):
                     self._driver.advance(process, Command.SKIP_GRACE)
                 if self._leftovers is not None:
                     self._leftovers.skip_grace()
-            case Order.REPORT_WAITING:
+            case rules.Order.REPORT_WAITING:
                 now = self._reactor.now()
                 waiting = messages.waiting_for(self._machine.processes, now)
                 self._log.say("INFO", "launch", waiting)
-            case EndLeftovers(skipped=skipped):
+            case rules.EndLeftovers(skipped=skipped):
                 self._end_leftovers(skipped)
-            case Order.FINISH:
+            case rules.Order.FINISH:
                 self._reactor.stop()
 
     def _stop_all(self, reason: str) -> None:
@@ -186,10 +170,10 @@ class Shutdown:
         self._log.say(level, "launch", text)
 
     def killed(self) -> None:
-        self._handle(Occurrence.LEFTOVERS_KILLED)
+        self._handle(rules.Occurrence.LEFTOVERS_KILLED)
 
     def gone(self) -> None:
-        self._handle(Occurrence.LEFTOVERS_GONE)
+        self._handle(rules.Occurrence.LEFTOVERS_GONE)
 
 
 class _SessionEnd:

@@ -1,4 +1,4 @@
-"""ProcessSpec: everything that is known about a process before it starts. Final, plain strings."""
+"""ProcessSpec: what is known about a process before it starts, as plain strings."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class RestartPolicy(Record):
     `RestartPolicy(mode=ALWAYS, delay_s=d, max_restarts=n)`. `max_restarts` None means without
     limit; with `window_s` it limits those within the last so many seconds. `backoff_max_s` makes
     the delay double from `delay_s` up to it, anew after a life of `quiet_s`; `jitter` is the
-    share of a delay that chance adds, so that a fleet does not start again in step.
+    share of a delay that chance adds, so that a fleet does not restart in step.
     """
 
     mode: RestartMode = RestartMode.NEVER
@@ -103,7 +103,7 @@ class RestartPolicy(Record):
         return delay_s * (1.0 + self.jitter * chance)
 
 
-KILL_PATIENCE_S = 5.0  # who is there still after SIGKILL sleeps where no signal reaches
+KILL_PATIENCE_S = 5.0  # a process that exists after that is in uninterruptible sleep
 
 
 class StopPolicy(Record):

@@ -227,5 +227,5 @@ def test_a_process_that_sigkill_does_not_end_is_named_and_the_run_ends_without_i
     assert alarms == [], "the run did not end by itself"
     said = stage.path.read_text()
     pid = stage.process.child.pid if stage.process.child else 0
-    assert f"process[stuck-1] [{pid}] is there 5 s after SIGKILL: state S (sleeping)" in said
+    assert f"process[stuck-1] [{pid}] still exists 5 s after SIGKILL: state S (sleeping)" in said
     assert stage.shutdown.exit_code() is ExitCode.PROCESS_FAILED

@@ -27,7 +27,7 @@ def outcome(
     theirs, ours = os.pipe()
     stdin = os.open(os.devnull, os.O_RDONLY)
     try:
-        pid = execute(words, env=env, stdin=stdin, stdout=ours, stderr=ours, cwd=cwd)
+        pid = execute(words, env=env, streams=(stdin, ours, ours), cwd=cwd)
     finally:
         os.close(stdin)
         os.close(ours)

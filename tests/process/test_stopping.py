@@ -227,7 +227,7 @@ def test_a_watchdog_that_somebody_ends_is_replaced(bench: Bench):
     terminal = bench.terminal('sh("echo ready; exec sleep 1000")')
     terminal.wait_for("ready")
     watchdog_of(terminal).kill()
-    terminal.wait_for("somebody ended the watchdog; another one is started")
+    terminal.wait_for("the watchdog was killed; restarting it")
     terminal.kill()
     wait_until(lambda: bench.survivors() == [], "nothing is left")
 

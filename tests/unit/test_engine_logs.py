@@ -136,7 +136,7 @@ def test_a_folder_with_the_name_of_the_link_costs_the_link_alone(tmp_path: Path)
     folder.log("INFO", "launch", "hello")
     folder.close()
     assert folder.path is not None
-    assert said == [f"no link to this run: Is a directory: {tmp_path / 'latest'}"]
+    assert said == [f"cannot link {tmp_path / 'latest'}: Is a directory"]
     assert "hello" in (folder.path / "launch.log").read_text()
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted([folder.path.name, "latest"])
 
@@ -159,7 +159,7 @@ def test_a_folder_that_is_removed_is_made_anew_and_that_is_said_once(
         folder.log("INFO", "launch", "after")
     folder.prune(keep=0)
     folder.close()
-    assert len(said) == 1 and f"somebody removed {folder.path}" in said[0]
+    assert len(said) == 1 and f"{folder.path} was removed" in said[0]
     lines = (folder.path / "launch.log").read_text().splitlines()
     assert [line.rpartition("]: ")[2] for line in lines] == [said[0], "after", "after"]
     assert (folder.path.parent / "latest" / EVENTS).is_file()
@@ -190,7 +190,7 @@ def test_a_rotation_finds_out_that_the_folder_is_gone(
     shutil.rmtree(tmp_path / "log")
     folder.log("INFO", "launch", "y" * 500)
     folder.close()
-    assert len(said) == 1 and "somebody removed" in said[0]
+    assert len(said) == 1 and "was removed" in said[0]
     assert "y" * 500 in (folder.path / "launch.log").read_text()
 
 

@@ -1,8 +1,8 @@
-"""Sweep: find and end what is left of a run, by the run id in each process's environment.
+"""Find and signal the processes of a run, by the run id in their environment.
 
 Process groups miss a daemon that made a session of its own; the environment is inherited by
 everything. What clears its environment *and* leaves its session is not found.
-Standard library only, and nothing of ours: the watchdog runs this file without site-packages.
+It imports the standard library only: the watchdog runs this file without site-packages.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ def signal_all(
 ) -> list[int]:
     """Signal each of them; the pids that were signalled.
 
-    A pidfd is opened first and the environment read again through it being open, so that a pid
-    which was given to somebody else in between is left alone.
+    A pidfd is opened first and then the environment read again, so that a pid which was given to
+    another process in between is left alone.
     """
     found = find(run_id, ignore=ignore, session=session)
     return [pid for pid in found if _signal(pid, signum, run_id)]
@@ -53,10 +53,9 @@ def chase(
     ignore: frozenset[int] = frozenset(),
     rounds: int = CHASE_ROUNDS,
 ) -> bool:
-    """Signal what carries the id among the youngest processes, again and again for a moment.
+    """Signal the youngest processes that carry the id, again and again; whether there was one.
 
-    One that forks and ends all the time is gone before a look at all processes comes to it.
-    Signal 0 only looks. Whether there was one.
+    One that forks and ends all the time is gone before `find` comes to it. Signal 0 sends nothing.
     """
     wanted = f"{RUN_ID_VARIABLE}={run_id}".encode()
     has_seen = False
@@ -70,7 +69,6 @@ def chase(
 
 
 def _last_pid() -> int:
-    """The number that was given to a process last."""
     with open("/proc/loadavg", "rb") as file:
         return int(file.read().split()[-1])
 
@@ -91,7 +89,7 @@ def _signal(pid: int, signum: int, run_id: str) -> bool:
 
 
 def _pids() -> Iterator[int]:
-    """The newest first: one that forks and ends all the time must be met before it is gone."""
+    """The newest first: one that forks and ends all the time must be read before it is gone."""
     return iter(sorted((int(name) for name in os.listdir("/proc") if name.isdigit()), reverse=True))
 
 

@@ -1,4 +1,4 @@
-"""Watchdog: a process that outlives a killed launcher for the moment it takes to clean up.
+"""Watchdog: a process that ends all processes of the run if the launcher is killed.
 
 It waits on a pipe. The launcher writes one byte there when it ends in order; the end of the pipe
 without that byte means that the launcher died, and everything that carries its run id is killed.
@@ -16,7 +16,7 @@ from types import ModuleType
 GOODBYE = b"."
 CLEAN_SCANS = 3  # a process that was forking during one scan shows in the next
 SCAN_PAUSE_S = 0.01
-PATIENCE_S = 10.0  # a process in uninterruptible sleep cannot be killed; do not wait for ever
+PATIENCE_S = 10.0  # a process in uninterruptible sleep cannot be killed
 
 
 def end_run(sweep: ModuleType, run_id: str) -> None:
@@ -30,13 +30,12 @@ def end_run(sweep: ModuleType, run_id: str) -> None:
 
 
 def main() -> None:
-    """Wait for the end of standard input."""
-    # Beside this file, which runs as a script; our other modules must not hide Python's own. Now:
-    # a watchdog that cannot do its work ends at once, and the launcher says so.
+    # Beside this file, which runs as a script; our other modules must not hide Python's own.
+    # Imported now: a watchdog that cannot work ends at once, and the launcher warns of it.
     sys.path.append(os.path.dirname(os.path.abspath(__file__)))
     import sweep  # type: ignore[import-not-found]
 
-    os.chdir("/")  # nobody's file system is kept in use by it
+    os.chdir("/")  # so that it keeps no file system in use
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(signum, signal.SIG_IGN)
     if os.read(0, 1) != GOODBYE:

@@ -1,7 +1,7 @@
-"""Report: the sentences that the supervisor says about a process, with their levels.
+"""What the supervisor reports about processes, as sentences with a level.
 
-The texts are ROS 2's (CONFORMANCE 1.16, 1.22, 1.23) where ROS 2 has one: scripts and eyes look
-for them.
+The texts are those of ROS 2 (CONFORMANCE 1.16, 1.22, 1.23) where it has one: scripts search for
+them.
 """
 
 from __future__ import annotations
@@ -26,17 +26,15 @@ class Line(Record):
 
 
 def started(pid: int) -> Line:
-    """It runs."""
     return Line("INFO", f"process started with pid [{pid}]")
 
 
 def signalled(name: str, signum: int) -> Line:
-    """It was signalled."""
     return Line("INFO", f"sending signal '{signal_name(signum)}' to process[{name}]")
 
 
 def escalated(name: str, step: Escalate, *, by_user: bool = False) -> Line:
-    """It did not go, with the run or (`by_user`) when a user stopped it alone."""
+    """It did not end, with the run or (`by_user`) when a user stopped it alone."""
     return Line(
         "WARNING" if by_user else "ERROR",
         f"process[{name}] failed to terminate '{step.waited_s:.3g}' seconds after receiving "
@@ -45,12 +43,13 @@ def escalated(name: str, step: Escalate, *, by_user: bool = False) -> Line:
 
 
 def stuck(name: str, pid: int, waited_s: float, how: str) -> Line:
-    """Not even SIGKILL has helped."""
-    return Line("ERROR", f"process[{name}] [{pid}] is there {waited_s:.3g} s after SIGKILL: {how}")
+    return Line(
+        "ERROR", f"process[{name}] [{pid}] still exists {waited_s:.3g} s after SIGKILL: {how}"
+    )
 
 
 def ended(spec: ProcessSpec, pid: int, end: Ended, *, by_user: bool = False) -> Line:
-    """It is gone: cleanly, because we (or `by_user` a user) asked, or dead."""
+    """It has ended: cleanly, because we (or `by_user` a user) stopped it, or it died."""
     code = end.outcome.returncode
     if code == 0:
         return Line("INFO", f"process has finished cleanly [pid {pid}]")
@@ -101,12 +100,10 @@ def _next_step(machine: ProcessMachine, now: float) -> str:
 
 
 def restarts_in(delay_s: float, restarts: int, limit: int | None) -> Line:
-    """It is started again after a while."""
     of = "" if limit is None else f" of {limit}"
     return Line("INFO", f"restart {restarts + 1}{of} in {delay_s:.3g} s")
 
 
 def gave_up(policy: RestartPolicy, restarts: int) -> Line:
-    """Its restarts are used up."""
     within = "" if policy.window_s is None else f" within {policy.window_s:g} s"
     return Line("ERROR", f"process is given up after {restarts} restarts{within}")

@@ -13,7 +13,7 @@ BACKUPS = 3
 
 
 class RotatingFile:
-    """Appends whole blocks. `path`, `path.1` (older), `path.2`, ...; all errors are OSError."""
+    """Appends whole blocks to `path`; `path.1` is older, and so on. All errors are OSError."""
 
     def __init__(
         self, path: Path, *, limit_bytes: int = LIMIT_BYTES, backups: int = BACKUPS
@@ -57,7 +57,7 @@ class RotatingFile:
         self._size = os.fstat(self._fd).st_size
 
     def close(self) -> None:
-        """Close the file; more than once does no harm."""
+        """Close the file, if it is open."""
         if self._fd >= 0:
             os.close(self._fd)
             self._fd = -1

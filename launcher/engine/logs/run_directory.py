@@ -5,7 +5,7 @@
 | `launch.log` | everything: our own lines and those of every process, with time stamps |
 | `NAME-N.log` | what one process wrote, stdout and stderr |
 | `NAME-N-stdout.log`, `NAME-N-stderr.log` | one stream, where `output` is `own_log` or `full` |
-| `events.jsonl` | starts, ends, restarts, signals (`journal`) |
+| `events.jsonl` | starts, ends, restarts, signals (`run_log`) |
 | `plan.json` | what the launch file asked for, as `plan --json` has it (commands/run_plan.py) |
 
 The nodes' rclpy logs land here too, because ROS_LOG_DIR points here for them.
@@ -58,12 +58,11 @@ def new_run_path(env: Mapping[str, str], now_ns: int | None = None) -> Path:
 
 
 class RunDirectory:
-    """Writes the files of a run; a disk that refuses is said once and then left alone.
+    """Writes the files of a run; after an error of the disk it warns once, and writes no more.
 
-    A folder that somebody removes is made anew, which `keep_up()`, called now and then, finds out.
-
-    `path` is None where there is none, because it is not wanted or could not be made; everything
-    still works, without files. `soon(call)` lets the loop make a call when its turn is over.
+    A directory that is removed is made again, which `keep_up()`, called now and then, notices.
+    `path` is None without a directory, because none is wanted or it could not be made; everything
+    still works, without files. `soon(call)` makes the call after this pass of the loop.
     """
 
     def __init__(
@@ -96,10 +95,10 @@ class RunDirectory:
         try:
             _point(path.parent / "latest", path)
         except OSError as error:
-            self._on_trouble(f"no link to this run: {error.strerror}: {path.parent / 'latest'}")
+            self._on_trouble(f"cannot link {path.parent / 'latest'}: {error.strerror}")
 
     def _hold(self, path: Path) -> None:
-        """Lock the events file, as a sign that the run goes on."""
+        """Lock the events file, as a sign that the run is alive."""
         before = self._lock
         self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
@@ -107,13 +106,13 @@ class RunDirectory:
             os.close(before)
 
     def _hold_on(self, path: Path) -> None:
-        """A rotation takes the lock away with the older file."""
+        """Lock the events file again if it has been rotated."""
         with contextlib.suppress(OSError):  # then the next time
             if not os.path.samestat(os.stat(path / EVENTS), os.fstat(self._lock)):
                 self._hold(path)
 
     def keep_up(self) -> bool:
-        """Make the folder anew if somebody has removed it; whether that was so, and succeeded."""
+        """Make the directory again if it was removed; whether that was so, and succeeded."""
         if self.path is None or self._broken:
             return False
         if os.path.exists(self.path / EVENTS):
@@ -123,18 +122,18 @@ class RunDirectory:
         self._make(self.path)
         if self._broken:
             return False
-        text = f"somebody removed {self.path}: what was logged before is lost, it is made anew"
+        text = f"{self.path} was removed: earlier logs are lost; made it again"
         self._on_trouble(text)
         self.log("WARNING", "launch", text)
         return True
 
     def log(self, level: str, logger: str, text: str) -> None:
-        """A line of our own."""
+        """Write a line of the launcher."""
         line = f"{time.time():.7f} [{level}] [{logger}]: {text}\n"
         self._merge(line.encode(errors="surrogateescape"))
 
     def write_lines(self, name: str, policy: OutputPolicy, stream: str, lines: bytes) -> None:
-        """Whole lines of process `name`."""
+        """Write whole lines of the process with this name."""
         if self.path is None or self._broken:
             return
         place = self._places.get((name, stream))
@@ -148,7 +147,7 @@ class RunDirectory:
             self._append(file, prefixed)
 
     def write_plan(self, plan: Callable[[], object]) -> None:
-        """`plan.json`: what was asked for so far; written anew each time."""
+        """Write `plan.json`, what was started so far."""
         self.keep_up()
         if self.path is None or self._broken:
             return
@@ -160,7 +159,6 @@ class RunDirectory:
             self._give_up(error)
 
     def close(self) -> None:
-        """Write what waits and close the files."""
         self.journal.flush()
         self._write_together()
         self._close_files()
@@ -174,7 +172,7 @@ class RunDirectory:
             self._lock = -1
 
     def prune(self, keep: int = KEPT_RUNS) -> None:
-        """Delete the oldest runs of ours beyond `keep`; never one that still goes on."""
+        """Delete the oldest runs of ours beyond `keep`, except those that are still alive."""
         if self.path is None:
             return
         import shutil  # with its compressors, it is not for the way to the first process
@@ -224,14 +222,14 @@ class RunDirectory:
 
 
 def _place(name: str, policy: OutputPolicy, stream: str) -> tuple[bytes, tuple[str, ...]]:
-    """What stands before the lines of this stream in all files, and those that are its own."""
+    """(prefix of its lines in all files, names of the files of its own) for a stream."""
     sinks = policy.stderr if stream == "stderr" else policy.stdout
     own = (f"{name}-{stream}.log",) if Sink.OWN_LOG in sinks else ()
     return f"[{name}] ".encode(), (f"{name}.log", *own)
 
 
 def _file_name(name: str) -> str:
-    """A name for a file of this process; the running number at its end keeps it apart."""
+    """A file name for this process; the number at its end keeps it unique."""
     name = name.replace("/", "_")
     if len(os.fsencode(name)) <= NAME_BYTES:
         return name
@@ -239,7 +237,7 @@ def _file_name(name: str) -> str:
 
 
 def _is_run_of_ours(path: Path) -> bool:
-    """The real `ros2 launch` keeps its runs in the same place; those have no events file."""
+    """The real `ros2 launch` keeps its runs in the same directory; those have no events file."""
     return re.match(_RUN_NAME, path.name) is not None and (path / EVENTS).is_file()
 
 
@@ -254,7 +252,7 @@ def _is_alive(run: Path) -> bool:
 
 
 def _point(link: Path, target: Path) -> None:
-    """Make `link` point to `target`, in one step for whoever looks at the same moment."""
+    """Make `link` point to `target`, atomically."""
     fresh = link.with_name(f".{link.name}-{os.getpid()}")
     with contextlib.suppress(FileNotFoundError):
         fresh.unlink()

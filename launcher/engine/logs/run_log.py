@@ -1,7 +1,7 @@
-"""Journal: `events.jsonl`, one line per start, end, restart and signal of a run.
+"""The supervisor's own log of a run, and `events.jsonl`, the log for programs.
 
-Each line is a JSON object with `wall_s` (seconds since 1970), `monotonic_s`, `event`, and what
-belongs to the event: `process`, `pid`, `returncode`, `signal`, `delay_s`, `reason`.
+`events.jsonl` has a line per start, end, restart and signal: a JSON object with `wall_s` (seconds
+since 1970), `monotonic_s`, `event`, and fields of the event as `process`, `pid`, `returncode`.
 """
 
 from __future__ import annotations
@@ -20,14 +20,13 @@ if TYPE_CHECKING:
     from launcher.engine.logs.messages import Line
     from launcher.engine.logs.run_directory import RunDirectory
 
-RECENT = 4000  # entries that are kept in memory, for whoever asks for the story so far
+RECENT = 4000  # entries that are kept in memory, for clients of the control socket
 
 
 class EventLog:
-    """Collects entries and hands them on as lines; `json` is imported with the first flush.
+    """Collects entries and writes them as lines; `listeners` get each line when it is written.
 
-    The first process of a run does not wait for that: the supervisor flushes when it has nothing
-    better to do. `listeners` get each line when it is written.
+    `json` is imported with the first flush, for which the first process does not wait.
     """
 
     def __init__(self, write: Callable[[bytes], None]) -> None:
@@ -37,19 +36,13 @@ class EventLog:
         self._resources = ""
         self.listeners: list[Callable[[str], None]] = []
 
-    @property
-    def is_empty(self) -> bool:
-        """Whether there is nothing to flush."""
-        return not self._entries
-
-    def note(self, event: str, **details: object) -> None:
-        """Remember an event that happens now."""
+    def note(self, event: str, **details: object) -> bool:
+        """Add an event that happens now; whether it is the first to be flushed."""
         now, since_boot = time.time(), time.monotonic()
-        entry = {"wall_s": now, "monotonic_s": since_boot, "event": event, **details}
-        self._entries.append(entry)
+        self._entries.append({"wall_s": now, "monotonic_s": since_boot, "event": event, **details})
+        return len(self._entries) == 1
 
     def flush(self) -> None:
-        """Hand on what was noted."""
         if not self._entries:
             return
         import json
@@ -75,7 +68,7 @@ class EventLog:
 
 
 class RunLog:
-    """One voice for a run; `ring` holds the last lines of its own."""
+    """What the supervisor itself reports; `ring` holds the last of its lines."""
 
     def __init__(self, reactor: Reactor, screen: Screen, directory: RunDirectory) -> None:
         self._reactor = reactor
@@ -84,7 +77,7 @@ class RunLog:
         self.ring = LogRing()
 
     def say(self, level: str, logger: str, text: str) -> None:
-        """A line of our own, on the screen and in the log."""
+        """Write a line to the screen and to `launch.log`."""
         text = text if text.isascii() else _encodable(text)
         line = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
         self.ring.append("", self._reactor.now(), line)
@@ -92,39 +85,34 @@ class RunLog:
         self._directory.log(level, logger, text)
 
     def warn(self, text: str) -> None:
-        """A warning of the launcher itself."""
         self.say("WARNING", "launch", text)
 
     def tell(self, process: Process, line: Line) -> None:
-        """A line about a process."""
         self.say(line.level, process.name, line.text)
 
     def keep_up(self) -> None:
-        """See whether the files are still there; now and then."""
+        """As `RunDirectory.keep_up`."""
         self._directory.keep_up()
 
     @property
     def has_lost_output(self) -> bool:
-        """Whether the screen's disk had no room for something."""
+        """Whether output was dropped because the disk is full."""
         return self._screen.dropped_bytes > 0
 
     @property
     def journal(self) -> EventLog:
-        """Where the entries go."""
         return self._directory.journal
 
     def note(self, event: str, process: Process | None = None, **details: object) -> None:
-        """An entry of the journal, written when this pass of the loop is done."""
-        journal = self._directory.journal
-        if journal.is_empty:
-            self._reactor.call_later(0, journal.flush)
+        """Add an entry to `events.jsonl`, which is written after this pass of the loop."""
         if process is not None:
             details = {"process": process.name, **details}
-        journal.note(event, **details)
+        if self.journal.note(event, **details):
+            self._reactor.call_later(0, self.journal.flush)
 
 
 def _encodable(text: str) -> str:
-    """The text, in which bytes that were no UTF-8 stay, and halves of characters do not."""
+    """The text without lone surrogates, except those that stand for bytes that are not UTF-8."""
     try:
         text.encode(errors="surrogateescape")
     except UnicodeEncodeError:

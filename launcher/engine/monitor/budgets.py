@@ -1,7 +1,6 @@
-"""Budgets: how much of the machine a process may use, and what happens when it uses more.
+"""Budgets: limits on the resources of a process, and what happens when it exceeds them.
 
-Nothing here measures or acts: `Judge.judge(samples, now)` says what is due. How budgets are
-written is in `budget_reader`.
+Nothing here measures or acts: `Judge.judge(samples, now)` returns what is due.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ _SUFFIX = re.compile(r"-\d+$")  # of process names: robot_2-4 is the 4th process
 
 
 class BudgetAction(enum.Enum):
-    """What is done about a process that is over its budget for too long."""
+    """What is done about a process that exceeds its budget for too long."""
 
     WARN = "warn"
     RESTART = "restart"  # the process
@@ -28,7 +27,7 @@ class BudgetAction(enum.Enum):
 
 
 class Budget(Record):
-    """Limits for the processes that `pattern` names, None for no limit; the limit itself is fine.
+    """Limits for the processes that `pattern` matches, None for no limit.
 
     `cpu_percent` is of one core. `memory_bytes` is compared with the USS. Over any limit for
     `for_s` seconds without a break, `action` is due.
@@ -63,7 +62,6 @@ class Verdict(Record):
 
     @property
     def action(self) -> BudgetAction:
-        """What is due."""
         return self.budget.action
 
     def __str__(self) -> str:
@@ -75,15 +73,10 @@ class Verdict(Record):
 
 
 class Judge:
-    """Remembers since when who is over what. No clock and no process: time is an argument.
+    """Remembers since when a process exceeds a limit; time is an argument.
 
-    Each stay above a limit is told once. It begins anew when the process has been below the limit
-    for a sample, has been restarted (another pid), or was not sampled.
-
-    How the supervisor uses it, once a second after `Sampler.sample`::
-
-        for verdict in judge.judge({name: sample, ...}, reactor.now(), {name: node names, ...}):
-            ...  # say str(verdict), then do verdict.action
+    Each stay above a limit is reported once. It begins again when the process has been below the
+    limit for a sample, has been restarted (another pid), or was not sampled.
     """
 
     def __init__(self, budgets: Iterable[Budget]) -> None:

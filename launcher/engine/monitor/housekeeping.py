@@ -1,10 +1,11 @@
-"""Caretaker: looks once a second after resources, budgets, log files, shared memory of the dead."""
+"""Housekeeper: samples resources, checks budgets and log files, frees shared memory, at 1 Hz."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 
 from launcher.engine.logs.run_log import RunLog
+from launcher.engine.monitor.shared_memory import Ledger
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
@@ -15,10 +16,9 @@ if TYPE_CHECKING:
     from launcher.engine.listener import RunListener
     from launcher.engine.monitor.budgets import Judge
     from launcher.engine.monitor.resources import Sample, Sampler, Steps
-    from launcher.engine.monitor.shared_memory import Ledger
 
 PERIOD_S = 1.0
-TURN_S = 0.0005  # of a round, before the loop sees whether a line has come
+TURN_S = 0.0005  # of a round, before the loop reads lines again
 WARM_UP_S = 0.02  # children are still starting then, and nobody waits for their output
 
 
@@ -44,21 +44,17 @@ class Housekeeper:
         self._log = log
         self._reader = reader
         self._listener = listener
-        self._run_id = run_id
         self._processes = processes
         self._judge = judge
         self._sampler: Sampler | None = None
-        self._ledger: Ledger | None = None
+        self._ledger = Ledger(run_id)  # before the processes make anything
         self._has_dead = False
         self._timer: Timer | None = None
         self._first_tick_s = 0.0
         self.samples: dict[str, Sample] = {}
 
     def start(self) -> None:
-        """Begin to tick; the first one comes when the processes have had time to start."""
-        from launcher.engine.monitor.shared_memory import Ledger
-
-        self._ledger = Ledger(self._run_id)  # now: what the processes make is not there yet
+        """Begin to tick, a second from now."""
         self._first_tick_s = self._reactor.now() + PERIOD_S
         self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
 
@@ -73,19 +69,16 @@ class Housekeeper:
         try:
             self._sampler = Sampler()
         except ImportError as error:  # a broken environment is no reason to stop robots
-            text = f"resource usage and budgets are not available: {error}"
-            self._log.warn(text)
+            self._log.warn(f"resource usage and budgets are not available: {error}")
         self._timer = self._reactor.call_later(left_s, self._tick)
 
     def note_shared_memory(self) -> None:
-        """Call it right before a SIGKILL: what the process holds can be freed after it."""
-        if self._ledger is not None:
-            self._ledger.note()
+        """Note what processes hold, right before a SIGKILL, to free it afterwards."""
+        self._ledger.note()
 
     def attend(self, pid: int) -> None:
-        """Look after a process that accompanies the run, too: what it holds when it is killed."""
-        if self._ledger is not None:
-            self._ledger.attendants.add(pid)
+        """Free the shared memory of this helper process, too."""
+        self._ledger.attendants.add(pid)
 
     def died_by_signal(self) -> None:
         """A process ended without cleaning up after itself."""
@@ -99,8 +92,7 @@ class Housekeeper:
 
     def _tick(self) -> None:
         begun_s = self._reactor.now()
-        if self._ledger is not None:
-            self._ledger.keep_up(begun_s)
+        self._ledger.keep_up(begun_s)
         self._log.keep_up()
         self._free()
         if self._sampler is None:
@@ -115,7 +107,7 @@ class Housekeeper:
         self._timer = self._reactor.call_later(max(0.0, wait_s), self._tick)
 
     def _go_on(self, steps: Steps, begun_s: float) -> None:
-        """Take some steps of a round; the others when the loop has looked for lines."""
+        """Take some steps of a round; the others after the loop has read lines."""
         until_s = self._reactor.now() + TURN_S
         try:
             while self._reactor.now() < until_s and not next(steps):
@@ -127,7 +119,7 @@ class Housekeeper:
         self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
 
     def _sampled(self, found: dict[int, Sample], now: float) -> None:
-        # Somebody may have ended, or been started again, while the others were looked at.
+        # A process may have ended, or restarted, while the others were sampled.
         living = {p.child.pid: p for p in self._processes if p.child is not None}
         self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
         if self.samples:
@@ -139,7 +131,7 @@ class Housekeeper:
                 self._listener.over_budget(by_name[verdict.process], verdict)
 
     def _free(self) -> None:
-        if self._has_dead and self._ledger is not None:
+        if self._has_dead:
             self._has_dead = False
             freed = self._ledger.free()
             if freed:

@@ -1,7 +1,7 @@
-"""OomWatch: whether the kernel has killed something for want of memory since last asked.
+"""OomWatch: whether the kernel has killed a process for lack of memory since the last call.
 
-A process that the OOM killer ends looks like any other SIGKILL; only a counter tells. The one of
-our own control group is exact; the machine's counter also counts other people's processes.
+The OOM killer's SIGKILL looks like any other; only a counter shows it. That of our own control
+group is exact; the machine's counts processes of others, too.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ class OomWatch:
         self._count = self._read()
 
     def has_struck(self) -> bool:
-        """Whether the counter has grown since this was last asked."""
+        """Whether the counter has grown since the last call."""
         before, self._count = self._count, self._read()
         return self._count > before
 

@@ -1,4 +1,4 @@
-"""Sampler: what each process of a run uses, measured with psutil.
+"""Sampler: resource usage of each process of a run, by psutil.
 
 A process counts with everything in its session, which the launcher gives each one of its own:
 shells and their children are one tree, even where the shell in between is gone. A descendant that
@@ -9,8 +9,8 @@ threads and files, and 530 us per process for the USS, of which at most `USS_PER
 per round, and more only of those that are new. At 1 Hz that is about 0.7 % of a core, and a half
 to two thirds of what psutil takes to read it all (tests/process/test_resources.py holds 0.8).
 
-All of it at once would be 5 ms in which no line moves, so a round comes in steps of at most one
-look at one process, and lines are carried between them.
+All of it at once would block the output for 5 ms, so a round has steps of at most one look at one
+process, and lines are read between them.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
     Steps = Generator[bool, None, dict[int, "Sample"]]
 
-NAMES_PER_STEP = 50  # whose session a process is in is a short question, but it goes to everybody
-# Who is still in the session after so short a time is the same process: the kernel does not run
-# through all numbers meanwhile. To look at its time of birth is a quarter of what a sample takes.
+NAMES_PER_STEP = 50  # asking for the session is quick, but every process is asked
+# After so short a time a pid in the session is the same process: the kernel does not reuse numbers
+# so soon. Reading the start time would be a quarter of what a sample takes.
 RECENT_S = 3.0
 USS_PER_ROUND = 3  # the kernel walks all pages for it: it is what costs most
 NEW_USS_PER_ROUND = 10  # nothing is shown of a new process before, and it is walked twice so
@@ -84,11 +84,10 @@ def summed(root: int, readings: Sequence[Reading], elapsed_s: float) -> Sample:
 
 
 class Sampler:
-    """Remembers what the processes had used so far, to tell what they use now.
+    """Remembers what the processes had used, for the difference to what they use now.
 
-    How the supervisor uses it: one `Sampler()` after the first process has started (making it
-    imports psutil, 15 ms and 3 MB), then once a second
-    `sampler.sample([child.pid for each running process], reactor.now())`.
+    Make one after the first process has started (it imports psutil, 15 ms and 3 MB), then take the
+    `steps` of a round once a second.
     """
 
     def __init__(self) -> None:
@@ -99,25 +98,12 @@ class Sampler:
         self._last_s: dict[int, float] = {}
         self._looked_s = -RECENT_S
 
-    def sample(self, pids: Iterable[int], now: float) -> dict[int, Sample]:
-        """A sample for each of `pids` that still lives; `now` is monotonic.
-
-        Each pid must lead its session. One that has ended is left out.
-        """
-        steps = self.steps(pids, lambda: now)
-        while True:
-            try:
-                next(steps)
-            except StopIteration as end:
-                samples: dict[int, Sample] = end.value
-                return samples
-
     def steps(self, pids: Iterable[int], clock: Callable[[], float]) -> Steps:
-        """The same in steps of at most one look at one process; what it returns is for all `pids`.
+        """A sample for each of `pids` that is alive, in steps of at most one look at one process.
 
-        A step that takes as long as several is announced with True by the one before it. Each tree
-        is read at a moment of its own, which `clock` tells. Finish one round before the next
-        begins.
+        Each pid must lead its session. A step that takes as long as several is announced with True
+        by the one before it. Each tree is read at a time of its own, by the monotonic `clock`.
+        Finish one round before the next begins.
         """
         sessions = yield from _sessions(frozenset(pids))
         now = clock()

@@ -1,4 +1,4 @@
-"""SharedMemory: what Fast DDS leaves in /dev/shm when its process is killed, and freeing it.
+"""What Fast DDS leaves in /dev/shm when its process is killed, and freeing it.
 
 What Fast DDS does (observed on 2.14 with real nodes):
 
@@ -100,21 +100,14 @@ def held(*, folder: Path = FOLDER) -> dict[str, int]:
 
 
 class Ledger:
-    """What the processes of one run hold, noted while they live: a dead one cannot be asked.
+    """What the processes of one run hold, noted while they live.
 
-    How the supervisor uses it::
-
-        ledger = Ledger(run_id)
-        ledger.keep_up(now)   # once a second with the resource samples
-        ledger.note()         # right before a SIGKILL
-        ledger.free()         # at the next such moment after a death by a signal, and at the end
-
-    `note` blocks for 5 to 15 ms, since a reader of /proc/locks waits until every processor has
-    been idle or switched once; `keep_up` does so only where there are files that were not there
-    when the ledger was made. `free` looks at the mappings of every participant on the machine
-    (0.3 ms each), so a crash loop should not call it for every death. Grandchildren and daemons
-    count, since they carry the run id, too. What dies before it was first looked at is missed;
-    `doctor --fix` finds that. `attendants` are pids that count as ours without the run id.
+    Call `keep_up` once a second, `note` right before a SIGKILL, and `free` after an end by a signal
+    and at the end. `note` blocks for 5 to 15 ms, since a reader of /proc/locks waits until every
+    processor has been idle or switched once; `keep_up` calls it only if files are new. `free` reads
+    the mappings of every participant on the machine (0.3 ms each). Grandchildren and daemons
+    count, since they carry the run id, too. What dies before the first look is missed; `doctor
+    --fix` finds that. `attendants` are pids that count as ours without the run id.
     """
 
     def __init__(self, run_id: str, *, folder: Path = FOLDER) -> None:

@@ -1,4 +1,4 @@
-"""Pattern: a regular expression of a person's, which must not hold up a run."""
+"""What users want to see of the output of a process; files and memory keep everything."""
 
 from __future__ import annotations
 
@@ -11,14 +11,11 @@ PATIENCE_S = 0.1  # of computing, for one block of lines; 64 KiB take a hundredt
 
 
 class TooSlowError(Exception):
-    """Finding it takes too long."""
+    """A search takes too long."""
 
 
 class Pattern:
-    """Finds lines, or gives up: some expressions take for ever on some lines (`(a+)+$`).
-
-    `text` is as it was written; re.error if it cannot be read.
-    """
+    """A user's regular expression, which must not block the run, as `(a+)+$` would; re.error."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -26,9 +23,9 @@ class Pattern:
         self._is_at_work = False
 
     def choose(self, lines: Sequence[bytes]) -> list[bytes]:
-        """The lines in which it is found; TooSlowError. For the main thread alone.
+        """The lines in which it is found; TooSlowError. For the main thread only.
 
-        Python looks for signals while it searches, and a timer counts what we compute.
+        Python handles signals while it searches; a timer counts our CPU time.
         """
         before = signal.signal(signal.SIGVTALRM, self._struck)
         self._is_at_work = True
@@ -62,9 +59,9 @@ _IN_TRACEBACK = len(LEVELS)
 class LineFilter:
     """Chooses lines. A process that is shown as a whole has none, which costs nothing.
 
-    `level` is an index into LEVELS: less is not shown. A line without a level is INFO; an indented
-    one belongs to the line before it, and so does the last line of a traceback. `hidden_lines`
-    counts what was not shown. A pattern that takes too long is given up, and `on_slow` is told.
+    `level` is an index into LEVELS: lower ones are hidden. A line without a level is INFO; an
+    indented one belongs to the line before it, and so does the last line of a traceback.
+    `hidden_lines` counts. A pattern that takes too long is dropped, and `on_slow` is called.
     """
 
     def __init__(self) -> None:
@@ -78,16 +75,14 @@ class LineFilter:
 
     @property
     def is_open(self) -> bool:
-        """Whether everything is shown."""
         return not (self.muted or self.outside or self.level or self.pattern)
 
     @property
     def is_silent(self) -> bool:
-        """Whether nothing is shown."""
         return self.muted or self.outside
 
     def choose(self, source: int, lines: bytes) -> bytes:
-        """Those of these whole lines that are shown; `source` tells the streams apart."""
+        """Those of these whole lines that are shown; `source` identifies the stream."""
         if self.is_silent:
             self.hidden_lines += lines.count(b"\n")
             return b""
@@ -138,5 +133,5 @@ def level_named(word: str) -> int:
         return 0
     name = _ALIASES.get(name, name)
     if name not in LEVELS:
-        raise ValueError(f"there is no level '{word}'")
+        raise ValueError(f"unknown level '{word}'")
     return LEVELS.index(name)

@@ -1,4 +1,4 @@
-"""Views: who is muted, shown alone, or shown in part, on the screen of a run."""
+"""ScreenFilters: mute, solo, level and grep for the processes on the screen."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ScreenFilters:
         self._common = LineFilter()  # for processes that are started later
 
     def adopt(self, process: Process) -> None:
-        """Show a process that is new as everybody is shown."""
+        """Apply the filters that are meant for all processes to a new one."""
         if self._common.is_open:
             return
         view = self._view(process)
@@ -49,13 +49,12 @@ class ScreenFilters:
         view.pattern = self._common.pattern
 
     def mute(self, processes: Sequence[Process]) -> list[Shown]:
-        """Show nothing of them."""
         for process in processes:
             self._view(process).muted = True
         return [Shown(p.name, Change.MUTED) for p in processes]
 
     def unmute(self, processes: Sequence[Process]) -> list[Shown]:
-        """Show them again; with all of them, a `solo` is over."""
+        """Show them again; all of them, if a `solo` is to end."""
         if len(processes) == len(self._processes):
             self._common.outside = False
         return [self._unmute(process) for process in processes]
@@ -70,7 +69,6 @@ class ScreenFilters:
         return Shown(process.name, Change.UNMUTED, hidden_lines=hidden)
 
     def solo(self, processes: Sequence[Process]) -> list[Shown]:
-        """Show these alone."""
         alone = {process.process_id for process in processes}
         self._common.outside = True
         for process in self._processes:
@@ -81,7 +79,7 @@ class ScreenFilters:
         return [Shown(p.name, Change.ALONE) for p in processes]
 
     def level(self, level: int, processes: Sequence[Process]) -> list[Shown]:
-        """Show only lines of this level (an index into LEVELS) and above; 0 shows all."""
+        """Show only lines of this level (an index into LEVELS) and above."""
         if len(processes) == len(self._processes):
             self._common.level = level
         for process in processes:
@@ -90,7 +88,6 @@ class ScreenFilters:
         return self.levels(processes)
 
     def levels(self, processes: Sequence[Process]) -> list[Shown]:
-        """What is shown of them now."""
         levels = ((p.name, 0 if p.view is None else p.view.level) for p in processes)
         return [Shown(name, Change.LEVEL, level=level) for name, level in levels]
 
@@ -119,6 +116,6 @@ class ScreenFilters:
 
 
 def _drop_if_open(process: Process) -> None:
-    """A process that is shown as a whole pays nothing for it."""
+    """Remove the filter of a process that is shown as a whole."""
     if process.view is not None and process.view.is_open:
         process.view = None

@@ -1,8 +1,8 @@
-"""Staging: our end of the process in between that takes on limits (`limits_exec`).
+"""Starts processes with limits, by way of a bare interpreter that sets them (`limits_exec`).
 
-A limit that is set from outside, once the program runs, comes too late for what it does first,
-and calling Python between fork and exec takes longer for a launcher that has grown. So only a
-process that has limits pays, with the start of a bare interpreter (about 8 ms).
+A limit that is set from outside, once the program runs, comes too late for what it does first, and
+calling Python between fork and exec takes the longer the larger the launcher is. So only a process
+that has limits pays, with the start of a bare interpreter (about 8 ms).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _COERCED = "LC_CTYPE"  # which Python sets where the locale is C, and the progra
 
 
 def words_before(limits: Limits, status: int, env: Mapping[str, str]) -> list[str]:
-    """The words in front of a command that let it begin within the limits.
+    """The words in front of a command that let it start within the limits.
 
     `status` is the descriptor that closes when the program is there; `env` is the program's.
     """
@@ -38,13 +38,13 @@ def _settings(limits: Limits) -> Iterator[str]:
 
 
 def refusal(said: bytes) -> tuple[int, str]:
-    """(errno, the limit that was refused or "") of what the stage said."""
+    """(errno, the limit that was refused or "") of what `limits_exec` wrote."""
     number, _, setting = said.decode(errors="replace").partition(" ")
     return (int(number) if number.isdigit() else errno.EIO), _as_given(setting)
 
 
 def _as_given(setting: str) -> str:
-    """`nofile=unlimited` for `nofile=-1/-1`, as a person would write it."""
+    """`nofile=unlimited` for `nofile=-1/-1`."""
     name, is_limit, amounts = setting.partition("=")
     if "/" not in amounts:
         return setting

@@ -19,7 +19,6 @@ FAILED = 127
 
 
 def main() -> None:
-    """Take on the settings and become the program."""
     status = int(sys.argv[1])
     os.set_inheritable(status, False)
     end = sys.argv.index("--")
@@ -42,7 +41,7 @@ def main() -> None:
 
 
 def take_on(setting: str) -> None:
-    """Carry out one setting; OSError or ValueError if the system refuses."""
+    """Set one limit; OSError or ValueError if the system refuses."""
     name, _, text = setting.partition("=")
     if name == "unset":
         os.environ.pop(text, None)

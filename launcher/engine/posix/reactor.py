@@ -1,4 +1,4 @@
-"""Reactor: waits for file descriptors, timers and signals, and calls back. One thread.
+"""Reactor: an event loop for file descriptors, timers and signals.
 
 asyncio would do the same; importing it takes longer than starting the first process
 (docs/architecture.md has the numbers).
@@ -27,7 +27,6 @@ class Timer:
         self.callback: Callback | None = callback
 
     def cancel(self) -> None:
-        """Forget the call."""
         self.callback = None
 
 
@@ -57,11 +56,9 @@ class Reactor:
     # ---- what to wait for
 
     def add_reader(self, fd: int, callback: Callback) -> None:
-        """Call back whenever `fd` can be read."""
         self._add(fd, select.EPOLLIN, callback)
 
     def add_writer(self, fd: int, callback: Callback) -> None:
-        """Call back whenever `fd` can be written to."""
         self._add(fd, select.EPOLLOUT, callback)
 
     def _add(self, fd: int, events: int, callback: Callback) -> None:
@@ -69,7 +66,7 @@ class Reactor:
         self._callbacks[fd] = callback
 
     def remove(self, fd: int) -> None:
-        """Forget `fd`; not an error if it is not known."""
+        """Forget `fd`; no error if it is not known."""
         if self._callbacks.pop(fd, None) is not None:
             try:
                 self._epoll.unregister(fd)
@@ -146,7 +143,7 @@ class Reactor:
         return timer
 
     def close(self) -> None:
-        """Put the signal handlers back and close what is ours."""
+        """Restore the signal handlers and close all descriptors."""
         for signum, before in self._before.items():
             signal.signal(signum, signal.SIG_DFL if before is None else before)
         self._before.clear()

@@ -6,6 +6,7 @@ only what `posix_spawn` cannot: a working directory.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import signal
@@ -40,52 +41,51 @@ def execute(
     words: Sequence[str],
     *,
     env: Mapping[str, str],
-    stdin: int,
-    stdout: int,
-    stderr: int,
+    streams: tuple[int, int, int],
     cwd: str | None = None,
     inherited: Sequence[int] = (),
 ) -> int:
-    """The pid of a new process that runs `words`; OSError if the system refuses.
+    """The pid of a new process that runs `words`, for the caller to reap; OSError.
 
     A program without a slash is looked for in the PATH of `env`, which is complete. The process
-    gets the three descriptors, each of which is above 2, and those that are `inherited`, at their
-    numbers; no other that this process has. Whoever calls has to reap it. EINVAL is for words
-    that no program can get.
+    gets `streams`, each of which is above 2, as its standard streams, and the descriptors that are
+    `inherited`, at their numbers; no others. EINVAL is for words that no program can get.
     """
     for fd in inherited:
         os.set_inheritable(fd, True)
     try:
-        return _execute(words, env, (stdin, stdout, stderr), cwd, inherited)
+        if cwd is None:
+            with contextlib.suppress(NotImplementedError):  # Python was built for an old C library
+                return _by_posix_spawn(words, env, streams)
+        return _by_subprocess(words, env, streams, cwd, inherited)
     except ValueError as error:  # a NUL in a word, a `=` in the name of a variable
         raise OSError(errno.EINVAL, str(error)) from error
 
 
-def _execute(
-    words: Sequence[str],
-    env: Mapping[str, str],
-    streams: tuple[int, int, int],
-    cwd: str | None,
-    inherited: Sequence[int],
+def _by_posix_spawn(
+    words: Sequence[str], env: Mapping[str, str], streams: tuple[int, int, int]
 ) -> int:
-    if cwd is not None:
-        return _by_subprocess(words, env, streams, cwd, inherited)
+    actions = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(streams)]
     refusal: OSError | None = None
     for program in _candidates(words[0], env):
         try:
-            return _spawn(program, words, env, streams)
-        except NotImplementedError:  # a Python that was built for an old C library
-            return _by_subprocess(words, env, streams, None, inherited)
-        except (FileNotFoundError, NotADirectoryError) as error:
-            refusal = refusal or error
+            return os.posix_spawn(
+                program,
+                tuple(words),
+                env,
+                file_actions=actions,
+                setsid=True,
+                setsigdef=_BACK_TO_DEFAULT,
+            )
         except OSError as error:
             # As execvp does: another folder of the PATH may have a program that can be run.
-            refusal = error if refusal is None or _is_absence(refusal) else refusal
+            is_new = refusal is None or (_is_absence(refusal) and not _is_absence(error))
+            refusal = error if is_new else refusal
     raise refusal or FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), words[0])
 
 
 def _candidates(program: str, env: Mapping[str, str]) -> Iterator[str]:
-    """Where the program may be; of the folders of the PATH those that have something there."""
+    """Where the program may be; of the folders of the PATH those that have such a file."""
     if "/" in program:
         yield program
         return
@@ -99,19 +99,6 @@ def _is_absence(error: OSError) -> bool:
     return error.errno in (errno.ENOENT, errno.ENOTDIR)
 
 
-def _spawn(
-    program: str, words: Sequence[str], env: Mapping[str, str], streams: tuple[int, int, int]
-) -> int:
-    return os.posix_spawn(
-        program,
-        tuple(words),
-        env,
-        file_actions=[(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(streams)],
-        setsid=True,
-        setsigdef=_BACK_TO_DEFAULT,
-    )
-
-
 def _by_subprocess(
     words: Sequence[str],
     env: Mapping[str, str],
@@ -119,7 +106,6 @@ def _by_subprocess(
     cwd: str | None,
     inherited: Sequence[int],
 ) -> int:
-    """The same in another working directory, or without the system's `posix_spawn`."""
     import subprocess
 
     stdin, stdout, stderr = streams
@@ -138,7 +124,7 @@ def _by_subprocess(
 
 
 def keep_to_ourselves(first: int = 3) -> None:
-    """Let no process inherit the descriptors that we inherited; what Python opens, none does."""
+    """Let processes not inherit the descriptors that we inherited, as those that Python opens."""
     for name in os.listdir("/proc/self/fd"):
         fd = int(name)
         try:
@@ -165,14 +151,13 @@ STDOUT, STDERR, BOTH = "stdout", "stderr", "both"
 
 
 class Child:
-    """A process that runs, or has just ended.
+    """A process that runs, or has just ended; owns its descriptors.
 
     `streams` maps the file descriptors that its output is read from to `stdout`, `stderr`, or
     `both` where one descriptor carries both in the order in which they were written. The child
     leads a session and a process group of its own, so that signals reach its children too and
     the terminal's Ctrl-C reaches only us. `status` is -1, or becomes readable when a process with
-    limits has become its program, or cannot (`refusal` says why). Owns every descriptor;
-    `close()` is idempotent.
+    limits has become its program, or cannot (`refusal` says why).
     """
 
     def __init__(
@@ -186,9 +171,10 @@ class Child:
         self._stdin = stdin
 
     def signal_group(self, signum: int) -> None:
-        """Signal the process and what it started; a group that is gone is not an error.
+        """Signal the process and what it started.
 
-        Neither is one that belongs to somebody else by now (sudo): if it does not go, it is named.
+        No error if the group is gone, or belongs to another user by now (sudo): a process that
+        does not end is reported by its pid.
         """
         try:
             os.killpg(self.pid, signum)
@@ -196,7 +182,7 @@ class Child:
             return
 
     def reap(self) -> tuple[int, bool]:
-        """(return code, whether it left a core dump); call it when the pidfd is readable."""
+        """As `reap`; call it when the pidfd is readable."""
         return reap(self.pidfd)
 
     def read(self, fd: int) -> bytes | None:
@@ -209,34 +195,29 @@ class Child:
             return b""  # a pseudo-terminal ends with EIO
 
     def resize(self, terminal_size: tuple[int, int]) -> None:
-        """Give its pseudo-terminals, if it has some, another size, and tell it so."""
+        """Resize its pseudo-terminals, if it has any."""
         terminals = [fd for fd in self.streams if os.isatty(fd)]
         for fd in terminals:
             _set_terminal_size(fd, terminal_size)
         if terminals:
-            # It leads a session without a controlling terminal, so the kernel tells nobody.
+            # Its session has no controlling terminal, so the kernel sends no signal.
             self.signal_group(signal.SIGWINCH)
 
     def write_stdin(self, data: bytes) -> int:
-        """Hand `data` to the process; how many bytes of it found room.
-
-        BrokenPipeError or BlockingIOError if it does not read.
-        """
+        """Write to its standard input; the number of bytes. OSError if it does not read."""
         return os.write(self._stdin, data)
 
     def leave_stage(self) -> None:
-        """Find out what keeps it from becoming its program; when `status` is readable."""
+        """Read what keeps it from becoming its program; when `status` is readable."""
         self.refusal = os.read(self.status, READ_BYTES)
         os.close(self.status)
         self.status = -1
 
     def close_stream(self, fd: int) -> None:
-        """Close one output stream."""
         if self.streams.pop(fd, None) is not None:
             os.close(fd)
 
     def close(self) -> None:
-        """Close every descriptor that is left."""
         for fd in list(self.streams):
             self.close_stream(fd)
         for name in ("pidfd", "_stdin", "status"):
@@ -286,9 +267,7 @@ def spawn(
         pid = execute(
             command,
             env=env,
-            stdin=stdin_read,
-            stdout=stdout,
-            stderr=stderr,
+            streams=(stdin_read, stdout, stderr),
             cwd=spec.cwd,
             inherited=inherited,
         )
@@ -306,7 +285,7 @@ def spawn(
 
 
 def _pidfd_of(pid: int) -> int:
-    """The pidfd of a child that has just been started; it does not outlive a failure."""
+    """The pidfd of a child that has just been started; the child is killed if there is none."""
     try:
         return os.pidfd_open(pid)
     except OSError:
