@@ -66,7 +66,6 @@ class Service:
         }
 
     def serve(self, request: Request, exchange: Exchange) -> None:
-        """Answer a request."""
 
         def answer() -> None:
             call = verbs.check(request.verb, request.names, request.options)

@@ -71,7 +71,6 @@ class CoreDriver:
 
     @property
     def is_loading(self) -> bool:
-        """Whether a composable node is being loaded."""
         return self._agent is not None and self._agent.is_loading
 
     def start(self) -> None:
@@ -152,7 +151,6 @@ class CoreDriver:
         self._run.idle()
 
     def close_agent(self) -> None:
-        """End the ROS agent, if there is one."""
         if self._agent is not None:
             self._agent.close()
             self._agent = None
@@ -167,6 +165,5 @@ class CoreDriver:
         return self._watching[number]
 
     def output(self, process: Process, stream: str, data: bytes) -> None:
-        """Hand on what a process wrote."""
         stream = "stdout" if stream == "both" else stream
         self.feed(events.ProcessOutput(process_id=process.process_id, stream=stream, data=data))

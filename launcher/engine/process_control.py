@@ -266,7 +266,6 @@ class ProcessControl:
         self._suspend_or_resume(process, signal.SIGSTOP, refusal, done)
 
     def resume(self, process: Process, done: Done) -> None:
-        """Resume it, whoever suspended it."""
         refusal = None if _is_halted(process) else Kind.NOT_SUSPENDED
         self._suspend_or_resume(process, signal.SIGCONT, refusal, done)
 
@@ -298,7 +297,6 @@ class ProcessControl:
     # ---- standard input
 
     def send(self, process: Process, data: bytes, done: Done) -> None:
-        """Write data to its standard input."""
         if process.child is None:
             done(_not_running(process))
             return

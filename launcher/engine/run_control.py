@@ -63,11 +63,9 @@ class RunControl:
         return sample
 
     def adopt(self, process: Process) -> None:
-        """Apply the common filters to a process that is new."""
         self.views.adopt(process)
         self.on_process(process)
 
     def quit(self, reason: str) -> None:
-        """Stop the run."""
         self.chronicle.note("asked", verb="quit")
         self._shutdown.stop(reason)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 
 from launcher.engine import shutdown_machine as rules
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
@@ -24,11 +25,13 @@ if TYPE_CHECKING:
 
 
 class Shutdown:
-    """Stops the processes of a run, then what they left behind, then the reactor."""
+    """Stops the processes of a run, then what they left behind, then the reactor.
+
+    `processes` is the live collection of them, in order of start.
+    """
 
     def __init__(
         self,
-        machine: rules.ShutdownMachine,
         reactor: Reactor,
         log: RunLog,
         driver: ProcessDriver,
@@ -36,8 +39,11 @@ class Shutdown:
         watchdog: WatchdogClient,
         *,
         run_id: str,
+        processes: Collection[Process],
+        exit_when_any_dies: bool = False,
     ) -> None:
-        self._machine = machine
+        self._machine = rules.ShutdownMachine(processes, exit_when_any_dies=exit_when_any_dies)
+        self._processes = processes
         self._reactor = reactor
         self._log = log
         self._driver = driver
@@ -49,7 +55,6 @@ class Shutdown:
 
     @property
     def has_begun(self) -> bool:
-        """Whether nothing may start any more."""
         return self._machine.is_stopping
 
     @property
@@ -107,13 +112,13 @@ class Shutdown:
             case rules.StopAll(reason=reason):
                 self._stop_all(reason)
             case rules.Order.SKIP_GRACE_PERIODS:
-                for process in list(self._machine.processes):
+                for process in list(self._processes):
                     self._driver.advance(process, Command.SKIP_GRACE)
                 if self._leftovers is not None:
                     self._leftovers.skip_grace()
             case rules.Order.REPORT_WAITING:
                 now = self._reactor.now()
-                waiting = messages.waiting_for(self._machine.processes, now)
+                waiting = messages.waiting_for(self._processes, now)
                 self._log.say("INFO", "launch", waiting)
             case rules.EndLeftovers(skipped=skipped):
                 self._end_leftovers(skipped)
@@ -123,7 +128,7 @@ class Shutdown:
     def _stop_all(self, reason: str) -> None:
         self._log.note("stopping", reason=reason)
         self._core.cancel_timers()
-        for process in reversed(list(self._machine.processes)):
+        for process in reversed(list(self._processes)):
             self._driver.advance(process, Command.STOP)
         self._reactor.call_later(0, self.idle)
 
@@ -133,7 +138,7 @@ class Shutdown:
         from launcher.engine.cleanup.leftovers import Leftovers, patience_for
 
         self._core.close_agent()
-        processes = self._machine.processes
+        processes = self._processes
         stuck = (process.child for process in processes if process.machine.is_stuck)
         stuck_pids = frozenset(child.pid for child in stuck if child is not None)
         self._leftovers = Leftovers(

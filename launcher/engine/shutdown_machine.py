@@ -148,7 +148,7 @@ class ShutdownMachine:
     """One run. `processes` is the live collection of its processes, in order of start."""
 
     def __init__(self, processes: Collection[Process], *, exit_when_any_dies: bool = False) -> None:
-        self.processes = processes
+        self._processes = processes
         self._exit_when_any_dies = exit_when_any_dies
         self._stop_signal: int | None = None
         self._is_output_closed = False
@@ -167,7 +167,7 @@ class ShutdownMachine:
     def exit_code(self, *, has_lost_output: bool = False) -> ExitCode:
         """The exit code as things stand; a run that could not write its output has failed."""
         has_killed = self._has_killed_leftovers or any(
-            process.machine.had_to_be_killed for process in self.processes
+            process.machine.had_to_be_killed for process in self._processes
         )
         if self.first_failure is None and not has_killed:
             return ExitCode.PROCESS_FAILED if has_lost_output else ExitCode.OK
@@ -257,7 +257,7 @@ class ShutdownMachine:
             return self._announce(said, ShutdownAsked(reason=reason), now, reason=reason)
         if self.phase is Phase.NOTIFIED:  # the interpreter has had nothing to say about it
             return self._stop(reason, now)
-        if not any(process.machine.state.is_alive for process in self.processes):
+        if not any(process.machine.state.is_alive for process in self._processes):
             self.deadline = None
             return []
         self.deadline = now + REPORT_EVERY_S
@@ -267,7 +267,7 @@ class ShutdownMachine:
         """Whether nothing runs and nothing can start any more."""
         if self.phase not in (Phase.RUNNING, Phase.STOPPING) or idle.expects_more:
             return False
-        machines = [process.machine for process in self.processes]
+        machines = [process.machine for process in self._processes]
         if self.phase is Phase.STOPPING:
             return not any(one.is_pending and not one.is_stuck for one in machines)
         return not (idle.is_loading or any(one.is_pending or one.is_held for one in machines))

@@ -103,18 +103,16 @@ class Supervisor:
     def _shutdown(self) -> Shutdown:
         """Made when the first processes have been started, which need not wait for it."""
         from launcher.engine.shutdown import Shutdown
-        from launcher.engine.shutdown_machine import ShutdownMachine
 
         return Shutdown(
-            ShutdownMachine(
-                self._processes.values(), exit_when_any_dies=self._options.exit_when_any_dies
-            ),
             self._reactor,
             self._log,
             self._driver,
             self._core_driver,
             self._watchdog,
             run_id=self._run_id,
+            processes=self._processes.values(),
+            exit_when_any_dies=self._options.exit_when_any_dies,
         )
 
     @functools.cached_property

@@ -48,12 +48,10 @@ class RunOptions(Record):
 
     @property
     def name_processes(self) -> bool:
-        """Whether any option is about single processes."""
         by_words = self.restart or self.stop or self.limits or self.required or self.budgets
         return bool(by_words or self.file_names)
 
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
-        """The spec with these options applied."""
         for pattern, policy in self.restart:
             if matches(pattern, spec):
                 spec = replace(spec, restart=policy)
@@ -66,12 +64,10 @@ class RunOptions(Record):
         return spec
 
     def is_required(self, spec: ProcessSpec) -> bool:
-        """Whether the run ends with this process."""
         return any(matches(pattern, spec) for pattern in self.required)
 
 
 def matches(pattern: str, spec: ProcessSpec) -> bool:
-    """Whether a pattern (`robot_*`) matches a name of this process."""
     return any(fnmatch.fnmatchcase(name, pattern) for name in names_of(spec))
 
 

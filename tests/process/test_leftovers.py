@@ -25,7 +25,6 @@ from launcher.engine.posix.spawn import Child, spawn
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.shutdown import Shutdown
-from launcher.engine.shutdown_machine import ShutdownMachine
 from launcher.errors import ExitCode
 from launcher.model.spec import ProcessSpec, StopPolicy
 from tests.process.conftest import Bench
@@ -175,7 +174,6 @@ class Stage:
             self,
         )
         self.shutdown = Shutdown(
-            ShutdownMachine(processes.values()),
             self.reactor,
             log,
             self.driver,
@@ -184,6 +182,7 @@ class Stage:
             ),
             WatchdogClient(self.reactor, "0-stuck", log),
             run_id="0-stuck",
+            processes=processes.values(),
         )
 
     def spawn(self, process: Process) -> Child:

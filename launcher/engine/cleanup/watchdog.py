@@ -20,7 +20,6 @@ PATIENCE_S = 10.0  # a process in uninterruptible sleep cannot be killed
 
 
 def end_run(sweep: ModuleType, run_id: str) -> None:
-    """Kill everything of the run until two scans in a row find nothing."""
     deadline = time.monotonic() + PATIENCE_S
     clean = 0
     while clean < CLEAN_SCANS and time.monotonic() < deadline:

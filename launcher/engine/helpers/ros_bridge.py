@@ -48,7 +48,6 @@ class BridgeProcess:
 
     @property
     def pid(self) -> int | None:
-        """The bridge's pid, while it is at work."""
         return None if self._process is None else self._process.pid
 
     def start(self) -> None:

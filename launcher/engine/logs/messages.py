@@ -72,7 +72,6 @@ def not_started(spec: ProcessSpec, errno: int, what: str) -> Line:
 
 
 def start_cancelled() -> Line:
-    """It was stopped while it was queued to start."""
     return Line("INFO", "process was not started: stopped while it was queued")
 
 

@@ -57,7 +57,6 @@ class RotatingFile:
         self._size = os.fstat(self._fd).st_size
 
     def close(self) -> None:
-        """Close the file, if it is open."""
         if self._fd >= 0:
             os.close(self._fd)
             self._fd = -1

@@ -128,12 +128,10 @@ class RunDirectory:
         return True
 
     def log(self, level: str, logger: str, text: str) -> None:
-        """Write a line of the launcher."""
         line = f"{time.time():.7f} [{level}] [{logger}]: {text}\n"
         self._merge(line.encode(errors="surrogateescape"))
 
     def write_lines(self, name: str, policy: OutputPolicy, stream: str, lines: bytes) -> None:
-        """Write whole lines of the process with this name."""
         if self.path is None or self._broken:
             return
         place = self._places.get((name, stream))

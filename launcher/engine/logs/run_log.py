@@ -91,7 +91,6 @@ class RunLog:
         self.say(line.level, process.name, line.text)
 
     def keep_up(self) -> None:
-        """As `RunDirectory.keep_up`."""
         self._directory.keep_up()
 
     @property

@@ -54,7 +54,6 @@ class Housekeeper:
         self.samples: dict[str, Sample] = {}
 
     def start(self) -> None:
-        """Begin to tick, a second from now."""
         self._first_tick_s = self._reactor.now() + PERIOD_S
         self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
 
@@ -85,7 +84,6 @@ class Housekeeper:
         self._has_dead = True
 
     def close(self) -> None:
-        """Stop ticking and free what dead processes left."""
         if self._timer is not None:
             self._timer.cancel()
         self._free()

@@ -53,7 +53,6 @@ class Stale(Record):
 
     @property
     def is_port(self) -> bool:
-        """Whether it is a port, and not a segment."""
         return re.match(_PORT_FILE, self.name) is not None
 
 

@@ -152,7 +152,6 @@ def _after_return(line: bytes) -> bytes:
 
 
 def without_colour(lines: bytes) -> bytes:
-    """The same lines without colour codes."""
     return re.sub(rb"\x1b\[[0-9;:]*m", b"", lines) if 0x1B in lines else lines
 
 
@@ -213,11 +212,9 @@ class LogRing:
         return found[::-1]
 
     def texts(self, most: int) -> list[str]:
-        """The last `most` lines as text, without their newlines."""
         return [text for block in self.last(most) for text in texts_of(block)]
 
 
 def texts_of(block: Block) -> Iterator[str]:
-    """The lines of a block as text, without their newlines."""
     for line in block.lines[:-1].split(b"\n"):
         yield line.decode(errors="replace").rstrip("\r")

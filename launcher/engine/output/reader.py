@@ -66,7 +66,6 @@ class OutputReader:
         screen.on_pressure = self._pause
 
     def attach(self, process: Process) -> None:
-        """Begin to read a child that has just been started."""
 
         assert process.child is not None
         for fd, name in process.child.streams.items():

@@ -277,7 +277,6 @@ class Screen:
 
 
 def _is_writable(fd: int, timeout_s: float) -> bool:
-    """Whether it is, or becomes so within the time."""
     import select
 
     poll = select.poll()

@@ -26,7 +26,6 @@ class TracebackGate:
 
     @property
     def holds(self) -> bool:
-        """Whether it holds back an unfinished traceback."""
         return bool(self._held)
 
     def feed(self, lines: bytes, *, stopping: bool) -> bytes:
