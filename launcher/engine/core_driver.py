@@ -87,7 +87,7 @@ class CoreDriver:
 
     def _pump(self) -> None:
         if self._busy:
-            return  # a caller further up the stack goes on with the inbox
+            return  # a caller further up the stack continues with the inbox
         self._busy = True
         while self._inbox:
             effects = self._core.handle(self._inbox.popleft())

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class RunListener(Protocol):
     """The supervisor of a run, or a test's own."""
 
-    # The core of the run wants a new process, or everything stopped.
+    # The core of the run starts a new process, or stops everything.
     def start(self, effect: StartProcess) -> None: ...
     def shut_down(self, reason: str) -> None: ...
 

@@ -97,7 +97,7 @@ class Signal(Record):
 
     @property
     def needs_wake(self) -> bool:
-        """Whether to `WAKE` it, too, whoever may have suspended it."""
+        """Whether to `WAKE` it, too, in case something has suspended it."""
         return self.signum in POLITE
 
 
@@ -229,7 +229,7 @@ class ProcessMachine:
 
     @property
     def next_signal(self) -> tuple[signal.Signals, float] | None:
-        """What a stop that goes on sends next, and at which time; None if it sends nothing more."""
+        """The next signal of a stop, and its time; None if there is none."""
         is_last = self._step + 1 == len(self.stop.steps)
         if self.state is not ProcessState.STOPPING or is_last or self.deadline is None:
             return None

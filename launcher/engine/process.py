@@ -62,7 +62,7 @@ class Process:
         return policy.stdout == policy.stderr and Sink.OWN_LOG not in policy.stdout
 
 
-def with_sound_name(spec: ProcessSpec) -> ProcessSpec:
+def with_printable_name(spec: ProcessSpec) -> ProcessSpec:
     """The spec with a name without control characters."""
     name = escape(spec.name, keep="")
     return spec if name == spec.name else replace(spec, name=name)

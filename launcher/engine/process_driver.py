@@ -140,7 +140,7 @@ class ProcessDriver:
             text = f"cannot write to its standard input: {os.strerror(error.errno or 0)}"
             self._log.tell(process, messages.Line("WARNING", text))
 
-    def let_go(self, process: Process) -> None:
+    def release(self, process: Process) -> None:
         """Forget the child and close what belongs to it."""
         if process.child is not None:
             self._reader.detach(process)
@@ -174,7 +174,7 @@ class ProcessDriver:
         if child.status < 0:
             self._runs(process, child)
         else:
-            left = functools.partial(self._left_stage, process, child)
+            left = functools.partial(self._limits_applied, process, child)
             self._reactor.add_reader(child.status, left)
 
     def _refused(self, process: Process, number: int, what: str) -> None:
@@ -183,10 +183,10 @@ class ProcessDriver:
         self._log.note("not started", process, reason=reason)
         self.advance(process, SpawnError(number, what))
 
-    def _left_stage(self, process: Process, child: Child) -> None:
+    def _limits_applied(self, process: Process, child: Child) -> None:
         """A process with limits has become its program, or is going to end because it cannot."""
         self._reactor.remove(child.status)
-        child.leave_stage()
+        child.read_refusal()
         if not child.refusal:
             self._runs(process, child)
 
@@ -201,7 +201,7 @@ class ProcessDriver:
         child = process.child
         assert child is not None
         if child.status >= 0:
-            self._left_stage(process, child)
+            self._limits_applied(process, child)
         machine = process.machine
         leaves_nothing = machine.state is ProcessState.STOPPING
         if machine.may_restart or machine.is_held:
@@ -244,7 +244,7 @@ class ProcessDriver:
                 restart_in_s=end.retry_in_s,
             )
         self._tell_what_follows(process, end)
-        self.let_go(process)
+        self.release(process)
         self._listener.ended(process, pid, end)
 
     def _tell_what_follows(self, process: Process, end: Ended) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from launcher.engine.process import Process
 
 REPORT_EVERY_S = 1.0  # while processes take their time to stop
-OUTPUT_CLOSED = "nobody reads the output any more"
+OUTPUT_CLOSED = "standard output was closed"
 
 
 class Phase(enum.Enum):
@@ -136,7 +136,7 @@ class EndLeftovers(Record):
 class Order(enum.Enum):
     """Actions without a value."""
 
-    SKIP_GRACE_PERIODS = enum.auto()  # of every stop that goes on, that of leftovers included
+    SKIP_GRACE_PERIODS = enum.auto()  # of all processes that are being stopped, and of leftovers
     REPORT_WAITING = enum.auto()  # log which processes are still being waited for
     FINISH = enum.auto()
 

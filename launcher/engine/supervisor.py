@@ -22,8 +22,8 @@ from launcher.engine.machine import (
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import Screen
 from launcher.engine.posix.reactor import Reactor
-from launcher.engine.posix.spawn import Child, keep_to_ourselves, spawn, terminal_size_beside
-from launcher.engine.process import Process, child_environment, with_sound_name
+from launcher.engine.posix.spawn import Child, set_close_on_exec, spawn, terminal_size_beside
+from launcher.engine.process import Process, child_environment, with_printable_name
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import ExitCode
 from launcher.model.events import ProcessExited, ProcessStarted, SpawnFailed, StartProcess
@@ -158,7 +158,7 @@ class Supervisor:
     def run(self) -> ExitCode:
         """Start, serve, stop; the exit code. Whatever happens, nothing is left behind."""
         self._reactor.on_signals(STOP_SIGNALS, self._signalled)
-        keep_to_ourselves()
+        set_close_on_exec()
         self._reactor.on_signals((signal.SIGWINCH,), self._terminal_resized)
         try:
             if self._directory.path is not None:
@@ -190,7 +190,7 @@ class Supervisor:
             if process.child is not None:
                 # Only after an error of our own: an orderly end has seen every child go.
                 process.child.signal_group(signal.SIGKILL)
-            self._driver.let_go(process)
+            self._driver.release(process)
         self._core_driver.close_agent()
         self._housekeeper.close()
         self._watchdog.close()
@@ -224,11 +224,11 @@ class Supervisor:
             if process.child is not None:
                 process.child.resize(terminal_size_beside(len(process.name) + 3))
 
-    # ---- what the core of the run wants
+    # ---- requests of the core
 
     def start(self, effect: StartProcess) -> None:
         number = len(self._processes)
-        spec = with_sound_name(self._options.adapt(effect.spec))
+        spec = with_printable_name(self._options.adapt(effect.spec))
         prefix = self._screen.prefix(spec.name, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process
@@ -245,7 +245,7 @@ class Supervisor:
     def output(self, process: Process, stream: str, data: bytes) -> None:
         self._core_driver.output(process, stream, data)
 
-    # ---- what happens to processes
+    # ---- events of processes
 
     def spawn(self, process: Process) -> Child:
         path = self._directory.path

@@ -68,8 +68,8 @@ class RestartPolicy(Record):
     ROS 2's `respawn=True, respawn_delay=d, respawn_max_retries=n` is
     `RestartPolicy(mode=ALWAYS, delay_s=d, max_restarts=n)`. `max_restarts` None means without
     limit; with `window_s` it limits those within the last so many seconds. `backoff_max_s` makes
-    the delay double from `delay_s` up to it, anew after a life of `quiet_s`; `jitter` is the
-    share of a delay that chance adds, so that a fleet does not restart in step.
+    the delay double from `delay_s` up to it, and start over after a life of `quiet_s`; `jitter` is
+    the share of a delay that chance adds, so that a fleet does not restart in step.
     """
 
     mode: RestartMode = RestartMode.NEVER

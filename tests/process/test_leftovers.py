@@ -204,7 +204,7 @@ class Stage:
         assert self.process.child is not None
         os.killpg(self.process.child.pid, signal.SIGKILL)
         self.process.child.reap()
-        self.driver.let_go(self.process)
+        self.driver.release(self.process)
         self.reactor.close()
         os.close(self.output)
 

@@ -13,7 +13,7 @@ from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import execute, reap
 
 GOODBYE_S = 1.0  # a watchdog that does not end within this time is killed
-MOST_STARTS = 3  # then the run goes on without one
+MOST_STARTS = 3  # then the run continues without one
 
 
 class WatchdogProcess:
@@ -88,10 +88,10 @@ class WatchdogClient:
 
     def _died(self) -> None:
         self.close()
-        starts_anew = self._started < MOST_STARTS
-        if starts_anew:
+        is_restarted = self._started < MOST_STARTS
+        if is_restarted:
             self._start()
-        what = "restarting it" if starts_anew else "the run continues without one"
+        what = "restarting it" if is_restarted else "the run continues without one"
         self._log.warn(f"the watchdog was killed; {what}")
 
     def close(self) -> None:

@@ -119,7 +119,7 @@ class ConsoleProcess:
                 self._saved[fd] = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
                 os.dup2(blocking, fd)
         os.close(blocking)
-        with contextlib.suppress(OSError):  # it is dead already, which the pidfd tells
+        with contextlib.suppress(OSError):  # it is dead; the pidfd is readable, too
             self._link.send(GO)
 
     # ---- when it has died, or the run is over
@@ -140,7 +140,7 @@ class ConsoleProcess:
             return
         assert self._link is not None
         if not self._has_terminal:
-            self._process.kill()  # still starting; nobody should wait for that
+            self._process.kill()  # still starting, which is not worth waiting for
         with contextlib.suppress(OSError):
             self._link.send(BYE)
         self._stop_printing()

@@ -16,7 +16,7 @@ from launcher.engine.helpers.popen import last_line, wait_or_kill
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.posix.reactor import Reactor, Timer
 
-MOST_STARTS = 3  # then the run goes on without one
+MOST_STARTS = 3  # then the run continues without one
 RESTART_DELAY_S = 1.0
 GOODBYE_S = 4.0  # a bridge that does not end with the run is killed after this
 
@@ -33,14 +33,14 @@ class BridgeProcess:
         socket_path: Path,
         env: Mapping[str, str],
         warn: Callable[[str], None],
-        caretaker: Housekeeper,
+        housekeeper: Housekeeper,
     ) -> None:
         self._reactor = reactor
         self._socket_path = socket_path
         # Without the run id: it ends by itself when we do.
         self._env = {name: value for name, value in env.items() if name != RUN_ID_VARIABLE}
         self._warn = warn
-        self._caretaker = caretaker
+        self._housekeeper = housekeeper
         self._started = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._pidfd = self._errors = -1
@@ -67,7 +67,7 @@ class BridgeProcess:
             os.close(self._errors)
             self._warn(f"this run is not visible in ROS: cannot start its bridge: {error.strerror}")
             return
-        self._caretaker.attend(self._process.pid)
+        self._housekeeper.attend(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
         self._reactor.add_reader(self._pidfd, self._died)
 
@@ -75,15 +75,15 @@ class BridgeProcess:
         assert self._process is not None
         code = self._process.wait()
         if code < 0:
-            self._caretaker.died_by_signal()
+            self._housekeeper.died_by_signal()
         line = last_line(self._errors)
         reason = f": {line}" if line else ""
         self._forget()
-        starts_anew = self._started < MOST_STARTS
-        what = "restarting it" if starts_anew else "the run continues without it"
+        is_restarted = self._started < MOST_STARTS
+        what = "restarting it" if is_restarted else "the run continues without it"
         how = f"exit code {code}" if code >= 0 else f"signal {-code}"
         self._warn(f"the ROS bridge died ({how}){reason}; {what}")
-        if starts_anew:
+        if is_restarted:
             self._timer = self._reactor.call_later(RESTART_DELAY_S, self.start)
 
     def close(self) -> None:

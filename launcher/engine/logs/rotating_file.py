@@ -1,4 +1,4 @@
-"""RotatingFile: grows to a limit, is then renamed to `path.1`, and begins anew."""
+"""RotatingFile: grows to a limit, is then renamed to `path.1`, and starts again."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class RunDirectory:
 
     def _make(self, path: Path) -> None:
         try:
-            path.mkdir(parents=True, exist_ok=self.path is not None)  # a node may make it anew, too
+            path.mkdir(parents=True, exist_ok=self.path is not None)  # a node may make it, too
             self._hold(path)
         except OSError as error:
             self._give_up(error)

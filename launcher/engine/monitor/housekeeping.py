@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 PERIOD_S = 1.0
 TURN_S = 0.0005  # of a round, before the loop reads lines again
-WARM_UP_S = 0.02  # children are still starting then, and nobody waits for their output
+WARM_UP_S = 0.02  # children are still starting then, and have no output yet
 
 
 class Housekeeper:
-    """Ticks once a second while the run goes on. `processes` is the live collection of them.
+    """Ticks once a second. `processes` is the live collection of those of the run.
 
     psutil is not imported on the way to the first process, nor, as long as that can be put off,
     while processes write.

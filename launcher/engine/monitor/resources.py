@@ -43,8 +43,8 @@ class Sample(Record):
 
     `cpu_percent` is of one core since the sample before (None for the first), so that four busy
     threads are 400. `uss_bytes` is the memory that would be free if the tree ended, up to some
-    seconds old, None until it is known of everyone that was there from the beginning; who comes
-    later counts when it has been there for a second. `rss_bytes` counts shared pages for each
+    seconds old, None until it is known of all processes that were there from the beginning;
+    later ones count after a second. `rss_bytes` counts shared pages for each
     member. `fds` are open file descriptors.
     """
 
@@ -91,7 +91,7 @@ class Sampler:
     """
 
     def __init__(self) -> None:
-        import psutil  # here: nobody should wait for it before the first process
+        import psutil  # here: the first process must not wait for it
 
         self._psutil = psutil
         self._members: dict[int, _Member] = {}
@@ -123,7 +123,7 @@ class Sampler:
     def _keep(
         self, sessions: dict[int, list[int]], now: float, *, is_recent: bool
     ) -> Iterator[bool]:
-        """Know exactly these; a number that was given out again is somebody new.
+        """Know exactly these; a pid that was given out again is another process.
 
         The memory of those that come late to a tree must not hide what is known of the others.
         """
@@ -158,7 +158,7 @@ class Sampler:
             try:
                 member.uss_bytes = member.process.memory_full_info().uss
             except self._psutil.Error:
-                continue  # it has just ended, or runs as somebody else
+                continue  # it has just ended, or runs as another user
 
     def _readings(self, root: int, session: list[int]) -> Generator[bool, None, list[Reading]]:
         """What those in this session used; nothing if its leader has gone."""
@@ -180,7 +180,7 @@ class Sampler:
                 threads = process.num_threads()
                 fds = process.num_fds()
         except self._psutil.Error:
-            return None  # ended (or a zombie), or runs as somebody else
+            return None  # ended (or a zombie), or runs as another user
         cpu_s = times.user + times.system
         # A member that is new in a known tree was born after the sample before: all of it counts.
         used_s, member.cpu_s = cpu_s - member.cpu_s, cpu_s

@@ -9,7 +9,7 @@ What Fast DDS does (observed on 2.14 with real nodes):
   readers share it). Writers only map it. The file may be left without its lock file, and
   `sem.fastrtps_port<N>_mutex` with it.
 
-The lock is the only test that sees everybody: it works across users, pid and mount namespaces,
+The lock is the only test that sees all processes: it works across users, pid and mount namespaces,
 where /proc shows nothing. So nothing is freed whose lock is held or may not be tested; a port,
 which writers use without a lock, is freed only if every live participant on this /dev/shm can be
 looked at and none has it mapped. Names without a lock file that are no ports are left alone.
@@ -31,7 +31,7 @@ from launcher.engine.cleanup.run_id import run_id_of
 from launcher.model.record import Record
 
 FOLDER = Path("/dev/shm")
-# Fast DDS makes a lock file and locks it right after; in between it looks as if nobody held it.
+# Fast DDS makes a lock file and locks it right after; in between it looks unused.
 SETTLING_S = 2.0
 STALE_NEWS_S = 30.0  # a port may get another owner without a change in the folder
 
@@ -43,7 +43,7 @@ _LOCK_LINE = r"^\d+: FLOCK +\S+ +\S+ +(\d+) ([0-9a-f]+):([0-9a-f]+):(\d+) "
 
 
 class Stale(Record):
-    """A segment or a port that nobody uses any more.
+    """A segment or a port that is not used any more.
 
     `name` is that of the shared memory itself; `size_bytes` is what its files take.
     """
@@ -57,7 +57,7 @@ class Stale(Record):
 
 
 def stale(*, folder: Path = FOLDER, now_s: float | None = None) -> list[Stale]:
-    """All that nobody uses, sorted by name; `now_s` is wall time, as the files' times are."""
+    """All that is not used, sorted by name; `now_s` is wall time, as the files' times are."""
     before_s = (time.time() if now_s is None else now_s) - SETTLING_S
     names = _names(folder)
     unused = _unmapped(_ports(names), folder, before_s)
@@ -74,9 +74,9 @@ def clean(items: Iterable[Stale], *, folder: Path = FOLDER) -> int:
 
 
 def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
-    """Free those of these segments and ports that nobody uses; the bytes that were freed.
+    """Free those of these segments and ports that are not used; the bytes that were freed.
 
-    What is in use, already gone or somebody else's to delete is left, without an error.
+    What is in use, already gone or another user's is left, without an error.
     """
     wanted = set(names)
     ports = {name for name in wanted if re.match(_PORT_FILE, name)}
@@ -87,7 +87,7 @@ def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
 
 
 def held(*, folder: Path = FOLDER) -> dict[str, int]:
-    """Segment or port -> pid of the process that holds its lock, as far as /proc tells.
+    """Segment or port -> pid of the process that holds its lock, as far as /proc shows it.
 
     A lock from another pid namespace is not listed there. One read for all processes.
     """
@@ -247,7 +247,7 @@ def _mapped_by(pid: int | None) -> set[str] | None:
     if pid is None:
         return None
     names = {name.decode("ascii") for name in re.findall(_MAPPED, proc.read(pid, "maps"))}
-    return names or None  # an owner maps its own segment, so somebody else has this pid
+    return names or None  # an owner maps its own segment, so another process has this pid
 
 
 # ---- locking
@@ -273,7 +273,7 @@ def _free(folder: Path, name: str) -> int:
 
 
 def _take(stack: contextlib.ExitStack, folder: Path, name: str) -> bool:
-    """Take the locks of `name` until the stack is closed; False if one is held by somebody.
+    """Take the locks of `name` until the stack is closed; False if one is held.
 
     A segment must have its lock file; a port may have lost it.
     """
@@ -296,7 +296,7 @@ def _locked(path: Path) -> Iterator[None]:
     try:
         fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
         if os.fstat(fd).st_ino != os.stat(path).st_ino:
-            raise BlockingIOError("somebody made this file anew")
+            raise BlockingIOError("this file was made again")
         yield
     finally:
         os.close(fd)

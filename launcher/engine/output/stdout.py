@@ -15,7 +15,7 @@ from launcher.engine.posix.reactor import Reactor
 HIGH_WATER = 1024 * 1024  # bytes that wait; above it the children are not read any more
 # The same for a terminal: what waits is shown before the answer to a key, and after a `mute`.
 TERMINAL_HIGH_WATER = 128 * 1024
-# A full disk does not end the run. Any other error means that nobody reads the output.
+# A full disk does not end the run. After any other error it has no reader any more.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 LOW_PART = 4  # the children are read again when no more than this part of it waits
 
@@ -24,7 +24,7 @@ _PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 11
 _LEVELS = {"WARNING": b"\x1b[33m", "ERROR": b"\x1b[31m", "FATAL": b"\x1b[31m", "INFO": b"\x1b[2m"}
 _RESET = b"\x1b[0m"
 _OVERWRITE = b"\r\x1b[K"  # for progress bars, which end their lines with \r or begin them so
-PINNED_BYTES = 1000  # of an unfinished line that is written anew below the lines of others
+PINNED_BYTES = 1000  # of an unfinished line that is written again below the lines of others
 
 
 def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
@@ -39,7 +39,7 @@ def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
 def passes_colour(fd: int, env: Mapping[str, str]) -> bool:
     """Whether the colours of processes reach the output.
 
-    As ours do; but who asks the nodes for colours wants them in a pipe, too (CONFORMANCE 1.34).
+    As ours do; a user who asks the nodes for colours gets them in a pipe, too (CONFORMANCE 1.34).
     """
     if env.get("NO_COLOR") or env.get("FORCE_COLOR"):
         return wants_colour(fd, env)
@@ -70,7 +70,7 @@ class Screen:
         self._partial_of: object = None
         self._partial = b""
         self._terminal = self.fd
-        self._next_fd: int | None = None  # where the console wants it
+        self._next_fd: int | None = None  # of the pipe to the console
         self.on_pressure: Callable[[bool], None] = lambda pressed: None
         self.on_closed: Callable[[], None] = lambda: None
 
@@ -209,7 +209,7 @@ class Screen:
             if error.errno in FULL:
                 self._drop(block, error)
             else:
-                self._close_output()  # EPIPE, EIO: nobody reads any more
+                self._close_output()  # EPIPE, EIO: it has no reader any more
             return b""
         return block
 
@@ -249,7 +249,7 @@ class Screen:
             self._on_diverted()
 
     def come_back(self, left: bytes) -> None:
-        """Write to the terminal again: first `left`, which nobody has read, then the queue."""
+        """Write to the terminal again: first `left`, not read by the console, then the queue."""
         self._next_fd = None
         if self.fd == self._terminal:
             if not self._waiting:

@@ -23,7 +23,7 @@ FOR_FILES = 8  # left free by log files, too
 def keep_free(fd: int, reserve: int) -> int:
     """`fd`, a descriptor that was just opened; OSError (EMFILE) if it is one of the reserve.
 
-    The kernel gives out the lowest number that is free, so a high one tells that few are left.
+    The kernel gives out the lowest number that is free, so a high one means that few are left.
     The descriptor stays open in either case.
     """
     limit = os.sysconf("SC_OPEN_MAX")  # below 0 where there is none
@@ -123,7 +123,7 @@ def _by_subprocess(
     return popen.pid
 
 
-def keep_to_ourselves(first: int = 3) -> None:
+def set_close_on_exec(first: int = 3) -> None:
     """Let processes not inherit the descriptors that we inherited, as those that Python opens."""
     for name in os.listdir("/proc/self/fd"):
         fd = int(name)
@@ -207,7 +207,7 @@ class Child:
         """Write to its standard input; the number of bytes. OSError if it does not read."""
         return os.write(self._stdin, data)
 
-    def leave_stage(self) -> None:
+    def read_refusal(self) -> None:
         """Read what keeps it from becoming its program; when `status` is readable."""
         self.refusal = os.read(self.status, READ_BYTES)
         os.close(self.status)
