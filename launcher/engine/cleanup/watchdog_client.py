@@ -16,47 +16,6 @@ GOODBYE_S = 1.0  # a watchdog that does not end within this time is killed
 MOST_STARTS = 3  # then the run continues without one
 
 
-class WatchdogProcess:
-    """Starts the watchdog for a run. `pidfd` becomes readable if it is killed."""
-
-    def __init__(self, run_id: str) -> None:
-        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "watchdog.py")
-        theirs, self._line = os.pipe()
-        nowhere = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
-        try:
-            self.pid = execute(
-                (sys.executable, "-I", "-S", script, run_id),
-                # No run id in its own environment: it must not find itself.
-                env={k: v for k, v in os.environ.items() if k == "LD_LIBRARY_PATH"},
-                streams=(theirs, nowhere, nowhere),
-            )
-            self.pidfd = os.pidfd_open(self.pid)
-        except OSError:
-            os.close(self._line)
-            raise
-        finally:
-            os.close(nowhere)
-            os.close(theirs)
-
-    def close(self) -> None:
-        """End it without killing anything, since the run has ended in order."""
-        from launcher.engine.cleanup.watchdog import GOODBYE
-
-        with contextlib.suppress(BrokenPipeError):  # it has been killed
-            os.write(self._line, GOODBYE)
-        os.close(self._line)
-        if not _ends(self.pidfd, GOODBYE_S):  # it has been suspended
-            os.kill(self.pid, signal.SIGKILL)
-        reap(self.pidfd)
-        os.close(self.pidfd)
-
-
-def _ends(pidfd: int, patience_s: float) -> bool:
-    poll = select.poll()
-    poll.register(pidfd, select.POLLIN)
-    return bool(poll.poll(patience_s * 1000))
-
-
 class WatchdogClient:
     """Starts the watchdog of a run, and another one if it is killed."""
 
@@ -64,13 +23,13 @@ class WatchdogClient:
         self._reactor = reactor
         self._run_id = run_id
         self._log = log
-        self._process: WatchdogProcess | None = None
         self._started = 0
+        self._pid = self._pidfd = self._pipe = -1
 
     @property
     def pids(self) -> frozenset[int]:
         """The running watchdog, if there is one."""
-        return frozenset() if self._process is None else frozenset({self._process.pid})
+        return frozenset({self._pid}) if self._pid > 0 else frozenset()
 
     def ensure(self) -> None:
         """Start it, before the first process; it notices our death even while it starts."""
@@ -79,12 +38,25 @@ class WatchdogClient:
 
     def _start(self) -> None:
         self._started += 1
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "watchdog.py")
+        theirs, self._pipe = os.pipe()
+        null = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
         try:
-            self._process = WatchdogProcess(self._run_id)
+            self._pid = execute(
+                (sys.executable, "-I", "-S", script, self._run_id),
+                # No run id in its own environment: it must not find itself.
+                env={k: v for k, v in os.environ.items() if k == "LD_LIBRARY_PATH"},
+                streams=(theirs, null, null),
+            )
+            self._pidfd = os.pidfd_open(self._pid)
+            self._reactor.add_reader(self._pidfd, self._died)
         except OSError as error:
+            os.close(self._pipe)
+            self._pid = -1
             self._log.warn(f"cannot start the watchdog: {error.strerror}")
-            return
-        self._reactor.add_reader(self._process.pidfd, self._died)
+        finally:
+            os.close(null)
+            os.close(theirs)
 
     def _died(self) -> None:
         self.close()
@@ -95,7 +67,19 @@ class WatchdogClient:
         self._log.warn(f"the watchdog was killed; {what}")
 
     def close(self) -> None:
-        if self._process is not None:
-            self._reactor.remove(self._process.pidfd)
-            self._process.close()
-            self._process = None
+        """End it without killing anything, since the run has ended in order."""
+        if self._pid < 0:
+            return
+        from launcher.engine.cleanup.watchdog import GOODBYE
+
+        self._reactor.remove(self._pidfd)
+        with contextlib.suppress(BrokenPipeError):  # it has been killed
+            os.write(self._pipe, GOODBYE)
+        os.close(self._pipe)
+        poll = select.poll()
+        poll.register(self._pidfd, select.POLLIN)
+        if not poll.poll(GOODBYE_S * 1000):  # it has been suspended
+            os.kill(self._pid, signal.SIGKILL)
+        reap(self._pidfd)
+        os.close(self._pidfd)
+        self._pid = -1

@@ -47,21 +47,20 @@ _UNITS = {"": 1, "K": 1024, "M": 1024**2, "G": 1024**3}
 
 def parse_words(words: Iterable[str]) -> list[Budget]:
     """The budgets of command-line words; UsageError that says what is wrong with which word."""
-    return [_parse_word(word) for word in words]
-
-
-def _parse_word(word: str) -> Budget:
-    pattern, colon, text = word.rpartition(":")
-    if not colon or not pattern:
-        hint = "PATTERN:KEY=VALUE,..., as in 'robot_*:memory=200M,for=10,action=restart'"
-        raise UsageError(f"invalid budget '{word}'", hint=hint)
-    entries = []
-    for part in text.split(","):
-        key, equals, value = part.partition("=")
-        if not equals:
-            raise UsageError(f"'{part}' in '{word}' has no value", hint=f"as in {_EXAMPLES}")
-        entries.append(_Entry(key.strip(), value.strip()))
-    return _budget(pattern, entries, _Place(f"budget '{word}'"))
+    budgets = []
+    for word in words:
+        pattern, colon, text = word.rpartition(":")
+        if not colon or not pattern:
+            hint = "PATTERN:KEY=VALUE,..., as in 'robot_*:memory=200M,for=10,action=restart'"
+            raise UsageError(f"invalid budget '{word}'", hint=hint)
+        entries = []
+        for part in text.split(","):
+            key, equals, value = part.partition("=")
+            if not equals:
+                raise UsageError(f"'{part}' in '{word}' has no value", hint=f"as in {_EXAMPLES}")
+            entries.append(_Entry(key.strip(), value.strip()))
+        budgets.append(_budget(pattern, entries, _Place(f"budget '{word}'")))
+    return budgets
 
 
 def text_of(path: str) -> str:
@@ -120,39 +119,30 @@ def _patterns(text: str, path: str) -> Iterator[tuple[str, list[_Entry], _Place]
         raise UsageError(f"{path}: invalid YAML: {error}") from error
     if root is None:
         return
-    for name, node in _pairs(root, path, text, "patterns, each with its limits"):
-        pairs = _pairs(node, path, text, f"limits, as in {_EXAMPLES.replace('=', ': ')}")
-        entries = [_entry(key.value, value, path, text) for key, value in pairs]
-        yield name.value, entries, _place(name, path, text)
+    start = _Place(path, text=text)
+    expected = f"limits, as in {_EXAMPLES.replace('=', ': ')}"
+    for name, node in _pairs(root, start, "patterns, each with its limits"):
+        entries = []
+        for key, value in _pairs(node, start, expected):
+            place = start.of(value)
+            if not isinstance(value, yaml.ScalarNode):
+                raise place.error(f"'{key.value}' takes one value")
+            entries.append(_Entry(key.value, value.value, place))
+        yield name.value, entries, start.of(name)
 
 
 def _pairs(
-    node: yaml.Node, path: str, text: str, expected: str
-) -> list[tuple[yaml.ScalarNode, yaml.Node]]:
+    node: yaml.Node, start: _Place, expected: str
+) -> Iterator[tuple[yaml.ScalarNode, yaml.Node]]:
     """The keys, which must be plain, and the values of a mapping."""
     import yaml
 
     if not isinstance(node, yaml.MappingNode):
-        raise _place(node, path, text).error(f"expected a mapping of {expected}")
-    pairs = []
+        raise start.of(node).error(f"expected a mapping of {expected}")
     for key, value in node.value:
         if not isinstance(key, yaml.ScalarNode):
-            raise _place(key, path, text).error("expected a plain word as the key")
-        pairs.append((key, value))
-    return pairs
-
-
-def _entry(key: str, node: yaml.Node, path: str, text: str) -> _Entry:
-    import yaml
-
-    place = _place(node, path, text)
-    if not isinstance(node, yaml.ScalarNode):
-        raise place.error(f"'{key}' takes one value")
-    return _Entry(key, node.value, place)
-
-
-def _place(node: yaml.Node, path: str, text: str) -> _Place:
-    return _Place(path, node.start_mark.line + 1, text)
+            raise start.of(key).error("expected a plain word as the key")
+        yield key, value
 
 
 class _Place(NamedTuple):
@@ -161,6 +151,10 @@ class _Place(NamedTuple):
     name: str
     line: int | None = None
     text: str = ""
+
+    def of(self, node: yaml.Node) -> _Place:
+        """The place of this node in the same file."""
+        return _Place(self.name, node.start_mark.line + 1, self.text)
 
     @property
     def where(self) -> str:
@@ -213,9 +207,7 @@ def _suggestion(word: str, known: Collection[str]) -> str:
 
 def _number(text: str, what: str) -> float:
     """A number of at least 0 in plain notation; ValueError that says `what` is expected."""
-    if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", text):
-        raise ValueError(what)
-    if math.isinf(float(text)):
+    if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", text) or math.isinf(float(text)):
         raise ValueError(what)
     return float(text)
 
