@@ -267,7 +267,7 @@ class ShutdownMachine:
         """Whether nothing runs and nothing can start any more."""
         if self.phase not in (Phase.RUNNING, Phase.STOPPING) or idle.expects_more:
             return False
-        machines = [process.machine for process in self._processes]
+        machines = (process.machine for process in self._processes)
         if self.phase is Phase.STOPPING:
             return not any(one.is_pending and not one.is_stuck for one in machines)
         return not (idle.is_loading or any(one.is_pending or one.is_held for one in machines))
