@@ -7,9 +7,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import (
-    Command,
-)
+from launcher.engine.machine import Command
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver

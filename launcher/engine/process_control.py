@@ -8,13 +8,7 @@ from collections.abc import Callable
 
 from launcher import proc
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import (
-    POLITE,
-    Command,
-    Outcome,
-    ProcessState,
-    signal_name,
-)
+from launcher.engine.machine import POLITE, Command, Outcome, ProcessState, signal_name
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver

@@ -10,10 +10,7 @@ from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs import messages
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import (
-    Command,
-    Ended,
-)
+from launcher.engine.machine import Command, Ended
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver

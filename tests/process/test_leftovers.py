@@ -15,9 +15,7 @@ from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import (
-    Command,
-)
+from launcher.engine.machine import Command
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import Screen
 from launcher.engine.posix.reactor import Reactor

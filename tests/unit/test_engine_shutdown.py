@@ -6,14 +6,7 @@ import signal
 
 import pytest
 
-from launcher.engine.machine import (
-    Command,
-    Ended,
-    Exited,
-    Outcome,
-    ProcessState,
-    SignalSent,
-)
+from launcher.engine.machine import Command, Ended, Exited, Outcome, ProcessState, SignalSent
 from launcher.engine.process import Process
 from launcher.engine.shutdown_machine import (
     OUTPUT_CLOSED,
