@@ -42,7 +42,7 @@ def test_an_exit_is_told_although_a_grandchild_holds_the_pipe_and_still_writes(b
 
 
 # They stamp entries and lines, and compare the times of files.
-WALL_CLOCK_READERS = {"run_log", "run_directory", "process_driver", "shared_memory"}
+WALL_CLOCK_READERS = {"event_log", "run_directory", "process_driver", "shared_memory"}
 
 
 def test_no_deadline_of_the_engine_is_made_of_the_wall_clock():

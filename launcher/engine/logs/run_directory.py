@@ -5,7 +5,7 @@
 | `launch.log` | everything: our own lines and those of every process, with time stamps |
 | `NAME-N.log` | what one process wrote, stdout and stderr |
 | `NAME-N-stdout.log`, `NAME-N-stderr.log` | one stream, where `output` is `own_log` or `full` |
-| `events.jsonl` | starts, ends, restarts, signals (`run_log`) |
+| `events.jsonl` | starts, ends, restarts, signals (`event_log`) |
 | `plan.json` | what the launch file asked for, as `plan --json` has it (commands/run_plan.py) |
 
 The nodes' rclpy logs land here too, because ROS_LOG_DIR points here for them.
@@ -21,7 +21,7 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from launcher.engine.logs.run_log import EventLog
+from launcher.engine.logs.event_log import EventLog
 from launcher.engine.output.lines import with_prefix, without_colour
 from launcher.model.spec import OutputPolicy, Sink
 
