@@ -10,15 +10,15 @@ from launcher import __version__
 from launcher.commands.words import Request
 from launcher.control.server import Server
 from launcher.control.service import Identity, open_control
-from launcher.engine.reactor import Reactor
-from launcher.engine.screen import Screen
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
 from launcher.engine.supervisor import Supervisor
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.engine.bridge_link import BridgeLink
-    from launcher.engine.console_link import ConsoleLink
+    from launcher.engine.helpers.console import ConsoleProcess
+    from launcher.engine.helpers.ros_bridge import BridgeProcess
 
 CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
 
@@ -40,11 +40,11 @@ class Attendants:
         self._screen = screen
         self._options = options
         self._environment = environment
-        say = supervisor.desk.chronicle.say
+        say = supervisor.control.log.say
         self._warn = functools.partial(say, "WARNING", "launch")
         self._server: Server | None = None
-        self._bridge: BridgeLink | None = None
-        self._console: ConsoleLink | None = None
+        self._bridge: BridgeProcess | None = None
+        self._console: ConsoleProcess | None = None
 
     def open(self, request: Request, *, run_id: str, started: float) -> None:
         """Listen, if that is possible; show the run to ROS and to a person, if that is wanted."""
@@ -56,7 +56,7 @@ class Attendants:
             started=started,
             environment=self._environment,
         )
-        self._server = open_control(self._supervisor.desk, identity)
+        self._server = open_control(self._supervisor.control, identity)
         if self._server is None:
             return
         if self._options.ros:
@@ -65,17 +65,17 @@ class Attendants:
             self._reactor.call_later(CONSOLE_DELAY_S, self._open_console)
 
     def _show_to_ros(self, server: Server) -> None:
-        from launcher.engine.bridge_link import BridgeLink
+        from launcher.engine.helpers.ros_bridge import BridgeProcess
 
         environment = dict(self._environment)
-        caretaker = self._supervisor.desk.caretaker
-        self._bridge = BridgeLink(self._reactor, server.path, environment, self._warn, caretaker)
+        caretaker = self._supervisor.control.housekeeper
+        self._bridge = BridgeProcess(self._reactor, server.path, environment, self._warn, caretaker)
         self._bridge.start()
 
     def _open_console(self) -> None:
-        from launcher.engine.console_link import ConsoleLink
+        from launcher.engine.helpers.console import ConsoleProcess
 
-        self._console = ConsoleLink(self._reactor, self._screen, self._warn)
+        self._console = ConsoleProcess(self._reactor, self._screen, self._warn)
         self._console.start()
 
     def close(self) -> None:

@@ -179,7 +179,7 @@ def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
 
 def _print_table(table: Any) -> None:
     from launcher.console.tables import render
-    from launcher.engine.screen import wants_colour
+    from launcher.engine.output.stdout import wants_colour
 
     print(render(table, _width(), colour=wants_colour(1, os.environ)), flush=True)
 
@@ -239,7 +239,7 @@ def _top(connection: Connection, call: Call, settings: Settings) -> int:
             _print_json(result)
     elif sys.stdout.isatty() and os.environ.get("TERM") != "dumb":
         from launcher.console.top import LiveTop
-        from launcher.engine.screen import wants_colour
+        from launcher.engine.output.stdout import wants_colour
 
         LiveTop(connection, call, colour=wants_colour(1, os.environ)).run()
     elif call.options:  # `-f` or `-p`: who asks for more than one look gets it

@@ -135,7 +135,7 @@ def _with_prefix(request: Request) -> Request:
 def launch(request: Request, options: RunOptions, patience: Patience) -> int:
     """Evaluate the launch file, then run what it describes."""
     from launcher import frontends
-    from launcher.engine.runfolder import new_run_path
+    from launcher.engine.logs.run_directory import new_run_path
     from launcher.interpreter import Interpreter
     from launcher.language.compat import vocabulary
 
@@ -245,7 +245,7 @@ class _SoundCore:
 
     def refuse_missing(self, options: RunOptions) -> None:
         """UsageError if a required process is not started, and nothing could start it later."""
-        from launcher.engine.unmatched import nearest
+        from launcher.engine.option_warnings import nearest
         from launcher.language.actions.process import TargetedHandler
         from launcher.language.event_handlers import OnIncludeLaunchDescription, OnShutdown
         from launcher.model.events import LogMessage, StartProcess
@@ -318,8 +318,8 @@ def _ended_process(event: Event) -> int | None:
 def _supervise(
     core: _SoundCore, options: RunOptions, run_path: Path | None, request: Request
 ) -> ExitCode:
-    from launcher.engine.reactor import Reactor
-    from launcher.engine.screen import Screen, passes_colour, wants_colour
+    from launcher.engine.output.stdout import Screen, passes_colour, wants_colour
+    from launcher.engine.posix.reactor import Reactor
     from launcher.engine.supervisor import Supervisor
 
     environment = dict(os.environ)

@@ -114,7 +114,7 @@ def _show_document(plan: Plan, errors: Sequence[LauncherError]) -> None:
 
 
 def _show_tree(plan: Plan) -> None:
-    from launcher.engine.screen import wants_colour
+    from launcher.engine.output.stdout import wants_colour
     from launcher.render.command_line import ParameterFiles
     from launcher.render.plan_tree import plan_tree
     from launcher.render.tree import draw

@@ -14,10 +14,9 @@ from pathlib import Path
 
 from launcher.commands.run_options import parse_restart, seconds
 from launcher.errors import UsageError
-from launcher.model.limits import UNLIMITED, Limits
 from launcher.model.options import RunOptions
 from launcher.model.record import replace
-from launcher.model.spec import StopPolicy
+from launcher.model.spec import UNLIMITED, Limits, StopPolicy
 
 _STOP_EXAMPLE = "for example: --stop 'robot_*=int:2,term:1'"
 _NICE_EXAMPLE = "for example: --nice 'robot_*=5'"
@@ -160,7 +159,7 @@ def _amount(text: str, word: str) -> int:
 
 def with_file(options: RunOptions, path: str) -> RunOptions:
     """The options with the text of a YAML file, the names and the settings in it; UsageError."""
-    from launcher.engine.budget_reader import names_in, settings_in, text_of
+    from launcher.engine.monitor.budget_parser import names_in, settings_in, text_of
 
     text = text_of(path)
     options = replace(

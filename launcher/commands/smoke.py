@@ -15,7 +15,7 @@ from launcher.commands import words as command_line
 from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
 from launcher.commands.run_options import HELP as RUN_HELP
 from launcher.commands.run_options import take_run_options
-from launcher.engine.screen import wants_colour
+from launcher.engine.output.stdout import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.smoke import flags
 from launcher.smoke.expect.expectation import Expectation

@@ -8,10 +8,9 @@ from functools import partial
 from typing import Any
 
 from launcher.control.peer import Exchange
-from launcher.engine.desk import Desk
-from launcher.engine.lines import for_terminal
+from launcher.engine.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.engine.process import Process
-from launcher.engine.ring import Block, LogRing, texts_of
+from launcher.engine.run_control import RunControl
 from launcher.model.record import Record
 
 Item = dict[str, Any]
@@ -28,7 +27,7 @@ class Follower(Record):
 class Logs:
     """Reads the ring buffers of processes; taps them only while a client follows."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: RunControl) -> None:
         self._desk = desk
         self._followers: list[Follower] = []
         desk.on_process = lambda process: self._listen()
@@ -38,7 +37,7 @@ class Logs:
         found: list[tuple[str | None, Block]] = []
         if processes is None:
             processes = self._desk.processes
-            found += [(None, block) for block in self._desk.chronicle.ring.last(most)]
+            found += [(None, block) for block in self._desk.log.ring.last(most)]
         for process in processes:
             found += [(process.name, block) for block in process.ring.last(most)]
         found.sort(key=lambda one: one[1].heard_s)
@@ -67,7 +66,7 @@ class Logs:
     def _listen(self) -> None:
         """Tap the rings that are followed, and no others."""
         everybody = [one for one in self._followers if one.chosen is None]
-        _tap(self._desk.chronicle.ring, None, everybody, self._tell)
+        _tap(self._desk.log.ring, None, everybody, self._tell)
         for process in self._desk.processes:
             chosen = [
                 one

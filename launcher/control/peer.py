@@ -12,7 +12,7 @@ from typing import Any
 from launcher.control import protocol
 from launcher.control.protocol import REQUEST_LIMIT, Request, RequestError
 from launcher.control.verbs import BadCallError
-from launcher.engine.reactor import Reactor
+from launcher.engine.posix.reactor import Reactor
 
 OUTPUT_LIMIT = 256 * 1024  # unread bytes above which items of a stream are dropped
 MOST_OPEN = 64  # unanswered requests of one client

@@ -18,7 +18,7 @@ from launcher.control.client import (
     SilentError,
 )
 from launcher.control.socket_directory import ControlError
-from launcher.engine.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.model.record import Record
 from launcher.text import count
 

@@ -16,8 +16,8 @@ from launcher.control.peer import Exchange, Peer
 from launcher.control.protocol import Request
 from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError
-from launcher.engine.descriptors import keep_free
-from launcher.engine.reactor import Reactor, Timer
+from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.engine.posix.spawn import keep_free
 
 BACKLOG = 128
 MOST_PEERS = 512

@@ -12,17 +12,17 @@ from launcher.control import format, socket_directory, status, verbs
 from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
 from launcher.control.protocol import VERSION, Request
+from launcher.control.results import sentence, shown_sentence, shown_sentences
 from launcher.control.selection import ProcessNames, resolve
 from launcher.control.server import Server
 from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError, Call
-from launcher.engine.desk import Desk
 from launcher.engine.machine import ProcessState
-from launcher.engine.operator import Done, Outcome
-from launcher.engine.pattern import Pattern
+from launcher.engine.output.filters import Pattern, level_named
+from launcher.engine.output.screen_filters import Shown
 from launcher.engine.process import Process
-from launcher.engine.view import level_named
-from launcher.engine.views import NOT_MUTED, Shown
+from launcher.engine.process_control import Done, Kind, Result
+from launcher.engine.run_control import RunControl
 from launcher.model.record import Record
 
 LAST_LINES = 100
@@ -43,7 +43,7 @@ class Identity(Record):
 class Service:
     """One for a run: `serve(request, exchange)` answers now or when it has happened."""
 
-    def __init__(self, desk: Desk, identity: Identity) -> None:
+    def __init__(self, desk: RunControl, identity: Identity) -> None:
         self._desk = desk
         self._identity = identity
         self._logs = Logs(desk)
@@ -68,7 +68,6 @@ class Service:
         }
 
     def serve(self, request: Request, exchange: Exchange) -> None:
-        """Answer a request."""
 
         def answer() -> None:
             call = verbs.check(request.verb, request.names, request.options)
@@ -86,7 +85,7 @@ class Service:
             # A fault of ours must not end a run of robots, only what somebody wanted to know.
             import traceback
 
-            self._desk.chronicle.say("ERROR", "launch", traceback.format_exc().rstrip())
+            self._desk.log.say("ERROR", "launch", traceback.format_exc().rstrip())
             exchange.fail(BadCallError("internal", f"'{verb}' failed; the log has more"))
 
     # ---- who is meant
@@ -158,7 +157,7 @@ class Service:
         self._logs.follow(chosen, exchange)
 
     def _do_events(self, call: Call, exchange: Exchange) -> None:
-        journal = self._desk.chronicle.journal
+        journal = self._desk.log.events
         history = journal.history() if call.options.get("history", True) else []
         if not call.options.get("follow"):
             exchange.reply_raw("events", history)
@@ -180,13 +179,13 @@ class Service:
         """
         chosen = self._chosen(call)
         is_signal = "signal" in call.options
-        outcomes: dict[str, Outcome] = {}
+        results: dict[str, Result] = {}
 
-        def done(outcome: Outcome) -> None:
-            outcomes[outcome.process] = outcome
-            if len(outcomes) == len(chosen):
-                _answer(exchange, [outcomes[process.name] for process in chosen])
-            exchange.queue.over(outcome.process)
+        def done(result: Result) -> None:
+            results[result.process] = result
+            if len(results) == len(chosen):
+                _answer(exchange, [results[process.name] for process in chosen])
+            exchange.queue.over(result.process)
 
         def begin(process: Process) -> None:
             self._safely(call.verb.name, exchange, lambda: do(process, done))
@@ -196,32 +195,32 @@ class Service:
             exchange.queue.take(process.name, functools.partial(begin, process), helps=helps)
 
     def _do_stop(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.stop)
+        self._each(call, exchange, self._desk.process_control.stop)
 
     def _do_start(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.start)
+        self._each(call, exchange, self._desk.process_control.start)
 
     def _do_restart(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.restart)
+        self._each(call, exchange, self._desk.process_control.restart)
 
     def _do_pause(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.pause)
+        self._each(call, exchange, self._desk.process_control.suspend)
 
     def _do_resume(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.operator.resume)
+        self._each(call, exchange, self._desk.process_control.resume)
 
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
-        operator = self._desk.operator
+        control = self._desk.process_control
         signum = call.options.get("signal")
         if signum is None:
-            self._each(call, exchange, operator.stop)
+            self._each(call, exchange, control.stop)
         else:
-            self._each(call, exchange, lambda process, done: operator.kill(process, signum, done))
+            self._each(call, exchange, lambda process, done: control.kill(process, signum, done))
 
     def _do_send(self, call: Call, exchange: Exchange) -> None:
         data = (call.options["text"] + "\n").encode(errors="surrogateescape")
-        operator = self._desk.operator
-        self._each(call, exchange, lambda process, done: operator.send(process, data, done))
+        control = self._desk.process_control
+        self._each(call, exchange, lambda process, done: control.send(process, data, done))
 
     def _do_quit(self, call: Call, exchange: Exchange) -> None:
         running = sum(process.child is not None for process in self._desk.processes)
@@ -232,25 +231,25 @@ class Service:
     # ---- what is shown
 
     def _do_mute(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.views.mute(self._chosen(call)))
+        _show(call, exchange, self._desk.filters.mute(self._chosen(call)))
 
     def _do_unmute(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.views.unmute(self._chosen(call)))
+        _show(call, exchange, self._desk.filters.unmute(self._chosen(call)))
 
     def _do_solo(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.views.solo(self._chosen(call)))
+        _show(call, exchange, self._desk.filters.solo(self._chosen(call)))
 
     def _do_level(self, call: Call, exchange: Exchange) -> None:
         word = call.options.get("level")
         if word is None:
-            _show(call, exchange, self._desk.views.levels(self._chosen(call)))
+            _show(call, exchange, self._desk.filters.levels(self._chosen(call)))
             return
         try:
             level = level_named(word)
         except ValueError as error:
             hint = "there are DEBUG, INFO, WARN, ERROR, FATAL, and ALL"
             raise BadCallError("bad-option", str(error), hint) from None
-        _show(call, exchange, self._desk.views.level(level, self._chosen(call)))
+        _show(call, exchange, self._desk.filters.level(level, self._chosen(call)))
 
     def _do_grep(self, call: Call, exchange: Exchange) -> None:
         text = call.options.get("pattern")
@@ -258,35 +257,29 @@ class Service:
             pattern = Pattern(text) if text else None
         except (re.error, ValueError, OverflowError, RecursionError) as error:
             raise BadCallError("bad-option", f"'{text}' is no pattern: {error}") from None
-        _show(call, exchange, self._desk.views.grep(pattern, self._chosen(call)))
+        _show(call, exchange, self._desk.filters.grep(pattern, self._chosen(call)))
 
 
-def _answer(exchange: Exchange, outcomes: Sequence[Outcome]) -> None:
+def _answer(exchange: Exchange, results: Sequence[Result]) -> None:
     """An error only if nothing at all was done."""
-    text = [outcome.text for outcome in outcomes]
-    if any(outcome.done for outcome in outcomes):
-        entries = [{"name": o.process, "done": o.done, "text": o.text} for o in outcomes]
+    text = [sentence(result) for result in results]
+    if any(result.done for result in results):
+        entries = [
+            {"name": result.process, "done": result.done, "text": line}
+            for result, line in zip(results, text, strict=True)
+        ]
         exchange.reply({"processes": entries}, text)
         return
-    is_stopping = any(outcome.stopping for outcome in outcomes)
+    is_stopping = any(result.kind is Kind.RUN_STOPPING for result in results)
     exchange.fail(BadCallError("stopping" if is_stopping else "wrong-state", "; ".join(text)))
 
 
-def _show(call: Call, exchange: Exchange, shown: Sequence[Shown]) -> None:
-    entries = [{"name": s.process, "text": s.text, "hidden_lines": s.hidden_lines} for s in shown]
-    exchange.reply({"processes": entries}, _shown_text(call, shown))
-
-
-def _shown_text(call: Call, shown: Sequence[Shown]) -> list[str]:
-    """One line for each, or one for all where all are meant and the same is true of them."""
-    if call.names or len(shown) < 2:
-        return [one.text for one in shown]
-    sentences = {one.text.partition(" ")[2] for one in shown}
-    if sentences == {NOT_MUTED}:
-        return ["no process was muted"]
-    if len(sentences) == 1:
-        return [f"every process {sentences.pop()}"]
-    return [one.text for one in shown if not one.text.endswith(NOT_MUTED)]
+def _show(call: Call, exchange: Exchange, changes: Sequence[Shown]) -> None:
+    entries = [
+        {"name": one.process, "text": shown_sentence(one), "hidden_lines": one.hidden_lines}
+        for one in changes
+    ]
+    exchange.reply({"processes": entries}, shown_sentences(changes, is_everyone=not call.names))
 
 
 def _with_name(item: Mapping[str, Any]) -> str:
@@ -299,11 +292,11 @@ def _domain_id(environment: Mapping[str, str]) -> int | None:
     return int(text) if text.isdecimal() and len(text) < 10 else None
 
 
-def open_control(desk: Desk, identity: Identity) -> Server | None:
+def open_control(desk: RunControl, identity: Identity) -> Server | None:
     """Start the control server of a run; warns and returns None if there is no place for it."""
 
     def warn(text: str) -> None:
-        desk.chronicle.say("WARNING", "launch", text)
+        desk.log.say("WARNING", "launch", text)
 
     service = Service(desk, identity)
     try:

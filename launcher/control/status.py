@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from launcher import proc
 from launcher.control.selection import ProcessNames
-from launcher.engine.desk import Desk
+from launcher.engine.output.filters import LEVELS
 from launcher.engine.process import Process
-from launcher.engine.view import LEVELS
+from launcher.engine.run_control import RunControl
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
-from launcher.proc import is_suspended
 
 
-def row(desk: Desk, process: Process) -> dict[str, Any]:
+def row(desk: RunControl, process: Process) -> dict[str, Any]:
     """A process in `ps`."""
     spec, child, view = process.spec, process.child, process.view
     sample = desk.sample_of(process)
@@ -39,7 +39,7 @@ def row(desk: Desk, process: Process) -> dict[str, Any]:
         "muted_lines": 0 if view is None else view.hidden_lines,
         "level": None if view is None or not view.level else LEVELS[view.level],
         "grep": None if view is None or view.pattern is None else view.pattern.text,
-        "paused": child is not None and is_suspended(child.pid),
+        "paused": child is not None and proc.is_suspended(child.pid),
         "last_exit": _last_exit(process),
     }
 
@@ -56,7 +56,7 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
     }
 
 
-def info(desk: Desk, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
+def info(desk: RunControl, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
     """A process in `info`; its environment is compared with `base`."""
     spec, ros, logs = process.spec, process.spec.ros, desk.log_path
     return {

@@ -15,9 +15,9 @@ from pathlib import Path
 import launcher
 from launcher import proc
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable
-from launcher.engine import shared_memory
-from launcher.engine.run_id import abandoned_runs
-from launcher.engine.runfolder import log_root
+from launcher.engine.cleanup.run_id import abandoned_runs
+from launcher.engine.logs.run_directory import log_root
+from launcher.engine.monitor import shared_memory
 from launcher.text import escape
 
 DISTRIBUTION = "group_gp1"  # which contains the launcher

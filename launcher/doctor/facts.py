@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 
-from launcher.engine.shared_memory import Stale
+from launcher.engine.monitor.shared_memory import Stale
 from launcher.model.record import Record
 
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 from launcher.doctor.checks import MB
 from launcher.doctor.facts import Facts
-from launcher.engine import shared_memory
-from launcher.engine.reactor import Reactor
-from launcher.engine.remnants import Remnants, patience_for
+from launcher.engine.cleanup.leftovers import Leftovers, patience_for
+from launcher.engine.monitor import shared_memory
+from launcher.engine.posix.reactor import Reactor
 
 
 def repair(facts: Facts) -> list[str]:
@@ -24,14 +24,26 @@ def end_runs(run_ids: Iterable[str]) -> list[str]:
     said: list[str] = []
     for run_id in sorted(run_ids):
         with Reactor() as reactor:
-            Remnants(
+            Leftovers(
                 run_id,
                 reactor=reactor,
+                listener=_Repair(reactor, said),
                 ignore=frozenset(),
-                say=lambda _, text: said.append(text),
-                on_done=reactor.stop,
-                on_kill=lambda: None,
                 patience=patience_for(()),
             ).check()
             reactor.run()
     return said
+
+
+class _Repair:
+    """Hears what becomes of the leftovers of a run."""
+
+    def __init__(self, reactor: Reactor, lines: list[str]) -> None:
+        self._lines = lines
+        self.gone = reactor.stop
+
+    def said(self, level: str, text: str) -> None:
+        self._lines.append(text)
+
+    def killed(self) -> None:
+        """No-op."""

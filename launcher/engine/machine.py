@@ -1,7 +1,7 @@
 """ProcessMachine: the life of one process as a pure state machine.
 
-Time is an argument (seconds on the monotonic clock) and nothing happens in here: `handle()`
-returns what the supervisor has to do. `deadline` tells when it has to send a `Tick`.
+Time is an argument (seconds on the monotonic clock), and there is no I/O: `handle()` returns what
+the driver has to do. `deadline` is when the driver has to send a `TICK`.
 
     STOPPED --start--> STARTING --started--> RUNNING --exit--> EXITED | BACKOFF | FATAL
        ^                  |  spawn failed: as an exit            |
@@ -21,22 +21,22 @@ from collections.abc import Callable
 from launcher.model.record import Record
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
-# Refusals of the system that may be over soon: too many processes or files, too little memory.
+# Errors that may be over soon: too many processes or files, too little memory.
 TRANSIENT = frozenset({errno.EAGAIN, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
 # Signals that ask a program to end; it may catch them and clean up.
 POLITE = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT})
-SPAWN_RETRY_S = 1.0  # such a refusal is not asked for again at once
+SPAWN_RETRY_S = 1.0  # at least, after such an error
 
 
 class ProcessState(enum.Enum):
-    """The states, by the names that operators know from supervisord."""
+    """The states, by the names of supervisord."""
 
-    STOPPED = "STOPPED"  # never started, or stopped because somebody asked
+    STOPPED = "STOPPED"  # never started, or stopped on request
     STARTING = "STARTING"  # a spawn is on its way
     RUNNING = "RUNNING"
     BACKOFF = "BACKOFF"  # ended, and waits for its restart
-    STOPPING = "STOPPING"  # signalled, and not gone yet
-    EXITED = "EXITED"  # ended by itself, and stays so
+    STOPPING = "STOPPING"  # signalled, and still alive
+    EXITED = "EXITED"  # ended by itself, and is not restarted
     FATAL = "FATAL"  # failed, and its restarts are used up or it cannot be started
 
     @property
@@ -48,25 +48,11 @@ class ProcessState(enum.Enum):
 # ---- events
 
 
-class Start(Record):
-    """Somebody, or the launch file, wants it to run."""
-
-
-class Started(Record):
-    """The spawn succeeded."""
-
-    pid: int
-
-
 class SpawnError(Record):
     """The spawn failed with this errno; `what` names the culprit if it is not the program."""
 
     errno: int
     what: str = ""
-
-
-class Withdrawn(Record):
-    """The spawn will not take place: it was still waiting for its turn."""
 
 
 class Exited(Record):
@@ -75,38 +61,33 @@ class Exited(Record):
     outcome: Outcome
 
 
-class Stop(Record):
-    """Somebody wants it gone."""
-
-
-class Restart(Record):
-    """Somebody wants it stopped and started again."""
-
-
-class Hurry(Record):
-    """Do not wait for the deadline: take the next step of the stop now."""
-
-
-class Sent(Record):
-    """Somebody has sent it this signal once; if it ends of it, that was asked for."""
+class SignalSent(Record):
+    """It has been sent this signal. If a user did it and it ends of it, that was asked for."""
 
     signum: int
+    by_user: bool = True
 
 
-class Tick(Record):
-    """Time has passed."""
+class Command(enum.Enum):
+    """Events without a value."""
+
+    START = enum.auto()  # by the launch file
+    USER_START = enum.auto()
+    STARTED = enum.auto()  # the spawn succeeded
+    STOP = enum.auto()  # with the run, or because the launch file says so
+    USER_STOP = enum.auto()  # it may be started again
+    RESTART = enum.auto()  # stop it and start it again at once
+    SKIP_GRACE = enum.auto()  # take the next step of the stop now, or the first
+    SUSPEND = enum.auto()  # by a user
+    RESUME = enum.auto()
+    START_CANCELLED = enum.auto()  # it was stopped while it was queued to start
+    TICK = enum.auto()  # time has passed
 
 
-MachineEvent = (
-    Start | Started | SpawnError | Withdrawn | Exited | Stop | Restart | Hurry | Sent | Tick
-)
+MachineEvent = Command | SpawnError | Exited | SignalSent
 
 
 # ---- actions
-
-
-class Spawn(Record):
-    """Start the process now."""
 
 
 class Signal(Record):
@@ -114,9 +95,14 @@ class Signal(Record):
 
     signum: signal.Signals
 
+    @property
+    def needs_wake(self) -> bool:
+        """Whether to `WAKE` it, too, in case something has suspended it."""
+        return self.signum in POLITE
+
 
 class Escalate(Record):
-    """Say that it did not go after `after`, within `waited_s`, and that `to` comes next."""
+    """Report that it did not end within `waited_s` of `after`, and that `to` comes next."""
 
     after: signal.Signals
     waited_s: float
@@ -124,15 +110,15 @@ class Escalate(Record):
 
 
 class Stuck(Record):
-    """Say that it is still there `waited_s` after SIGKILL."""
+    """Report that it still exists `waited_s` after SIGKILL."""
 
     waited_s: float
 
 
 class Ended(Record):
-    """Say how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted.
+    """Report how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted.
 
-    `sent`: it ended of a signal that somebody had sent it (`Sent`); then it was asked, too.
+    `sent`: it ended of a signal that a user had sent it (`SignalSent`); then it was asked, too.
     """
 
     outcome: Outcome
@@ -140,15 +126,34 @@ class Ended(Record):
     retry_in_s: float | None
     sent: bool = False
 
+    @property
+    def is_final(self) -> bool:
+        """Whether it ended unasked and is not restarted."""
+        return self.retry_in_s is None and not self.asked
 
-Action = Spawn | Signal | Escalate | Stuck | Ended
+    @property
+    def has_died(self) -> bool:
+        """Whether this is a failure that no restart follows."""
+        return self.is_final and self.outcome.failed
+
+
+class Order(enum.Enum):
+    """Actions without a value."""
+
+    SPAWN = enum.auto()
+    # Send SIGCONT: a suspended process cannot handle any signal but SIGKILL. Other processes in
+    # the group do not notice it, unless they handle SIGCONT.
+    WAKE = enum.auto()
+
+
+Action = Order | Signal | Escalate | Stuck | Ended
 
 
 class Outcome(Record):
     """How one life of a process ended: exactly one of the first two is set.
 
     `spawn_what` names the culprit of a start that failed if it is not the program, as a limit.
-    `core_dumped` and `out_of_memory` tell more about a death by a signal.
+    `core_dumped` and `out_of_memory` are details of an end by a signal.
     """
 
     returncode: int | None = None
@@ -159,7 +164,7 @@ class Outcome(Record):
 
     @property
     def failed(self) -> bool:
-        """Whether this is a death (a code other than 0, a signal, or no start at all)."""
+        """Whether this is a failure (a code other than 0, a signal, or no start at all)."""
         return self.returncode != 0
 
     def __str__(self) -> str:
@@ -173,7 +178,7 @@ class Outcome(Record):
     @property
     def _remark(self) -> str:
         if self.out_of_memory:
-            return ", killed by the kernel for want of memory"
+            return ", out of memory"
         return ", core dumped" if self.core_dumped else ""
 
 
@@ -186,7 +191,12 @@ def signal_name(signum: int) -> str:
 
 
 class ProcessMachine:
-    """One process: feed it events, do what it returns."""
+    """One process: feed it events, do what it returns.
+
+    `is_held`: a user has stopped it or is starting it, so the run waits for it; its forced end is
+    no failure then. `is_suspended`: a user has suspended it. `had_to_be_killed`: it has ended by
+    SIGKILL only, or not even by that, which is a failure of the run.
+    """
 
     def __init__(
         self,
@@ -199,8 +209,10 @@ class ProcessMachine:
         self.stop = stop
         self.state = ProcessState.STOPPED
         self.deadline: float | None = None
-        self.restarts = 0  # since somebody last started it
-        self.last: Outcome | None = None
+        self.is_held = False
+        self.is_suspended = False
+        self.had_to_be_killed = False
+        self.restarts = 0  # since the last Start or UserStart
         self._chance = chance
         self._step = 0
         self._sent: dict[int, float] = {}
@@ -217,11 +229,16 @@ class ProcessMachine:
 
     @property
     def next_signal(self) -> tuple[signal.Signals, float] | None:
-        """What a stop that goes on sends next, and at which time; None where that is unknown."""
+        """The next signal of a stop, and its time; None if there is none."""
         is_last = self._step + 1 == len(self.stop.steps)
         if self.state is not ProcessState.STOPPING or is_last or self.deadline is None:
             return None
         return self.stop.steps[self._step + 1][0], self.deadline
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether it runs, or starts again by itself."""
+        return self.state.is_alive or self.state is ProcessState.BACKOFF
 
     @property
     def may_restart(self) -> bool:
@@ -231,7 +248,7 @@ class ProcessMachine:
 
     @property
     def is_killing(self) -> bool:
-        """Whether the last signal that there is has been sent."""
+        """Whether SIGKILL has been sent."""
         return self.state is ProcessState.STOPPING and self.stop_signal == signal.SIGKILL
 
     @property
@@ -242,38 +259,47 @@ class ProcessMachine:
     def handle(self, event: MachineEvent, now: float) -> list[Action]:
         """What has to be done about `event`, in order. An event that does not fit is ignored."""
         match event, self.state:
-            case Start(), state if not state.is_alive:
+            case Command.START | Command.USER_START, state if not state.is_alive:
+                # Held until it runs, or the run might end with an attempt that fails.
+                self.is_held = self.is_held or event is Command.USER_START
                 return self._start()
-            case Started(), ProcessState.STARTING:
+            case Command.STARTED, ProcessState.STARTING:
                 # STARTING -> RUNNING
                 self.running_since = now
+                self.is_held = False
                 self._sent.clear()
                 self._enter(ProcessState.RUNNING)
-            case Started(), ProcessState.STOPPING:
+            case Command.STARTED, ProcessState.STOPPING:
                 return self._signal(0, now)
             case SpawnError(errno=number, what=what), ProcessState.STARTING | ProcessState.STOPPING:
                 return self._end(Outcome(spawn_errno=number, spawn_what=what), now)
-            case Withdrawn(), ProcessState.STARTING | ProcessState.STOPPING:
-                # STARTING, STOPPING -> STOPPED: there is nobody to wait for
+            case Command.START_CANCELLED, ProcessState.STARTING | ProcessState.STOPPING:
+                # STARTING, STOPPING -> STOPPED: there is nothing to wait for
                 self._enter(ProcessState.STOPPED)
             case Exited(outcome=outcome), state if state.is_alive:
                 return self._end(outcome, now)
-            case Stop() | Restart(), ProcessState.RUNNING:
-                self._starts_again = isinstance(event, Restart)
-                return self._signal(0, now)
-            case Stop() | Restart(), ProcessState.STOPPING:
-                self._starts_again = isinstance(event, Restart)
-            case Stop(), ProcessState.STARTING:
-                # STARTING -> STOPPING: the signal follows when there is somebody to get it
-                self._enter(ProcessState.STOPPING)
-            case Stop(), ProcessState.BACKOFF:
-                # BACKOFF -> STOPPED
-                self._enter(ProcessState.STOPPED)
-            case Sent(signum=signum), ProcessState.RUNNING:
-                self._sent[signum] = now
-            case Hurry(), ProcessState.STOPPING:
+            case Command.USER_STOP, _ if self.is_pending:
+                self.is_held = True
+                return self._stop(now)
+            case Command.STOP, _:
+                return self._stop(now)
+            case Command.RESTART, ProcessState.RUNNING | ProcessState.STOPPING:
+                actions = self._stop(now)
+                self._starts_again = True
+                return actions
+            case Command.SKIP_GRACE, ProcessState.RUNNING:
+                return self._stop(now)
+            case Command.SKIP_GRACE, ProcessState.STOPPING:
                 return self._escalate(now)
-            case Tick(), _ if self.deadline is not None and now >= self.deadline:
+            case SignalSent(), state if state.is_alive:
+                return self._sent_to(event, now)
+            case Command.SUSPEND, state if state.is_alive:
+                self.is_suspended = True
+                return [Signal(signal.SIGSTOP)]
+            case Command.RESUME, state if state.is_alive:
+                self.is_suspended = False
+                return [Signal(signal.SIGCONT)]
+            case Command.TICK, _ if self.deadline is not None and now >= self.deadline:
                 return self._due(now)
         return []
 
@@ -288,7 +314,29 @@ class ProcessMachine:
         self._recent.clear()
         self._quick_ends = 0
         self._enter(ProcessState.STARTING)
-        return [Spawn()]
+        return [Order.SPAWN]
+
+    def _stop(self, now: float) -> list[Action]:
+        self._starts_again = False
+        if self.state is ProcessState.RUNNING:
+            return self._signal(0, now)
+        if self.state is ProcessState.STARTING:
+            # STARTING -> STOPPING: the signal follows when there is a process
+            self._enter(ProcessState.STOPPING)
+        elif self.state is ProcessState.BACKOFF:
+            # BACKOFF -> STOPPED
+            self._enter(ProcessState.STOPPED)
+        return []
+
+    def _sent_to(self, sent: SignalSent, now: float) -> list[Action]:
+        is_waking = self.is_suspended and sent.signum in POLITE
+        if sent.by_user and self.state is ProcessState.RUNNING:
+            self._sent[sent.signum] = now
+        if is_waking or (sent.by_user and sent.signum == signal.SIGCONT):
+            self.is_suspended = False
+        elif sent.by_user and sent.signum == signal.SIGSTOP:
+            self.is_suspended = True
+        return [Order.WAKE] if is_waking else []
 
     def _due(self, now: float) -> list[Action]:
         if self.state is ProcessState.BACKOFF:
@@ -296,9 +344,10 @@ class ProcessMachine:
             self.restarts += 1
             self._recent.append(now)
             self._enter(ProcessState.STARTING)
-            return [Spawn()]
+            return [Order.SPAWN]
         if self._step + 1 == len(self.stop.steps):
-            self._is_stuck, self.deadline = True, None
+            self._is_stuck = self.had_to_be_killed = True
+            self.deadline = None
             return [Stuck(self.stop.steps[-1][1])]
         return self._escalate(now)
 
@@ -306,6 +355,7 @@ class ProcessMachine:
         """Take this step of the stop: RUNNING -> STOPPING, or on to the next signal."""
         self._step = step
         signum, wait_s = self.stop.steps[step]
+        self.is_suspended = self.is_suspended and signum not in POLITE
         self._enter(ProcessState.STOPPING, now + wait_s)
         return [Signal(signum)]
 
@@ -315,12 +365,13 @@ class ProcessMachine:
         after, wait_s = self.stop.steps[self._step]
         waited_s = wait_s - max(0.0, self.deadline - now)
         to = self.stop.steps[self._step + 1][0]
+        self.had_to_be_killed |= to == signal.SIGKILL and not self.is_held
         return [Escalate(after, waited_s, to), *self._signal(self._step + 1, now)]
 
     def _end(self, outcome: Outcome, now: float) -> list[Action]:
-        self.last = outcome
+        self.is_suspended = False
         if self.state is ProcessState.STOPPING and self._starts_again:
-            # STOPPING -> BACKOFF: a restart that was asked for waits for nothing
+            # STOPPING -> BACKOFF: a requested restart has no delay
             self._starts_again = False
             self._enter(ProcessState.BACKOFF, now)
             return [Ended(outcome, asked=True, retry_in_s=0.0)]
@@ -330,10 +381,11 @@ class ProcessMachine:
             return [Ended(outcome, asked=True, retry_in_s=None)]
         if self._ends_of_what_was_sent(outcome, now):
             # RUNNING -> STOPPED
+            self.is_held = True
             self._enter(ProcessState.STOPPED)
             return [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
         if self._retries(outcome, now):
-            # RUNNING, STARTING -> BACKOFF, even without a delay: a stop must find its way in
+            # RUNNING, STARTING -> BACKOFF, even without a delay, so that a stop can come in between
             delay_s = self._delay_s(outcome, now)
             self._enter(ProcessState.BACKOFF, now + delay_s)
             return [Ended(outcome, asked=False, retry_in_s=delay_s)]
@@ -350,7 +402,7 @@ class ProcessMachine:
             return True
         if outcome.returncode < 0:
             return False  # of another signal: it crashed
-        # One that cleans up after a polite signal ends with whatever code it likes.
+        # One that cleans up after a polite signal may end with any code.
         patience_s = sum(wait_s for _, wait_s in self.stop.steps[:-1])
         return any(
             signum in POLITE and now - when <= patience_s for signum, when in self._sent.items()
@@ -358,7 +410,7 @@ class ProcessMachine:
 
     def _retries(self, outcome: Outcome, now: float) -> bool:
         if outcome.spawn_errno is not None and outcome.spawn_errno not in TRANSIENT:
-            return False  # a program that is not there will not be there in a second
+            return False  # a missing program will still be missing in a second
         wanted = self.restart.wants_restart(failed=outcome.failed)
         return wanted and self.restart.allows(self.restarts, self._recent, now)
 

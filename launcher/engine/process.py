@@ -1,19 +1,20 @@
-"""Process: what the supervisor knows about one process of the run."""
+"""Process: the state of one process of the run."""
 
 from __future__ import annotations
 
 from launcher.engine.machine import ProcessMachine
-from launcher.engine.reactor import Timer
-from launcher.engine.ring import LogRing
-from launcher.engine.spawn import Child
+from launcher.engine.output.lines import LogRing
+from launcher.engine.posix.reactor import Timer
+from launcher.engine.posix.spawn import Child
 from launcher.model.record import replace
 from launcher.model.spec import ProcessSpec, Sink
+from launcher.text import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.machine import Ended
-    from launcher.engine.stream import Stream
-    from launcher.engine.view import View
+    from launcher.engine.output.filters import LineFilter
+    from launcher.engine.output.reader import Stream
 
 LAST_BYTES = 4096  # of each of its last lines, in the report on its death
 
@@ -21,9 +22,8 @@ LAST_BYTES = 4096  # of each of its last lines, in the report on its death
 class Process:
     """A spec, the machine that decides about it, and the child that runs now (if one does).
 
-    `number` counts from 0 in order of first start; it picks the colour. `view` is what a person
-    wants to see of its output (None: everything), `paused` that a person has paused it, `held`
-    that a person stopped it and may start it again. `last_end` is how its last life ended, at
+    `number` counts from 0 in order of first start; it picks the colour. `view` is what a user
+    wants to see of its output (None: everything). `last_end` is how its last life ended, at
     `ended_wall_s`.
     """
 
@@ -36,9 +36,7 @@ class Process:
         self.child: Child | None = None
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
-        self.view: View | None = None
-        self.paused = False
-        self.held = False
+        self.view: LineFilter | None = None
         self.last_end: Ended | None = None
         self.ended_wall_s = 0.0
         self.timer: Timer | None = None
@@ -54,7 +52,6 @@ class Process:
         return [text[:LAST_BYTES] for text in self.ring.texts(most)]
 
     def shows(self, stream: str) -> bool:
-        """Whether this stream goes to the screen."""
         policy = self.spec.output
         return Sink.SCREEN in (policy.stderr if stream == "stderr" else policy.stdout)
 
@@ -65,22 +62,19 @@ class Process:
         return policy.stdout == policy.stderr and Sink.OWN_LOG not in policy.stdout
 
 
-def with_sound_name(spec: ProcessSpec) -> ProcessSpec:
-    """The spec with a name that neither breaks lines nor steers the terminal."""
-    if spec.name.isprintable():
-        return spec
-    shown = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in spec.name)
-    return replace(spec, name="".join(shown))
+def with_printable_name(spec: ProcessSpec) -> ProcessSpec:
+    """The spec with a name without control characters."""
+    name = escape(spec.name, keep="")
+    return spec if name == spec.name else replace(spec, name=name)
 
 
 def child_environment(
     spec: ProcessSpec, *, run_id_entry: tuple[str, str], log_dir: str | None, colour: bool
 ) -> dict[str, str]:
-    """What the process gets besides what its launch file says; the launch file's word stands.
+    """The environment of a process: that of its spec, over our defaults, and the run id.
 
-    The run id lets the sweep find it; ROS_LOG_DIR collects the node's own logs; Python flushes
-    each line although it writes to a pipe, and rcutils colours although it does, or does not
-    although it writes to a pseudo-terminal, as our own output wants it.
+    Python flushes each line although it writes to a pipe, rcutils colours as our own output does,
+    and ROS_LOG_DIR collects the node's own logs.
     """
     env = {
         "PYTHONUNBUFFERED": "1",
@@ -94,5 +88,5 @@ def child_environment(
 
 
 def _is_root_of(root: str | None, log_dir: str) -> bool:
-    """Whether the run's folder is below `root`, which then is inherited and not what is meant."""
+    """Whether the run's folder is below `root`, which then was inherited and not set for this."""
     return root is None or log_dir.startswith(root.rstrip("/") + "/")

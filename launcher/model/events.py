@@ -104,7 +104,7 @@ class ChangeState(Record):
 
 
 class WatchLifecycle(Record):
-    """From now on tell the transitions of this node as TransitionSeen."""
+    """From now on report the transitions of this node as TransitionSeen."""
 
     node: str
 
@@ -122,8 +122,7 @@ class ProcessStarted(Record):
 class ProcessExited(Record):
     """The process ended; `returncode` is negative for a signal, as in `subprocess`.
 
-    `will_restart` tells that its RestartPolicy starts it again, or that somebody may who stopped it
-    by hand.
+    `will_restart`: its RestartPolicy starts it again, or the user may who stopped it.
     """
 
     process_id: int
@@ -168,7 +167,7 @@ class SignalReceived(Record):
 
 
 class ShutdownAsked(Record):
-    """Something else than a signal or the launch file ends the run: a person, a limit, a death."""
+    """Something else than a signal or the launch file ends the run: a user, a limit, a failure."""
 
     reason: str
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Transition(NamedTuple):
-    """A transition that can be asked for, and the states on its way (of a healthy node)."""
+    """A transition that can be requested, and the states on its way (of a healthy node)."""
 
     constant: str
     label: str
@@ -16,66 +16,24 @@ class Transition(NamedTuple):
     success: str
 
 
+def _transition(constant: str, label: str, start: str, between: str, goal: str) -> Transition:
+    success = "transition_success" if goal else ""
+    return Transition(f"TRANSITION_{constant}", label, start, between, goal, success)
+
+
 # The numbers are those of lifecycle_msgs/msg/Transition.
 TRANSITIONS = {
-    0: Transition("TRANSITION_CREATE", "create", "", "", "", ""),
-    1: Transition(
-        "TRANSITION_CONFIGURE",
-        "configure",
-        "unconfigured",
-        "configuring",
-        "inactive",
-        "transition_success",
+    0: _transition("CREATE", "create", "", "", ""),
+    1: _transition("CONFIGURE", "configure", "unconfigured", "configuring", "inactive"),
+    2: _transition("CLEANUP", "cleanup", "inactive", "cleaningup", "unconfigured"),
+    3: _transition("ACTIVATE", "activate", "inactive", "activating", "active"),
+    4: _transition("DEACTIVATE", "deactivate", "active", "deactivating", "inactive"),
+    5: _transition(
+        "UNCONFIGURED_SHUTDOWN", "shutdown", "unconfigured", "shuttingdown", "finalized"
     ),
-    2: Transition(
-        "TRANSITION_CLEANUP",
-        "cleanup",
-        "inactive",
-        "cleaningup",
-        "unconfigured",
-        "transition_success",
-    ),
-    3: Transition(
-        "TRANSITION_ACTIVATE",
-        "activate",
-        "inactive",
-        "activating",
-        "active",
-        "transition_success",
-    ),
-    4: Transition(
-        "TRANSITION_DEACTIVATE",
-        "deactivate",
-        "active",
-        "deactivating",
-        "inactive",
-        "transition_success",
-    ),
-    5: Transition(
-        "TRANSITION_UNCONFIGURED_SHUTDOWN",
-        "shutdown",
-        "unconfigured",
-        "shuttingdown",
-        "finalized",
-        "transition_success",
-    ),
-    6: Transition(
-        "TRANSITION_INACTIVE_SHUTDOWN",
-        "shutdown",
-        "inactive",
-        "shuttingdown",
-        "finalized",
-        "transition_success",
-    ),
-    7: Transition(
-        "TRANSITION_ACTIVE_SHUTDOWN",
-        "shutdown",
-        "active",
-        "shuttingdown",
-        "finalized",
-        "transition_success",
-    ),
-    8: Transition("TRANSITION_DESTROY", "destroy", "", "", "", ""),
+    6: _transition("INACTIVE_SHUTDOWN", "shutdown", "inactive", "shuttingdown", "finalized"),
+    7: _transition("ACTIVE_SHUTDOWN", "shutdown", "active", "shuttingdown", "finalized"),
+    8: _transition("DESTROY", "destroy", "", "", ""),
 }
 
 # The numbers are those of lifecycle_msgs/msg/State.
@@ -95,7 +53,7 @@ STATES = {
 
 
 def transition_steps(transition_id: int) -> list[tuple[str, str, str]]:
-    """(label, start state, goal state) of each event that a healthy node tells."""
+    """(label, start state, goal state) of each event that a healthy node publishes."""
     transition = TRANSITIONS[transition_id]
     if not transition.goal:
         return []

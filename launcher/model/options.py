@@ -1,4 +1,4 @@
-"""RunOptions: what a person wants of a run beyond what its launch file says."""
+"""RunOptions: the options of a run, beyond what its launch file says."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from launcher.model.spec import ProcessSpec, RestartPolicy, StopPolicy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.model.limits import Limits
+    from launcher.model.spec import Limits
 
 
 class RunOptions(Record):
@@ -20,9 +20,9 @@ class RunOptions(Record):
     starting at the same time (None: any number).
     `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
     time; `exit_when_any_dies` after the first death that is not followed by a restart. `budgets`
-    are limits on resources (`engine.budget_reader` reads them), and so are `budget_files`: (path,
+    are limits on resources (`budget_parser` reads them), and so are `budget_files`: (path,
     text) pairs, since a file that is a pipe can be read once; `file_names` are the patterns that
-    stand in them, each with its place. `control`: other shells may look at the run and steer it;
+    stand in them, each with its place. `control`: other shells may inspect and control the run;
     `ros`: so may ROS.
     """
 
@@ -44,17 +44,14 @@ class RunOptions(Record):
 
     @property
     def has_budgets(self) -> bool:
-        """Whether any process may use only so much."""
         return bool(self.budgets or self.budget_files)
 
     @property
     def name_processes(self) -> bool:
-        """Whether anything in here is about single processes."""
         by_words = self.restart or self.stop or self.limits or self.required or self.budgets
         return bool(by_words or self.file_names)
 
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
-        """The spec as these options want it."""
         for pattern, policy in self.restart:
             if matches(pattern, spec):
                 spec = replace(spec, restart=policy)
@@ -67,17 +64,15 @@ class RunOptions(Record):
         return spec
 
     def is_required(self, spec: ProcessSpec) -> bool:
-        """Whether the run ends with this process."""
         return any(matches(pattern, spec) for pattern in self.required)
 
 
 def matches(pattern: str, spec: ProcessSpec) -> bool:
-    """Whether a pattern (`robot_*`) means this process."""
     return any(fnmatch.fnmatchcase(name, pattern) for name in names_of(spec))
 
 
 def names_of(spec: ProcessSpec) -> list[str]:
-    """What a person may call this process: its name, its label, and the name of its node."""
+    """Names of this process: its name, its label, and the name of its node."""
     names = [spec.name, spec.label]
     if spec.ros is not None and spec.ros.node_name is not None:
         names += [spec.ros.node_name, spec.ros.node_name.rpartition("/")[2]]

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 else:
 
     def dataclass_transform(**options: object) -> Any:
-        """What it is for type checkers alone."""
         return lambda cls: cls
 
 

@@ -1,4 +1,4 @@
-"""ProcessSpec: everything that is known about a process before it starts. Final, plain strings."""
+"""ProcessSpec: what is known about a process before it starts, as plain strings."""
 
 from __future__ import annotations
 
@@ -7,10 +7,6 @@ import signal
 from collections.abc import Mapping, Sequence
 
 from launcher.model.record import Record
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from launcher.model.limits import Limits
 
 
 class Sink(enum.Flag):
@@ -72,8 +68,8 @@ class RestartPolicy(Record):
     ROS 2's `respawn=True, respawn_delay=d, respawn_max_retries=n` is
     `RestartPolicy(mode=ALWAYS, delay_s=d, max_restarts=n)`. `max_restarts` None means without
     limit; with `window_s` it limits those within the last so many seconds. `backoff_max_s` makes
-    the delay double from `delay_s` up to it, anew after a life of `quiet_s`; `jitter` is the
-    share of a delay that chance adds, so that a fleet does not start again in step.
+    the delay double from `delay_s` up to it, and start over after a life of `quiet_s`; `jitter` is
+    the share of a delay that chance adds, so that a fleet does not restart in step.
     """
 
     mode: RestartMode = RestartMode.NEVER
@@ -107,7 +103,7 @@ class RestartPolicy(Record):
         return delay_s * (1.0 + self.jitter * chance)
 
 
-KILL_PATIENCE_S = 5.0  # who is there still after SIGKILL sleeps where no signal reaches
+KILL_PATIENCE_S = 5.0  # a process that exists after that is in uninterruptible sleep
 
 
 class StopPolicy(Record):
@@ -188,3 +184,26 @@ class ProcessSpec(Record):
     def command_line(self) -> str:
         """The words as ROS 2 prints them in `process has died`: joined by a blank, unquoted."""
         return " ".join(self.argv)
+
+
+UNLIMITED = -1  # as `resource.RLIM_INFINITY`
+
+
+class Limits(Record):
+    """None, or nothing in `rlimits`, leaves it as it is for the launcher.
+
+    `rlimits` are (name as in `nofile`, soft, hard), each name once.
+    """
+
+    nice: int | None = None
+    cpus: tuple[int, ...] | None = None
+    rlimits: tuple[tuple[str, int, int], ...] = ()
+
+    def over(self, other: Limits) -> Limits:
+        """Both, where this one counts if they disagree."""
+        named = {rlimit[0]: rlimit for rlimit in (*other.rlimits, *self.rlimits)}
+        return Limits(
+            nice=other.nice if self.nice is None else self.nice,
+            cpus=other.cpus if self.cpus is None else self.cpus,
+            rlimits=tuple(named.values()),
+        )

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.engine.shared_memory import FOLDER, held
+from launcher.engine.monitor.shared_memory import FOLDER, held
 from launcher.pytest_plugin import Launch
 from tests.e2e.conftest import LONG_STOP, LONG_STOP_WORDS, MARK, REPOSITORY, World
 from tests.support.terminal import marked_processes
@@ -174,4 +174,6 @@ def test_a_killed_node_is_told_and_its_shared_memory_freed(launched_system: Laun
     fleet.wait_for_log("launch", "of shared memory that dead nodes left")
     ending = fleet.system.stop(150.0)
     assert (ending.returncode, ending.left_memory) == (130, ())
-    assert any("first to die unasked: robot_1-3 (SIGKILL)" in line for line in fleet.logs("launch"))
+    assert any(
+        "first unexpected exit: robot_1-3 (SIGKILL)" in line for line in fleet.logs("launch")
+    )

@@ -46,7 +46,7 @@ def test_lines_typed_before_come_back_in_the_next_run(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
     glass.enter("mute robot_2")
-    glass.wait_for("robot_2-2 is muted; its files go on")
+    glass.wait_for("robot_2-2 is muted; its log files continue")
     glass.enter("quit")
     assert glass.exit_code() == 0
     again = bench.glass(TICKS)

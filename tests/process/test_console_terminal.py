@@ -140,7 +140,7 @@ def test_a_dead_console_costs_one_warning_and_no_line(bench: Bench, signum: sign
     console.send_signal(signum)
     if signum != signal.SIGKILL:
         console.resume()  # it dies of the other one then, and before it does anything else
-    glass.wait_for(f"[launch]: the console died ({signum.name}); the run goes on without one")
+    glass.wait_for(f"[launch]: the console died ({signum.name}); the run continues without one")
     glass.wait_until(lambda: any(row.endswith("] 399") for row in glass.scrolled), "the last")
     assert glass.settings() == glass.untouched
     assert not glass.cursor_is_hidden

@@ -18,7 +18,7 @@ import pytest
 
 from launcher.control.client import Connection, ControlError, RefusedError
 from launcher.control.server import Server
-from launcher.engine.reactor import Reactor
+from launcher.engine.posix.reactor import Reactor
 from tests.process.conftest import SteeringBench
 from tests.support.raw_client import Raw, error_of
 from tests.support.steered import PATIENCE_S, Steered, state_of

@@ -46,7 +46,7 @@ def test_a_stopped_process_stays_stopped_until_it_is_started_and_the_run_waits(
 
 def test_a_stop_turns_restarts_off_and_says_so(steering: SteeringBench):
     with steering.steer('sh("exec sleep 1000", name="sleeper", respawn=True)') as run:
-        assert run.tell("stop", "sleeper").endswith("; restart is off because you asked")
+        assert run.tell("stop", "sleeper").endswith("; automatic restart is off")
         assert run.row("sleeper")["state"] == "STOPPED"
         run.tell("start", "sleeper")
         os.kill(pid_of(run, "sleeper"), signal.SIGKILL)  # nobody asked the launcher for this
@@ -57,7 +57,7 @@ def test_a_process_that_waits_for_its_restart_can_be_stopped(steering: SteeringB
     actions = 'sh("exit 3", name="loop", respawn=True, respawn_delay=1000.0)'
     with steering.steer(actions) as run:
         wait_until(lambda: run.row("loop")["state"] == "BACKOFF", "the end of the first life")
-        text = "loop-1 was waiting for its restart, which is off because you asked"
+        text = "loop-1 was waiting for its restart, which is cancelled"
         assert run.tell("stop", "loop") == text
         assert run.row("loop")["state"] == "STOPPED"
 
@@ -67,7 +67,7 @@ def test_a_death_by_a_signal_that_a_person_sent_is_no_failure_and_not_repeated(
 ):
     with steering.steer('sh("exec sleep 1000", name="sleeper", respawn=True)') as run:
         answer = run.tell("kill", "sleeper", signal="SIGKILL")
-        ended = r"sleeper-1 ended in \d+\.\d\d s \(SIGKILL\); restart is off because you asked"
+        ended = r"sleeper-1 ended in \d+\.\d\d s \(SIGKILL\); automatic restart is off"
         assert re.fullmatch(ended, answer)
         row = run.row("sleeper")
         assert row["state"] == "STOPPED"
@@ -81,14 +81,17 @@ def test_a_signal_that_a_process_survives_is_told_as_that(steering: SteeringBenc
     script = "trap 'echo caught' USR1; echo ready; while :; do sleep 0.1; done"
     with steering.steer(f'sh("{script}", name="trapper")') as run:
         run.wait_for("ready")
-        assert run.tell("kill", "trapper", signal="usr1") == "trapper-1 got SIGUSR1 and still runs"
+        assert (
+            run.tell("kill", "trapper", signal="usr1")
+            == "trapper-1 received SIGUSR1 and is still running"
+        )
         run.wait_for("[trapper-1] caught")
 
 
 def test_a_kill_without_a_signal_is_a_stop(steering: SteeringBench):
     with steering.steer(SLEEPER) as run:
         assert "stopped in" in run.tell("kill", "sleeper")
-        with pytest.raises(RefusedError, match=r"does not run \(STOPPED\)") as refused:
+        with pytest.raises(RefusedError, match=r"is not running \(STOPPED\)") as refused:
             run.tell("kill", "sleeper")
         assert refused.value.code == "wrong-state"
 
@@ -152,8 +155,8 @@ def test_a_process_whose_turn_has_not_come_is_stopped_before_it(steering: Steeri
     never = "sleeper-2 was stopped before it had started"
     with steering.steer(f"{CAT}, {SLEEPER}", "--stagger", "1000") as run:
         assert run.row("sleeper")["state"] == "STARTING"
-        assert run.tell("restart", "sleeper") == "sleeper-2 waits for its turn to start"
-        with pytest.raises(RefusedError, match="sleeper-2 waits for its turn to start"):
+        assert run.tell("restart", "sleeper") == "sleeper-2 is queued to start"
+        with pytest.raises(RefusedError, match="sleeper-2 is queued to start"):
             run.tell("start", "sleeper")
         assert run.tell("stop", "sleeper") == never
         with run.connect() as connection:
@@ -196,7 +199,7 @@ def test_a_paused_process_stands_still_and_goes_on(steering: SteeringBench):
         assert run.tell("pause", "sleeper") == "sleeper-1 paused with SIGSTOP"
         assert state_of(pid) == "T"
         assert run.row("sleeper")["paused"]
-        assert run.tell("resume", "sleeper") == "sleeper-1 goes on after SIGCONT"
+        assert run.tell("resume", "sleeper") == "sleeper-1 resumed with SIGCONT"
         assert state_of(pid) in ("S", "R")
         assert not run.row("sleeper")["paused"]
         with pytest.raises(RefusedError, match="is not paused"):
@@ -205,7 +208,7 @@ def test_a_paused_process_stands_still_and_goes_on(steering: SteeringBench):
 
 def test_who_is_paused_cannot_be_paused_again(run: Steered):
     assert run.tell("pause", "cat") == "cat-1 paused with SIGSTOP"
-    with pytest.raises(RefusedError, match="cat-1 is paused already"):
+    with pytest.raises(RefusedError, match="cat-1 is already paused"):
         run.tell("pause", "cat")
     os.kill(pid_of(run, "cat"), signal.SIGCONT)  # by somebody else
     wait_until(lambda: not run.row("cat")["paused"], "it goes on")
@@ -224,7 +227,7 @@ def test_a_paused_process_is_stopped_as_politely_as_another(steering: SteeringBe
 
 def test_a_line_is_sent_to_standard_input(steering: SteeringBench):
     with steering.steer(CAT) as run:
-        text = "cat-1 got 12 bytes on its standard input"
+        text = "cat-1 received 12 bytes on its standard input"
         assert run.tell("send", "cat", text="hello there") == text
         run.wait_for("[cat-1] hello there\n")
 
@@ -251,7 +254,7 @@ def test_several_at_once_are_answered_together_and_partly(steering: SteeringBenc
         run.tell("stop", "cat")
         lines = run.tell("stop", "*").splitlines()
         assert [line.split()[0] for line in lines] == ["sleeper-1", "cat-2"]
-        assert lines[1] == "cat-2 does not run (STOPPED)"
+        assert lines[1] == "cat-2 is not running (STOPPED)"
         done = run.shell("start", "*", "--json")
         assert done.returncode == 0
         assert all(one["done"] for one in json.loads(done.stdout)["processes"])
@@ -296,7 +299,7 @@ def answers_in_order(run: Steered, *requests: tuple) -> list[str]:
 def test_what_is_typed_ahead_for_a_process_happens_in_that_order(run: Steered):
     ahead = ["pause", "resume", "restart", "stop", "start", "stop", "restart"]
     texts = answers_in_order(run, *((verb, {}) for verb in ahead), ("send", {"text": "here"}))
-    marks = ["paused", "goes on", "instead of", "stopped", "started with", "stopped", "started"]
+    marks = ["paused", "resumed", "instead of", "stopped", "started with", "stopped", "started"]
     for mark, text in zip(marks, texts[:-1], strict=True):
         assert mark in text, texts
     assert run.row("cat")["state"] == "RUNNING"
@@ -326,10 +329,10 @@ def test_a_signal_helps_a_stop_that_takes_too_long(steering: SteeringBench):
 
 def test_a_signal_zero_only_asks_whether_it_is_there(run: Steered):
     pid = pid_of(run, "cat")
-    assert run.tell("kill", "cat", signal="0") == f"cat-1 is there (pid {pid})"
+    assert run.tell("kill", "cat", signal="0") == f"cat-1 is running (pid {pid})"
     assert pid_of(run, "cat") == pid
     run.tell("stop", "cat")
-    with pytest.raises(RefusedError, match="does not run"):
+    with pytest.raises(RefusedError, match="is not running"):
         run.tell("kill", "cat", signal="0")
 
 

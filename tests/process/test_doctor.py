@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from launcher.domain_lease import leased_domain
-from launcher.engine.shared_memory import FOLDER, SETTLING_S, free, held
+from launcher.engine.monitor.shared_memory import FOLDER, SETTLING_S, free, held
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 

@@ -12,12 +12,12 @@ from pathlib import Path
 import psutil
 import pytest
 
+from launcher.engine.logs.run_directory import RunDirectory
+from launcher.engine.output.reader import PATIENCE_S, OutputReader
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import BOTH, Child
 from launcher.engine.process import Process
-from launcher.engine.reactor import Reactor
-from launcher.engine.relay import PATIENCE_S, Relay
-from launcher.engine.runfolder import RunFolder
-from launcher.engine.screen import Screen
-from launcher.engine.spawn import BOTH, Child
 from launcher.model.spec import OutputPolicy, ProcessSpec
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
@@ -34,14 +34,20 @@ class Desk:
         self.reactor = reactor
         self._path = folder / "screen"
         self._fds = [os.open(self._path, os.O_WRONLY | os.O_CREAT)]
-        self.relay = Relay(
+        self.relay = OutputReader(
             reactor,
             Screen(reactor, self._fds[0], colour=False),
-            RunFolder(None, lambda text: None),
-            watched=lambda process: False,
-            watcher=lambda process, stream, data: None,
+            RunDirectory(None, lambda text: None),
+            (),
+            self,
         )
         self.a, self.b = self._process("a"), self._process("b")
+
+    def watches(self, process: Process) -> bool:
+        return False
+
+    def output(self, process: Process, stream: str, data: bytes) -> None:
+        raise AssertionError("it is not watched")
 
     def _process(self, name: str) -> int:
         """The end that it writes to."""

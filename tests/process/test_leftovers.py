@@ -6,22 +6,23 @@ import json
 import os
 import re
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from launcher.engine.chronicle import Chronicle
-from launcher.engine.ending import Ending
-from launcher.engine.guard import Guards
-from launcher.engine.keeper import Keeper
-from launcher.engine.machine import Start
+from launcher.engine.cleanup.watchdog_client import WatchdogClient
+from launcher.engine.core_driver import CoreDriver
+from launcher.engine.logs.run_directory import RunDirectory
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import Command
+from launcher.engine.output.reader import OutputReader
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import Child, spawn
 from launcher.engine.process import Process
-from launcher.engine.reactor import Reactor
-from launcher.engine.relay import Relay
-from launcher.engine.runfolder import RunFolder
-from launcher.engine.screen import Screen
-from launcher.engine.spawn import Child, spawn
+from launcher.engine.process_driver import ProcessDriver
+from launcher.engine.shutdown import Shutdown
 from launcher.errors import ExitCode
 from launcher.model.spec import ProcessSpec, StopPolicy
 from tests.process.conftest import Bench
@@ -153,20 +154,7 @@ class Stage:
         self.path = folder / "output"
         self.reactor = Reactor()
         screen = Screen(self.reactor, self.output, colour=False)
-        files = RunFolder(None, lambda text: None)
-        relay = Relay(self.reactor, screen, files, watched=lambda p: False, watcher=lambda *a: None)
-        chronicle = Chronicle(self.reactor, screen, files)
-        self.keeper = Keeper(
-            self.reactor,
-            relay,
-            chronicle,
-            start_child=self.start_child,
-            on_event=lambda event: None,
-            on_end=lambda process, end: None,
-            on_idle=lambda: self.ending.finish_if_done(),
-            before_kill=lambda: None,
-            on_left=lambda process, pid: None,
-        )
+        files = RunDirectory(None, lambda text: None)
         spec = ProcessSpec(
             name="stuck-1",
             label="stuck",
@@ -175,29 +163,46 @@ class Stage:
             stop=StopPolicy(polite=()),
         )
         self.process = Process(1, spec, number=0, prefix=b"")
-        self.ending = Ending(
+        processes = {1: self.process}
+        log = RunLog(self.reactor, screen, files)
+        self.driver = ProcessDriver(
             self.reactor,
-            chronicle,
-            self.keeper,
+            OutputReader(self.reactor, screen, files, processes.values(), self),
+            log,
+            self,
+        )
+        self.shutdown = Shutdown(
+            self.reactor,
+            log,
+            self.driver,
+            CoreDriver(
+                self, self.reactor, log, self.driver, self, processes=processes, agent_env={}
+            ),
+            WatchdogClient(self.reactor, "0-stuck", log),
             run_id="0-stuck",
-            guards=Guards(self.reactor, "0-stuck", lambda text: None),
-            processes=lambda: [self.process],
-            tell=lambda event: None,
-            expects_more=lambda: False,
-            on_stop=lambda: None,
-            on_empty=lambda: None,
+            processes=processes.values(),
         )
 
-    def start_child(self, process: Process) -> Child:
+    def spawn(self, process: Process) -> Child:
         child = spawn(process.spec, env=process.spec.env, merge=True, terminal_size=(80, 24))
         child.__class__ = Unreachable
         return child
+
+    def watches(self, process: Process) -> bool:
+        return False
+
+    def idle(self) -> None:
+        self.shutdown.idle()
+
+    def __getattr__(self, name: str) -> Callable[..., None]:
+        """What else happens concerns nobody."""
+        return lambda *words: None
 
     def close(self) -> None:
         assert self.process.child is not None
         os.killpg(self.process.child.pid, signal.SIGKILL)
         self.process.child.reap()
-        self.keeper.let_go(self.process)
+        self.driver.release(self.process)
         self.reactor.close()
         os.close(self.output)
 
@@ -211,13 +216,13 @@ def stage(tmp_path: Path) -> Iterator[Stage]:
 
 @pytest.mark.thorough
 def test_a_process_that_sigkill_does_not_end_is_named_and_the_run_ends_without_it(stage: Stage):
-    stage.keeper.advance(stage.process, Start())
-    stage.reactor.call_later(0, lambda: stage.ending.stop_all("the test"))
+    stage.driver.advance(stage.process, Command.START)
+    stage.reactor.call_later(0, lambda: stage.shutdown.decided("the test"))
     alarms: list[str] = []
     stage.reactor.call_later(20.0, lambda: (alarms.append("20 s"), stage.reactor.stop()))
     stage.reactor.run()
     assert alarms == [], "the run did not end by itself"
     said = stage.path.read_text()
     pid = stage.process.child.pid if stage.process.child else 0
-    assert f"process[stuck-1] [{pid}] is there 5 s after SIGKILL: state S (sleeping)" in said
-    assert stage.ending.exit_code() is ExitCode.PROCESS_FAILED
+    assert f"process[stuck-1] [{pid}] still exists 5 s after SIGKILL: state S (sleeping)" in said
+    assert stage.shutdown.exit_code() is ExitCode.PROCESS_FAILED

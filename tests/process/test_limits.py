@@ -12,8 +12,8 @@ import subprocess
 
 import pytest
 
-from launcher.engine.staging import refusal, words_before
-from launcher.model.limits import UNLIMITED, Limits
+from launcher.engine.posix.limits import refusal, words_before
+from launcher.model.spec import UNLIMITED, Limits
 from tests.process.conftest import Bench
 
 TELL = """

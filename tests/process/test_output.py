@@ -152,7 +152,9 @@ def test_output_that_finds_no_room_is_told_once_and_fails_the_run(bench: Bench):
             check=False,
         )
     assert done.returncode == 1
-    told = b"error: No space left on device: output; the run goes on without what finds no room\n"
+    told = (
+        b"error: cannot write the output: No space left on device; what does not fit is dropped\n"
+    )
     assert done.stderr == told
     run = bench.folder / "log" / "latest"
     assert (run / "sh-1.log").read_text() == "[sh-1] 1\n[sh-1] 2\n[sh-1] 3\n"

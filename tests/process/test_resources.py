@@ -8,13 +8,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import psutil
 import pytest
 
-from launcher.engine.resources import NEW_USS_PER_ROUND, USS_AT_S, Sample, Sampler
+from launcher.engine.monitor.resources import NEW_USS_PER_ROUND, USS_AT_S, Sample, Sampler
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
@@ -59,7 +59,19 @@ def start() -> Iterator[Starter]:
         child.wait()
 
 
-def sample_until(sampler: Sampler, pid: int, fact: Callable[[Sample], object]) -> Sample:
+class WholeRounds(Sampler):
+    """Takes all steps of a round at once."""
+
+    def sample(self, pids: Iterable[int], now: float) -> dict[int, Sample]:
+        steps = self.steps(pids, lambda: now)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                return end.value
+
+
+def sample_until(sampler: WholeRounds, pid: int, fact: Callable[[Sample], object]) -> Sample:
     """Sample as the supervisor does, only faster, until the fact holds."""
     latest: list[Sample] = []
 
@@ -74,8 +86,8 @@ def sample_until(sampler: Sampler, pid: int, fact: Callable[[Sample], object]) -
 
 def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
     pid = start(HUNGRY).pid
-    sample_until(Sampler(), pid, lambda s: s.threads == 7 and s.fds >= 43)
-    sample = Sampler().sample([pid], time.monotonic())[pid]
+    sample_until(WholeRounds(), pid, lambda s: s.threads == 7 and s.fds >= 43)
+    sample = WholeRounds().sample([pid], time.monotonic())[pid]
     assert sample.threads == 7 and sample.fds >= 43
     assert sample.processes == 1
     assert 50 * MB < sample.rss_bytes < 120 * MB
@@ -83,7 +95,7 @@ def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
 
 
 def test_the_uss_is_read_again_when_it_is_due(start: Starter):
-    sampler, child = Sampler(), start(HUNGRY)
+    sampler, child = WholeRounds(), start(HUNGRY)
     sample_until(sampler, child.pid, lambda s: s.threads == 7)
     assert sampler.sample([child.pid], time.monotonic() + 2)[child.pid].uss_bytes is not None
     later = sampler.sample([child.pid], time.monotonic() + 60)[child.pid]
@@ -91,7 +103,7 @@ def test_the_uss_is_read_again_when_it_is_due(start: Starter):
 
 
 def test_the_load_of_a_grandchild_counts(start: Starter):
-    sampler, child = Sampler(), start(TREE)
+    sampler, child = WholeRounds(), start(TREE)
     sample_until(sampler, child.pid, lambda s: s.processes == 2)
     (grandchild,) = psutil.Process(child.pid).children()
 
@@ -110,13 +122,13 @@ def test_the_load_of_a_grandchild_counts(start: Starter):
 
 
 def test_an_idle_process_uses_nothing_and_the_first_sample_knows_no_load(start: Starter):
-    sampler, child = Sampler(), start(IDLE)
+    sampler, child = WholeRounds(), start(IDLE)
     assert sampler.sample([child.pid], 0.0)[child.pid].cpu_percent is None
     sample_until(sampler, child.pid, lambda s: s.cpu_percent == 0.0)
 
 
 def test_a_tree_lives_as_long_as_its_root(start: Starter):
-    sampler, child = Sampler(), start(TREE)
+    sampler, child = WholeRounds(), start(TREE)
     sample_until(sampler, child.pid, lambda s: s.processes == 2)
     child.kill()
     child.wait()
@@ -125,7 +137,7 @@ def test_a_tree_lives_as_long_as_its_root(start: Starter):
 
 def test_the_uss_of_many_is_read_a_few_at_a_time(start: Starter):
     pids = [start(IDLE).pid for _ in range(NEW_USS_PER_ROUND + 1)]
-    sampler = Sampler()
+    sampler = WholeRounds()
     known = [
         sum(sample.uss_bytes is not None for sample in sampler.sample(pids, now).values())
         for now in (0.0, 0.5, 1.0, 2.0)
@@ -134,7 +146,7 @@ def test_the_uss_of_many_is_read_a_few_at_a_time(start: Starter):
 
 
 def test_who_comes_later_does_not_hide_what_is_known_of_the_others(start: Starter):
-    sampler, child, begun_s = Sampler(), start(LATE_CHILD), time.monotonic()
+    sampler, child, begun_s = WholeRounds(), start(LATE_CHILD), time.monotonic()
     sample_until(sampler, child.pid, lambda s: s.threads == 2)
     alone = sampler.sample([child.pid], time.monotonic() + 2)[child.pid]
     assert alone.uss_bytes is not None
@@ -148,13 +160,13 @@ def test_who_comes_later_does_not_hide_what_is_known_of_the_others(start: Starte
 
 
 def test_importing_the_sampler_does_not_import_psutil():
-    code = "import sys, launcher.engine.resources; print('psutil' in sys.modules)"
+    code = "import sys, launcher.engine.monitor.resources; print('psutil' in sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout == "False\n"
 
 
 def test_a_process_that_leads_no_session_has_no_sample(start: Starter):
-    sampler, child = Sampler(), start(TREE)
+    sampler, child = WholeRounds(), start(TREE)
     sample_until(sampler, child.pid, lambda s: s.processes == 2)
     (grandchild,) = (
         pid
@@ -173,7 +185,7 @@ def parent(pid: int) -> int:
 
 def test_samples_cost_less_than_to_ask_psutil_for_everything(start: Starter):
     pids = [start(IDLE).pid for _ in range(20)]
-    sampler, processes = Sampler(), [psutil.Process(pid) for pid in pids]
+    sampler, processes = WholeRounds(), [psutil.Process(pid) for pid in pids]
     ratios = []
     for minute in range(3):  # the best of three: the machine may be busy with something else
         before_s = time.process_time()
@@ -194,5 +206,5 @@ def test_without_psutil_the_run_goes_on_and_says_what_is_missing(bench: Bench):
     bench.env["PYTHONPATH"] = str(broken)
     done = bench.run('sh("sleep 1.5; echo done")')
     assert done.returncode == 0
-    assert done.stdout.count(b"budgets included: psutil is broken\n") == 1
+    assert done.stdout.count(b"budgets are not available: psutil is broken\n") == 1
     assert b"[sh-1] done\n" in done.stdout

@@ -34,7 +34,7 @@ def test_a_stop_that_somebody_asks_for_never_restarts(bench: Bench):
 def test_the_run_ends_with_a_required_process(bench: Bench):
     done = bench.run('sh("exit 0"), sh("exec sleep 1000")', "--required", "sh-1")
     assert done.returncode == 0
-    assert b"sh-1 is required and has ended: shutting down" in done.stdout
+    assert b"sh-1 is required and has exited: shutting down" in done.stdout
     assert bench.survivors() == []
 
 
@@ -42,7 +42,7 @@ def test_the_run_ends_with_the_first_death_if_that_is_wanted(bench: Bench):
     done = bench.run('sh("exit 0"), sh("exit 9"), sh("exec sleep 1000")', "--exit-when-any-dies")
     assert done.returncode == 1
     assert b"sh-2 died: shutting down" in done.stdout
-    assert b"first to die unasked: sh-2 (exit code 9)" in done.stdout
+    assert b"first unexpected exit: sh-2 (exit code 9)" in done.stdout
 
 
 def test_without_log_files_there_are_none(bench: Bench):
@@ -144,7 +144,7 @@ def test_a_required_process_may_be_started_later(bench: Bench):
     later = 'TimerAction(period=0.3, actions=[sh("exit 0", name="late")]), sh("exec sleep 1000")'
     done = bench.run(later, "--required", "late")
     assert done.returncode == 0
-    assert b"late-2 is required and has ended: shutting down" in done.stdout
+    assert b"late-2 is required and has exited: shutting down" in done.stdout
     assert b"of the whole run" not in done.stdout
 
 

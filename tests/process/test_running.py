@@ -115,7 +115,7 @@ def test_the_first_unexpected_death_is_told_again_at_the_end_with_its_last_lines
         'sh("seq 30; exit 7", on_exit=Shutdown()), sh("trap \'exit 5\' INT; sleep 1000 & wait")'
     )
     out = done.stdout.decode()
-    summary = out[out.index("[ERROR] [launch]: first to die unasked: sh-1 (exit code 7)") :]
+    summary = out[out.index("[ERROR] [launch]: first unexpected exit: sh-1 (exit code 7)") :]
     assert summary.splitlines()[1:] == [f"    {n}" for n in range(21, 31)]
     assert done.returncode == 1
 

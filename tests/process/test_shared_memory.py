@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 
+from launcher import proc
 from launcher.domain_lease import leased_domain
-from launcher.engine.shared_memory import FOLDER, Ledger, free, held, stale
-from launcher.engine.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.monitor.shared_memory import FOLDER, Ledger, free, held, stale
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.alone
@@ -178,10 +179,14 @@ def test_a_lock_that_a_forked_child_keeps_is_respected(nodes: Nodes):
     assert free(names) == 0
 
 
-def test_no_port_is_freed_beside_a_node_that_proc_does_not_show(nodes: Nodes, tmp_path: Path):
+def test_no_port_is_freed_beside_a_node_that_proc_does_not_show(
+    nodes: Nodes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     dead, alive = nodes.start(), nodes.start()
     names = nodes.of(pid_from(dead))
     pid_from(alive)
     kill(dead.pid, dead)
-    assert free(names, proc=tmp_path / "nothing to see") > 500_000
+    monkeypatch.setattr(proc, "ROOT", str(tmp_path / "nothing to see"))
+    assert free(names) > 500_000
+    monkeypatch.undo()
     assert {name for name in names if exists(name)} == {n for n in names if "_port" in n}

@@ -86,7 +86,9 @@ def test_few_modules_of_the_launcher_are_imported_before_the_first_process(impor
     assert len(ours) <= MOST_OF_OURS, ours
 
 
-@pytest.mark.parametrize("module", ["launcher.cli", "launcher.errors", "launcher.engine.spawn"])
+@pytest.mark.parametrize(
+    "module", ["launcher.cli", "launcher.errors", "launcher.engine.posix.spawn"]
+)
 def test_ctrl_c_before_the_first_process_ends_the_command_without_a_word(tmp_path, module: str):
     file = tmp_path / "one.launch.py"
     file.write_text(LAUNCH_FILE, encoding="utf-8")

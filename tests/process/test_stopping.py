@@ -74,8 +74,8 @@ DYING = 'sh("sleep 0.3; exit 1", name="dying")'
 @pytest.mark.parametrize(
     ("words", "told", "code"),
     [
-        (["--timeout", "0.5"], "the time of 0.5 s is over", 0),
-        (["--required", "dying"], "dying-2 is required and has ended", 1),
+        (["--timeout", "0.5"], "timeout of 0.5 s reached", 0),
+        (["--required", "dying"], "dying-2 is required and has exited", 1),
         (["--exit-when-any-dies"], "dying-2 died", 1),
     ],
 )
@@ -227,7 +227,7 @@ def test_a_watchdog_that_somebody_ends_is_replaced(bench: Bench):
     terminal = bench.terminal('sh("echo ready; exec sleep 1000")')
     terminal.wait_for("ready")
     watchdog_of(terminal).kill()
-    terminal.wait_for("somebody ended the watchdog; another one is started")
+    terminal.wait_for("the watchdog was killed; restarting it")
     terminal.kill()
     wait_until(lambda: bench.survivors() == [], "nothing is left")
 

@@ -19,7 +19,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
 
-from launcher.engine.shared_memory import FOLDER, held
+from launcher.engine.monitor.shared_memory import FOLDER, held
 from launcher.ros.discovery import graph_socket
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.discovery.reader import read_graph
@@ -224,8 +224,8 @@ def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: Steered, moni
             lambda count=count: run.screen.count("the ROS bridge died (signal 9)") == count,
             "its death is told",
         )
-    assert run.screen.count("it is started again") == 2
-    assert "the run goes on without it" in run.screen
+    assert run.screen.count("restarting it") == 2
+    assert "the run continues without it" in run.screen
     assert run.row("left")["state"] == "RUNNING"
     run.tell("quit")
     assert run.exit_code() == 0

@@ -12,7 +12,7 @@ from typing import Any
 import psutil
 import pytest
 
-from launcher.engine.shared_memory import FOLDER, held
+from launcher.engine.monitor.shared_memory import FOLDER, held
 from tests.ros.conftest import talking
 from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW, is_drawn
 from tests.support.probe_process import ProbeProcess, names

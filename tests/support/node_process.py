@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from launcher.engine import shared_memory
+from launcher.engine.monitor import shared_memory
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from launcher import proc
 from launcher.commands import doctor
 from launcher.doctor.checks import CHECKS, MB, check_all
 from launcher.doctor.collect import MARKERS, obstacle, prefixes, space
 from launcher.doctor.facts import Facts, Finding, Leftover, Level, Prefix, Space, Unreachable
-from launcher.engine.run_id import abandoned_runs, is_abandoned, run_id_of
-from launcher.engine.shared_memory import Stale
+from launcher.engine.cleanup.run_id import abandoned_runs, is_abandoned, run_id_of
+from launcher.engine.monitor.shared_memory import Stale
 from launcher.errors import UsageError
 from launcher.model.record import replace
 
@@ -199,10 +200,17 @@ def test_the_space_of_what_is_not_there_is_none(tmp_path: Path):
 # ---- leftovers
 
 
+@pytest.fixture
+def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A /proc of the test's own."""
+    monkeypatch.setattr(proc, "ROOT", str(tmp_path))
+    return tmp_path
+
+
 def make_process(
-    proc: Path, pid: int, start: int, run_id: str = "", *, state: str = "S", ns: str = "pid:[1]"
+    root: Path, pid: int, start: int, run_id: str = "", *, state: str = "S", ns: str = "pid:[1]"
 ) -> None:
-    folder = proc / str(pid)
+    folder = root / str(pid)
     (folder / "ns").mkdir(parents=True)
     (folder / "ns" / "pid").symlink_to(ns)
     fields = ["0"] * 18 + [str(start), "0"]
@@ -210,27 +218,27 @@ def make_process(
     (folder / "environ").write_text(f"X=1\0LAUNCHER_RUN_ID={run_id}\0" if run_id else "X=1\0")
 
 
-def test_a_process_is_left_over_when_its_launcher_is_gone(tmp_path: Path):
-    make_process(tmp_path, os.getpid(), 1)
-    make_process(tmp_path, 50, 10)  # a launcher that lives
-    make_process(tmp_path, 60, 10, state="Z")  # one that has just died
-    make_process(tmp_path, 90, 99)  # somebody who got the number of a dead one
+def test_a_process_is_left_over_when_its_launcher_is_gone(root: Path):
+    make_process(root, os.getpid(), 1)
+    make_process(root, 50, 10)  # a launcher that lives
+    make_process(root, 60, 10, state="Z")  # one that has just died
+    make_process(root, 90, 99)  # somebody who got the number of a dead one
     for pid, run_id in ((51, "50-a"), (52, "40-b"), (53, "60-c"), (54, "90-d"), (55, "mine")):
-        make_process(tmp_path, pid, 20, run_id)
-    assert abandoned_runs(proc=tmp_path) == {"40-b": [52], "60-c": [53], "90-d": [54]}
+        make_process(root, pid, 20, run_id)
+    assert abandoned_runs() == {"40-b": [52], "60-c": [53], "90-d": [54]}
 
 
-def test_a_process_in_another_pid_namespace_is_not_judged(tmp_path: Path):
-    make_process(tmp_path, os.getpid(), 1)
-    make_process(tmp_path, 51, 20, "7-a", ns="pid:[2]")
-    assert run_id_of(51, proc=tmp_path) == "7-a"
-    assert not is_abandoned(51, "7-a", proc=tmp_path)
+def test_a_process_in_another_pid_namespace_is_not_judged(root: Path):
+    make_process(root, os.getpid(), 1)
+    make_process(root, 51, 20, "7-a", ns="pid:[2]")
+    assert run_id_of(51) == "7-a"
+    assert not is_abandoned(51, "7-a")
 
 
-def test_the_run_that_the_doctor_itself_is_part_of_is_left_alone(tmp_path: Path):
-    make_process(tmp_path, os.getpid(), 30, "40-b")
-    make_process(tmp_path, 52, 20, "40-b")
-    assert abandoned_runs(proc=tmp_path) == {}
+def test_the_run_that_the_doctor_itself_is_part_of_is_left_alone(root: Path):
+    make_process(root, os.getpid(), 30, "40-b")
+    make_process(root, 52, 20, "40-b")
+    assert abandoned_runs() == {}
 
 
 # ---- the verb

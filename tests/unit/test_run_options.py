@@ -7,12 +7,18 @@ import pytest
 
 from launcher.commands.process_options import parse_cpus, parse_limit, parse_stop
 from launcher.commands.run_options import HELP, parse_restart, take_run_options
-from launcher.engine.caretaker import judge_for
+from launcher.engine.monitor.housekeeping import judge_for
 from launcher.errors import UsageError
-from launcher.model.limits import Limits
 from launcher.model.options import RunOptions, matches
 from launcher.model.record import replace
-from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy, RosIdentity, StopPolicy
+from launcher.model.spec import (
+    Limits,
+    ProcessSpec,
+    RestartMode,
+    RestartPolicy,
+    RosIdentity,
+    StopPolicy,
+)
 
 
 def spec(name: str, node_name: str | None = None) -> ProcessSpec:

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 from launcher import proc
-from launcher.engine.run_id import run_id_of
+from launcher.engine.cleanup.run_id import run_id_of
 
 SHARED_MEMORY = Path("/dev/shm")
 SETTLE_S = 3.0  # the launcher's watchdog may still be at work

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher.engine.logfile import BACKUPS
+from launcher.engine.logs.rotating_file import BACKUPS
 from launcher.smoke.observe.facts import LogLine, ProcessEvent
 from launcher.smoke.observe.recorder import Recorder
 

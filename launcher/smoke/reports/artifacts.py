@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from errno import EISDIR, ENOTDIR
 from pathlib import Path
 
-from launcher.engine.runfolder import log_root
+from launcher.engine.logs.run_directory import log_root
 from launcher.errors import LauncherError, UsageError
 from launcher.smoke.preflight.checks import together
 

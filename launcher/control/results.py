@@ -1,0 +1,128 @@
+"""Sentences for the results of requests: what the engine returns as data, for users."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+from launcher.engine.machine import signal_name
+from launcher.engine.output.filters import LEVELS
+from launcher.engine.output.screen_filters import Change, Shown
+from launcher.engine.process_control import Kind, Result
+
+
+def sentence(result: Result) -> str:
+    """`robot_1-2 stopped in 0.12 s (SIGINT)`."""
+    middle = f"{_how_it_stopped(result.stopped)}, " if result.stopped is not None else ""
+    return f"{result.process} {middle}{_what(result)}{_remark(result)}"
+
+
+def _what(result: Result) -> str:
+    match result.kind:
+        case Kind.STOPPED:
+            return _how_it_stopped(result)
+        case Kind.STARTED:
+            instead = "" if result.old_pid is None else f" instead of {result.old_pid}"
+            return f"started with pid {result.pid}{instead}"
+        case Kind.START_FAILED:
+            return str(result.exit)
+        case Kind.RUN_STOPPING if result.stopped is not None:
+            return "and not started again: the run is being stopped"
+        case Kind.ALREADY_RUNNING:
+            pid = "" if result.pid is None else f" (pid {result.pid})"
+            return f"is already running{pid}"
+        case Kind.ENDED_BY_SIGNAL:
+            return f"ended in {result.elapsed_s:.2f} s ({_signal_and_exit(result)})"
+        case Kind.WRITTEN:
+            what = "1 byte" if result.written == 1 else f"{result.written} bytes"
+            return f"received {what} on its standard input"
+    return _SENTENCES[result.kind].format(
+        pid=result.pid,
+        state=result.state and result.state.value,
+        signal=signal_name(result.signum),
+        written=result.written,
+        size=result.size,
+        error=os.strerror(result.errno),
+    )
+
+
+_SENTENCES = {
+    Kind.NOT_RUNNING: "is not running ({state})",
+    Kind.ENDED: "has ended",
+    Kind.STUCK: "is stuck: SIGKILL has not ended it",
+    Kind.RESTART_CANCELLED: "was waiting for its restart, which is cancelled",
+    Kind.START_CANCELLED: "was stopped before it had started",
+    Kind.RUN_STOPPING: "is not started: the run is being stopped",
+    Kind.QUEUED: "is queued to start",
+    Kind.EXISTS: "is running (pid {pid})",
+    Kind.SIGNALLED: "received {signal}",
+    Kind.SURVIVED: "received {signal} and is still running",
+    Kind.ALREADY_SUSPENDED: "is already paused",
+    Kind.NOT_SUSPENDED: "is not paused",
+    Kind.SUSPENDED: "paused with {signal}",
+    Kind.RESUMED: "resumed with {signal}",
+    Kind.WITHOUT_EFFECT: "received {signal}, without effect so far",
+    Kind.PARTLY_WRITTEN: "received {written} of {size} bytes: it does not read its standard input",
+    Kind.NOT_WRITTEN: "cannot receive standard input: {error}",
+}
+
+
+def _how_it_stopped(result: Result) -> str:
+    if result.exit is not None and result.exit.returncode is None:
+        return str(result.exit)  # no signal was sent: there was no process yet
+    return f"stopped in {result.elapsed_s:.2f} s ({_signal_and_exit(result)})"
+
+
+def _signal_and_exit(result: Result) -> str:
+    """`SIGINT`, or `SIGINT, exit code 1` if it did not end of that."""
+    name, end = signal_name(result.signum), str(result.exit or "")
+    return name if end in ("", name) else f"{name}, {end}"
+
+
+def _remark(result: Result) -> str:
+    if result.runs_again:
+        return ", and has been started again"
+    return "; automatic restart is off" if result.restart_disabled else ""
+
+
+# ---- what is shown on the screen
+
+NOT_MUTED = "was not muted"
+
+
+def shown_sentence(shown: Shown) -> str:
+    """`robot_1-2 is muted; its log files continue`."""
+    return f"{shown.process} {_shown(shown)}"
+
+
+def _shown(shown: Shown) -> str:
+    match shown.change:
+        case Change.MUTED:
+            return "is muted; its log files continue"
+        case Change.NOT_MUTED:
+            return NOT_MUTED
+        case Change.UNMUTED:
+            hidden = shown.hidden_lines
+            lines = "1 line was" if hidden == 1 else f"{hidden} lines were"
+            return f"is shown again; {lines} not shown"
+        case Change.ALONE:
+            return "is shown alone; `unmute` shows all"
+        case Change.LEVEL:
+            level = f"{LEVELS[shown.level]} and above" if shown.level else "all levels"
+            return f"is shown with {level}"
+        case Change.PATTERN:
+            if shown.pattern is None:
+                return "is shown with every line"
+            return f"is shown with only those lines that have {shown.pattern!r}"
+
+
+def shown_sentences(changes: Sequence[Shown], *, is_everyone: bool) -> list[str]:
+    """One line for each, or one for all where all are meant and the same is true of them."""
+    if not is_everyone or len(changes) < 2:
+        return [shown_sentence(one) for one in changes]
+    sentences = {_shown(one) for one in changes}
+    if sentences == {NOT_MUTED}:
+        return ["no process was muted"]
+    if len(sentences) == 1:
+        return [f"every process {sentences.pop()}"]
+    return [shown_sentence(one) for one in changes if one.change is not Change.NOT_MUTED]

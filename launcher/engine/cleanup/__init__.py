@@ -1,0 +1,1 @@
+"""What makes sure that nothing of a run outlives it."""

@@ -1,0 +1,47 @@
+"""Which run a process belongs to, and whether the launcher of that run is still alive.
+
+A run id is `PID-RANDOM` with the launcher's pid; every descendant carries it in its environment
+(`sweep.RUN_ID_VARIABLE`).
+"""
+
+from __future__ import annotations
+
+import os
+
+from launcher import proc
+from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+
+
+def run_id_of(pid: int) -> str | None:
+    """The run id in the environment of `pid`; None if it has none, is a zombie or not ours."""
+    return proc.variable(pid, RUN_ID_VARIABLE)
+
+
+def is_abandoned(pid: int, run_id: str) -> bool:
+    """Whether `pid`, which carries `run_id`, has outlived its launcher.
+
+    False in doubt: if the id has no pid, or the process lives in another pid namespace, where
+    its launcher has another number than here.
+    """
+    text, _, _ = run_id.partition("-")
+    if not text.isdigit() or proc.pid_namespace(pid) != proc.pid_namespace(os.getpid()):
+        return False
+    started, launcher_started = proc.start_ticks(pid), proc.start_ticks(int(text))
+    if started is None:
+        return False  # it has just ended
+    # A process with that pid that is younger got a number that was given out again.
+    return launcher_started is None or launcher_started > started
+
+
+def abandoned_runs() -> dict[str, list[int]]:
+    """Run id -> pids of all processes whose launcher is gone.
+
+    The run that we are part of ourselves is left out: its terminal may be the one we run in.
+    """
+    ours = run_id_of(os.getpid())
+    runs: dict[str, list[int]] = {}
+    for pid in proc.pids():
+        run_id = run_id_of(pid)
+        if run_id is not None and run_id != ours and is_abandoned(pid, run_id):
+            runs.setdefault(run_id, []).append(pid)
+    return runs

@@ -1,0 +1,167 @@
+"""CoreDriver: feeds the core of a run with events and carries out the effects it answers with."""
+
+from __future__ import annotations
+
+import functools
+from collections import deque
+from collections.abc import Mapping, Sequence
+
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import Command
+from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.engine.process import Process
+from launcher.engine.process_driver import ProcessDriver
+from launcher.model import events
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Protocol
+
+    from launcher.engine.helpers.ros_agent import Request, RosAgent
+    from launcher.engine.listener import RunListener
+
+    class Core(Protocol):
+        """What decides in a run: `launcher.interpreter.Interpreter`, or a test's own."""
+
+        # Effects of the launch file's static part, and of an event.
+        def start(self) -> Sequence[events.Effect]: ...
+        def handle(self, event: events.Event) -> Sequence[events.Effect]: ...
+
+        # Whether ProcessOutput is wanted for this process.
+        def watches_output(self, process_id: int) -> bool: ...
+
+        # What was started so far, ready for `json.dumps`, and as lines for users.
+        def plan(self) -> Mapping[str, Any]: ...
+        def plan_lines(self) -> Sequence[str]: ...
+
+
+class CoreDriver:
+    """One for a run. `agent_env` is the environment of the ROS agent, if one is needed."""
+
+    def __init__(
+        self,
+        core: Core,
+        reactor: Reactor,
+        log: RunLog,
+        driver: ProcessDriver,
+        run: RunListener,
+        *,
+        processes: Mapping[int, Process],
+        agent_env: Mapping[str, str],
+    ) -> None:
+        self._core = core
+        self._reactor = reactor
+        self._log = log
+        self._driver = driver
+        self._run = run
+        self._processes = processes
+        self._agent_env = agent_env
+        self._agent: RosAgent | None = None
+        self._watching: dict[int, bool] = {}
+        self._timers: dict[int, Timer] = {}
+        self._inbox: deque[events.Event] = deque()
+        self._busy = False
+
+    @property
+    def expects_more(self) -> bool:
+        """Whether a timer or an event that was not handled yet may start something."""
+        return bool(self._timers or self._inbox or self._busy)
+
+    @property
+    def is_loading(self) -> bool:
+        return self._agent is not None and self._agent.is_loading
+
+    def start(self) -> None:
+        """Carry out the static part as a whole before the first event is handled."""
+        self._busy = True
+        self._carry_out(self._core.start())
+        self._busy = False
+        self._pump()
+
+    def feed(self, event: events.Event) -> None:
+        """Hand an event to the core, once what it asked for before has been carried out."""
+        self._inbox.append(event)
+        self._pump()
+
+    def _pump(self) -> None:
+        if self._busy:
+            return  # a caller further up the stack continues with the inbox
+        self._busy = True
+        while self._inbox:
+            effects = self._core.handle(self._inbox.popleft())
+            self._watching.clear()  # a handler may have been added or removed
+            self._carry_out(effects)
+        self._busy = False
+
+    def _carry_out(self, effects: Sequence[events.Effect]) -> None:
+        for effect in effects:
+            match effect:
+                case events.StartProcess():
+                    self._run.start(effect)
+                case events.CallLater(timer_id=timer_id, delay_s=delay_s):
+                    fire = functools.partial(self._fire, timer_id)
+                    self._timers[timer_id] = self._reactor.call_later(delay_s, fire)
+                case events.CancelTimer(timer_id=timer_id):
+                    if timer_id in self._timers:
+                        self._timers.pop(timer_id).cancel()
+                case events.LogMessage(logger=logger, level=level, text=text):
+                    self._log.say(level, logger, text)
+                case events.LoadComponent() | events.ChangeState() | events.WatchLifecycle():
+                    self._ask_ros(effect)
+                case events.RequestShutdown(reason=reason):
+                    self._run.shut_down(reason)
+                case _ if effect.process_id in self._processes:  # else: stopped before its start
+                    self._control(self._processes[effect.process_id], effect)
+
+    def _control(self, process: Process, effect: events.Effect) -> None:
+        match effect:
+            case events.SignalProcess(signum=signum):
+                self._driver.signal(process, signum)
+            case events.StopProcess():
+                self._driver.advance(process, Command.STOP)
+            case events.WriteStdin(data=data):
+                self._driver.write_stdin(process, data)
+
+    # ---- timers
+
+    def _fire(self, timer_id: int) -> None:
+        self._timers.pop(timer_id, None)
+        self.feed(events.TimerFired(timer_id=timer_id))
+        self._run.idle()
+
+    def cancel_timers(self) -> None:
+        """Forget all timers: nothing may start any more."""
+        for timer in self._timers.values():
+            timer.cancel()
+        self._timers.clear()
+
+    # ---- ROS
+
+    def _ask_ros(self, request: Request) -> None:
+        if self._agent is None:
+            from launcher.engine.helpers.ros_agent import RosAgent
+
+            self._agent = RosAgent(self._reactor, self._agent_env, self._ros_answered)
+        self._agent.send(request)
+
+    def _ros_answered(self, event: events.Event) -> None:
+        self.feed(event)
+        self._run.idle()
+
+    def close_agent(self) -> None:
+        if self._agent is not None:
+            self._agent.close()
+            self._agent = None
+
+    # ---- output
+
+    def watches(self, process: Process) -> bool:
+        """Whether the core wants the output of this process; called for each read."""
+        number = process.process_id
+        if number not in self._watching:
+            self._watching[number] = self._core.watches_output(number)
+        return self._watching[number]
+
+    def output(self, process: Process, stream: str, data: bytes) -> None:
+        stream = "stdout" if stream == "both" else stream
+        self.feed(events.ProcessOutput(process_id=process.process_id, stream=stream, data=data))

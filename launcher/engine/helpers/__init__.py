@@ -1,0 +1,1 @@
+"""Processes that accompany a run without being part of it."""

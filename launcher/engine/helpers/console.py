@@ -1,0 +1,191 @@
+"""ConsoleProcess: the process that has the terminal while a user is there.
+
+The console gets our output through a pipe, and asks for everything else as any client of the
+control socket does. It may fail at any time: the terminal is then restored from here, what the
+console has not read is written after all, and the run continues without it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import signal
+import socket
+import subprocess
+import sys
+import termios
+from collections.abc import Callable
+
+from launcher.engine.helpers.popen import last_line, wait_or_kill
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
+
+READY, GO, BYE = b"R", b"G", b"B"
+PIPE_BYTES = 256 * 1024  # fewer turns of both than with the usual 64 KiB
+GOODBYE_S = 2.0  # a console that does not end with the run is killed after this
+# Cursor visible, lines wrap, no bracketed paste, no colour; and whatever was below is erased.
+RESET = b"\x1b[?25h\x1b[?7h\x1b[?2004l\x1b[0m\r\x1b[J"
+
+
+def is_at_terminal() -> bool:
+    """Whether a user can type to us: a terminal on both sides, and we are in the foreground."""
+    if not (os.isatty(0) and os.isatty(1)) or os.environ.get("TERM", "dumb") == "dumb":
+        return False
+    return _in_foreground()
+
+
+def _in_foreground() -> bool:
+    try:
+        return os.tcgetpgrp(0) == os.getpgrp()
+    except OSError:
+        return False  # not our controlling terminal
+
+
+class ConsoleProcess:
+    """Starts the console, and restores the terminal after its end. `warn` is called on failure."""
+
+    def __init__(self, reactor: Reactor, screen: Screen, warn: Callable[[str], None]) -> None:
+        self._reactor = reactor
+        self._screen = screen
+        self._warn = warn
+        self._process: subprocess.Popen[bytes] | None = None
+        self._pidfd = -1
+        self._pipe: tuple[int, int] = (-1, -1)
+        self._link: socket.socket | None = None
+        self._errors = -1
+        self._before: list[object] = []
+        self._saved: dict[int, int] = {}
+        self._has_terminal = False
+
+    def start(self) -> None:
+        """Start the console; until it is ready, nothing changes."""
+        if not is_at_terminal():
+            return  # sent to the background meanwhile
+        self._before = termios.tcgetattr(0)
+        self._pipe = os.pipe2(os.O_CLOEXEC)
+        fcntl.fcntl(self._pipe[1], fcntl.F_SETPIPE_SZ, PIPE_BYTES)
+        os.set_blocking(self._pipe[1], False)
+        self._link, theirs = socket.socketpair()
+        self._errors = os.memfd_create("console-errors")
+        with theirs:
+            try:
+                self._process = self._spawn(theirs.fileno())
+            except OSError as error:
+                self._forget()
+                self._warn(f"cannot start the console: {error.strerror}")
+                return
+        self._pidfd = os.pidfd_open(self._process.pid)
+        self._reactor.add_reader(self._link.fileno(), self._hear)
+        self._reactor.add_reader(self._pidfd, self._died)
+
+    def _spawn(self, theirs: int) -> subprocess.Popen[bytes]:
+        # A Ctrl-C before it is ready is meant for us alone: it inherits SIGINT as blocked.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            return subprocess.Popen(
+                [
+                    sys.executable,
+                    "-m",
+                    "launcher.console",
+                    str(os.getpid()),
+                    str(self._pipe[0]),
+                    str(theirs),
+                ],
+                pass_fds=(self._pipe[0], theirs),
+                stderr=self._errors,
+            )
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    # ---- while it lives
+
+    def _hear(self) -> None:
+        assert self._link is not None
+        word = self._link.recv(1)
+        if word == READY:
+            self._screen.divert(self._pipe[1], self._hand_over)
+        elif not word:
+            self._reactor.remove(self._link.fileno())
+
+    def _hand_over(self) -> None:
+        """Leave the terminal to the console, to which goes what is printed here, too."""
+        assert self._link is not None
+        self._has_terminal = True
+        blocking = os.open(f"/proc/self/fd/{self._pipe[1]}", os.O_WRONLY | os.O_CLOEXEC)
+        sys.stdout.flush()
+        for fd in (1, 2):
+            if os.isatty(fd):
+                self._saved[fd] = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
+                os.dup2(blocking, fd)
+        os.close(blocking)
+        with contextlib.suppress(OSError):  # it is dead; the pidfd is readable, too
+            self._link.send(GO)
+
+    # ---- when it has died, or the run is over
+
+    def _died(self) -> None:
+        assert self._process is not None
+        code = self._process.wait()
+        line = last_line(self._errors)
+        reason = f": {line}" if line else ""
+        left = self._take_back()
+        self._screen.come_back(left)
+        how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        self._warn(f"the console died ({how}){reason}; the run continues without one")
+
+    def close(self) -> None:
+        """Let the console show what is left, and wait for its end. Call it when all is written."""
+        if self._process is None:
+            return
+        assert self._link is not None
+        if not self._has_terminal:
+            self._process.kill()  # still starting, which is not worth waiting for
+        with contextlib.suppress(OSError):
+            self._link.send(BYE)
+        self._stop_printing()
+        os.close(self._pipe[1])
+        self._pipe = (self._pipe[0], -1)
+        if wait_or_kill(self._process, GOODBYE_S) == 0:
+            self._forget()
+            return
+        # It was suspended, or the terminal was, or it has failed.
+        left = self._take_back()
+        with contextlib.suppress(OSError):  # the terminal is gone
+            while left:
+                left = left[os.write(1, left) :]
+
+    def _stop_printing(self) -> None:
+        """Let what is printed go to the terminal again."""
+        sys.stdout.flush()
+        for fd, ours in self._saved.items():
+            os.dup2(ours, fd)
+            os.close(ours)
+        self._saved.clear()
+
+    def _take_back(self) -> bytes:
+        """Restore the terminal; what is left in the pipe."""
+        self._stop_printing()
+        os.set_blocking(self._pipe[0], False)
+        left = b""
+        with contextlib.suppress(BlockingIOError):
+            while chunk := os.read(self._pipe[0], PIPE_BYTES):
+                left += chunk
+        if self._has_terminal and _in_foreground():
+            with contextlib.suppress(termios.error):  # the terminal is gone
+                termios.tcsetattr(0, termios.TCSANOW, self._before)  # type: ignore[arg-type]
+            left = RESET + left
+        self._forget()
+        return left
+
+    def _forget(self) -> None:
+        assert self._link is not None
+        self._reactor.remove(self._link.fileno())
+        self._link.close()
+        for fd in (self._pidfd, self._errors, *self._pipe):
+            if fd >= 0:
+                self._reactor.remove(fd)
+                os.close(fd)
+        self._pidfd = self._errors = -1
+        self._pipe = (-1, -1)
+        self._process = None

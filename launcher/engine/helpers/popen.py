@@ -1,0 +1,23 @@
+"""What all helper processes need: their last line of errors, and an end within a time."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+
+
+def last_line(errors: int) -> str:
+    """The last line in the file with this descriptor; empty if there is none."""
+    size = os.fstat(errors).st_size
+    text = os.pread(errors, 1000, max(0, size - 1000)).decode(errors="replace")
+    return text.strip().rpartition("\n")[2].strip()
+
+
+def wait_or_kill(process: subprocess.Popen[bytes], timeout_s: float) -> int | None:
+    """The return code; None, and it has been killed, if it does not end within the time."""
+    try:
+        return process.wait(timeout_s)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+        return None

@@ -1,0 +1,108 @@
+"""What the supervisor reports about processes, as sentences with a level.
+
+The texts are those of ROS 2 (CONFORMANCE 1.16, 1.22, 1.23) where it has one: scripts search for
+them.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterable
+
+from launcher.engine.machine import Ended, Escalate, Outcome, ProcessMachine, signal_name
+from launcher.engine.process import Process
+from launcher.model.record import Record
+from launcher.model.spec import ProcessSpec, RestartPolicy
+
+LAST_LINES = 10  # of the process that failed first, in the summary
+
+
+class Line(Record):
+    """A level (INFO, WARNING, ERROR) and a text without a newline."""
+
+    level: str
+    text: str
+
+
+def started(pid: int) -> Line:
+    return Line("INFO", f"process started with pid [{pid}]")
+
+
+def signalled(name: str, signum: int) -> Line:
+    return Line("INFO", f"sending signal '{signal_name(signum)}' to process[{name}]")
+
+
+def escalated(name: str, step: Escalate, *, by_user: bool = False) -> Line:
+    """It did not end, with the run or (`by_user`) when a user stopped it alone."""
+    return Line(
+        "WARNING" if by_user else "ERROR",
+        f"process[{name}] failed to terminate '{step.waited_s:.3g}' seconds after receiving "
+        f"'{step.after.name}', escalating to '{step.to.name}'",
+    )
+
+
+def stuck(name: str, pid: int, waited_s: float, how: str) -> Line:
+    return Line(
+        "ERROR", f"process[{name}] [{pid}] still exists {waited_s:.3g} s after SIGKILL: {how}"
+    )
+
+
+def ended(spec: ProcessSpec, pid: int, end: Ended, *, by_user: bool = False) -> Line:
+    """It has ended: cleanly, because we (or `by_user` a user) stopped it, or it died."""
+    code = end.outcome.returncode
+    if code == 0:
+        return Line("INFO", f"process has finished cleanly [pid {pid}]")
+    detail = "" if code is None or code >= 0 else f" ({end.outcome})"
+    is_wanted = end.sent or code != -9 or spec.stop.steps[0][0] == signal.SIGKILL
+    if end.asked and by_user and not is_wanted:
+        return Line("WARNING", f"process was stopped [pid {pid}, {end.outcome}]")
+    if end.asked and is_wanted:
+        return Line("INFO", f"process was stopped [pid {pid}, {end.outcome}]")
+    return Line(
+        "ERROR",
+        f"process has died [pid {pid}, exit code {code}, cmd '{spec.command_line}'].{detail}",
+    )
+
+
+def not_started(spec: ProcessSpec, errno: int, what: str) -> Line:
+    """The system refused to run it; `what` is the culprit if it is not the program."""
+    reason = f"{what}: {os.strerror(errno)}" if what else os.strerror(errno)
+    return Line("ERROR", f"process could not be started: {reason}, cmd '{spec.command_line}'")
+
+
+def start_cancelled() -> Line:
+    return Line("INFO", "process was not started: stopped while it was queued")
+
+
+def first_failure(process: Process, outcome: Outcome) -> str:
+    """The summary at the end: which process failed first, and the last lines of its output."""
+    head = f"first unexpected exit: {process.name} ({outcome})"
+    lines = process.last_lines(LAST_LINES)
+    if not lines:
+        return f"{head}; it had printed nothing"
+    return "\n".join([f"{head}; its last lines:", *(f"    {line}" for line in lines)])
+
+
+def waiting_for(processes: Iterable[Process], now: float) -> str:
+    """Which processes are still alive, and what each gets next."""
+    alive = (process for process in processes if process.machine.state.is_alive)
+    waits = ", ".join(f"{p.name}{_next_step(p.machine, now)}" for p in alive)
+    return f"still waiting for {waits}"
+
+
+def _next_step(machine: ProcessMachine, now: float) -> str:
+    if machine.next_signal is None:
+        return ""
+    signum, at_s = machine.next_signal
+    return f" ({signum.name} in {max(0.0, at_s - now):.1f} s)"
+
+
+def restarts_in(delay_s: float, restarts: int, limit: int | None) -> Line:
+    of = "" if limit is None else f" of {limit}"
+    return Line("INFO", f"restart {restarts + 1}{of} in {delay_s:.3g} s")
+
+
+def gave_up(policy: RestartPolicy, restarts: int) -> Line:
+    within = "" if policy.window_s is None else f" within {policy.window_s:g} s"
+    return Line("ERROR", f"process is given up after {restarts} restarts{within}")

@@ -1,0 +1,262 @@
+"""RunDirectory: the files of one run, below ROS_LOG_DIR, ROS_HOME/log or ~/.ros/log.
+
+| file | what |
+|---|---|
+| `launch.log` | everything: our own lines and those of every process, with time stamps |
+| `NAME-N.log` | what one process wrote, stdout and stderr |
+| `NAME-N-stdout.log`, `NAME-N-stderr.log` | one stream, where `output` is `own_log` or `full` |
+| `events.jsonl` | starts, ends, restarts, signals (`event_log`) |
+| `plan.json` | what the launch file asked for, as `plan --json` has it (commands/run_plan.py) |
+
+The nodes' rclpy logs land here too, because ROS_LOG_DIR points here for them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import re
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from launcher.engine.logs.event_log import EventLog
+from launcher.engine.output.lines import with_prefix, without_colour
+from launcher.model.spec import OutputPolicy, Sink
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.logs.rotating_file import RotatingFile
+
+KEPT_RUNS = 20
+NAME_BYTES = 240  # most file systems take 255, and rotation adds two
+EVENTS = "events.jsonl"
+MERGED = "launch.log"
+# Blocks of a flood are written to the merged file together, when a turn of the loop is over.
+FLOOD_BYTES = 2048
+MOST_TOGETHER = 64
+_RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
+
+
+def log_root(env: Mapping[str, str]) -> Path:
+    """Where runs are kept (CONFORMANCE 1.36)."""
+    if env.get("ROS_LOG_DIR"):
+        return Path(env["ROS_LOG_DIR"]).expanduser()
+    if env.get("ROS_HOME"):
+        return Path(env["ROS_HOME"]).expanduser() / "log"
+    return Path(env.get("HOME") or "~").expanduser() / ".ros" / "log"
+
+
+def new_run_path(env: Mapping[str, str], now_ns: int | None = None) -> Path:
+    """A folder for a run that begins now, named as ROS 2 names it (CONFORMANCE 1.1)."""
+    # One reading of the clock: names are sorted by time, also across the end of a second.
+    now_ns = time.time_ns() if now_ns is None else now_ns
+    stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(now_ns // 10**9))
+    micros = now_ns // 1000 % 1_000_000
+    return log_root(env) / f"{stamp}-{micros:06d}-{os.uname().nodename}-{os.getpid()}"
+
+
+class RunDirectory:
+    """Writes the files of a run; after an error of the disk it warns once, and writes no more.
+
+    A directory that is removed is made again, which `keep_up()`, called now and then, notices.
+    `path` is None without a directory, because none is wanted or it could not be made; everything
+    still works, without files. `soon(call)` makes the call after this pass of the loop.
+    """
+
+    def __init__(
+        self,
+        path: Path | None,
+        on_trouble: Callable[[str], None],
+        *,
+        soon: Callable[[Callable[[], None]], object] = lambda call: call(),
+    ) -> None:
+        self._on_trouble = on_trouble
+        self._soon = soon
+        self._together: list[bytes] = []
+        self._files: dict[str, RotatingFile] = {}
+        self._places: dict[tuple[str, str], tuple[bytes, tuple[str, ...]]] = {}
+        self._broken = False
+        self._lock = -1
+        self.events = EventLog(lambda lines: self._append(EVENTS, lines))
+        self.path: Path | None = None
+        if path is not None:
+            self._make(path)
+
+    def _make(self, path: Path) -> None:
+        try:
+            path.mkdir(parents=True, exist_ok=self.path is not None)  # a node may make it, too
+            self._hold(path)
+        except OSError as error:
+            self._give_up(error)
+            return
+        self.path = path
+        try:
+            _point(path.parent / "latest", path)
+        except OSError as error:
+            self._on_trouble(f"cannot link {path.parent / 'latest'}: {error.strerror}")
+
+    def _hold(self, path: Path) -> None:
+        """Lock the events file, as a sign that the run is alive."""
+        before = self._lock
+        self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+        if before >= 0:
+            os.close(before)
+
+    def _hold_on(self, path: Path) -> None:
+        """Lock the events file again if it has been rotated."""
+        with contextlib.suppress(OSError):  # then the next time
+            if not os.path.samestat(os.stat(path / EVENTS), os.fstat(self._lock)):
+                self._hold(path)
+
+    def keep_up(self) -> bool:
+        """Make the directory again if it was removed; whether that was so, and succeeded."""
+        if self.path is None or self._broken:
+            return False
+        if os.path.exists(self.path / EVENTS):
+            self._hold_on(self.path)
+            return False
+        self._close_files()
+        self._make(self.path)
+        if self._broken:
+            return False
+        text = f"{self.path} was removed: earlier logs are lost; made it again"
+        self._on_trouble(text)
+        self.log("WARNING", "launch", text)
+        return True
+
+    def log(self, level: str, logger: str, text: str) -> None:
+        line = f"{time.time():.7f} [{level}] [{logger}]: {text}\n"
+        self._merge(line.encode(errors="surrogateescape"))
+
+    def write_lines(self, name: str, policy: OutputPolicy, stream: str, lines: bytes) -> None:
+        if self.path is None or self._broken:
+            return
+        place = self._places.get((name, stream))
+        if place is None:
+            place = self._places[name, stream] = _place(name, policy, stream)
+        prefix, files = place
+        plain = without_colour(lines)
+        self._merge(with_prefix(b"%.7f %b" % (time.time(), prefix), plain))
+        prefixed = with_prefix(prefix, plain)
+        for file in files:
+            self._append(file, prefixed)
+
+    def write_plan(self, plan: Callable[[], object]) -> None:
+        """Write `plan.json`, what was started so far."""
+        self.keep_up()
+        if self.path is None or self._broken:
+            return
+        import json
+
+        try:
+            (self.path / "plan.json").write_text(json.dumps(plan(), indent=1), encoding="utf-8")
+        except OSError as error:
+            self._give_up(error)
+
+    def close(self) -> None:
+        self.events.flush()
+        self._write_together()
+        self._close_files()
+
+    def _close_files(self) -> None:
+        for file in self._files.values():
+            file.close()
+        self._files.clear()
+        if self._lock >= 0:
+            os.close(self._lock)
+            self._lock = -1
+
+    def prune(self, keep: int = KEPT_RUNS) -> None:
+        """Delete the oldest runs of ours beyond `keep`, except those that are still alive."""
+        if self.path is None:
+            return
+        import shutil  # with its compressors, it is not for the way to the first process
+
+        runs = [p for p in self.path.parent.iterdir() if _is_run_of_ours(p)]
+        for old in sorted(runs, key=lambda p: p.name)[:-keep]:
+            if old != self.path and not _is_alive(old):
+                shutil.rmtree(old, ignore_errors=True)
+
+    def _merge(self, block: bytes) -> None:
+        """Into the merged file, in order."""
+        if not self._together and len(block) < FLOOD_BYTES:
+            self._append(MERGED, block)
+            return
+        self._together.append(block)
+        if len(self._together) == 1:
+            self._soon(self._write_together)
+        elif len(self._together) == MOST_TOGETHER:
+            self._write_together()
+
+    def _write_together(self) -> None:
+        blocks, self._together = self._together, []
+        if blocks:
+            self._append(MERGED, *blocks)
+
+    def _append(self, name: str, *blocks: bytes) -> None:
+        if self.path is None or self._broken:
+            return
+        try:
+            file = self._files.get(name)
+            if file is None:
+                from launcher.engine.logs.rotating_file import RotatingFile
+
+                file = self._files[name] = RotatingFile(self.path / _file_name(name))
+            file.append(*blocks)
+        except OSError as error:
+            if isinstance(error, FileNotFoundError) and self.keep_up():
+                self._append(name, *blocks)
+            else:
+                self._give_up(error)
+
+    def _give_up(self, error: OSError) -> None:
+        self._broken = True
+        self._on_trouble(
+            f"no log files from here on: {error.strerror}: {error.filename or self.path}"
+        )
+
+
+def _place(name: str, policy: OutputPolicy, stream: str) -> tuple[bytes, tuple[str, ...]]:
+    """(prefix of its lines in all files, names of the files of its own) for a stream."""
+    sinks = policy.stderr if stream == "stderr" else policy.stdout
+    own = (f"{name}-{stream}.log",) if Sink.OWN_LOG in sinks else ()
+    return f"[{name}] ".encode(), (f"{name}.log", *own)
+
+
+def _file_name(name: str) -> str:
+    """A file name for this process; the number at its end keeps it unique."""
+    name = name.replace("/", "_")
+    if len(os.fsencode(name)) <= NAME_BYTES:
+        return name
+    return os.fsdecode(os.fsencode(name)[: NAME_BYTES // 2]) + name[-NAME_BYTES // 8 :]
+
+
+def _is_run_of_ours(path: Path) -> bool:
+    """The real `ros2 launch` keeps its runs in the same directory; those have no events file."""
+    return re.match(_RUN_NAME, path.name) is not None and (path / EVENTS).is_file()
+
+
+def _is_alive(run: Path) -> bool:
+    """Whether the launcher of this run still holds its lock."""
+    try:
+        with open(run / EVENTS) as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    return False
+
+
+def _point(link: Path, target: Path) -> None:
+    """Make `link` point to `target`, atomically."""
+    fresh = link.with_name(f".{link.name}-{os.getpid()}")
+    with contextlib.suppress(FileNotFoundError):
+        fresh.unlink()
+    fresh.symlink_to(target)
+    try:
+        fresh.replace(link)
+    except OSError:
+        fresh.unlink()  # something else has this name
+        raise

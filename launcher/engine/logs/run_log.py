@@ -1,0 +1,66 @@
+"""RunLog: what the supervisor reports, on the screen, in `launch.log` and in `events.jsonl`."""
+
+from __future__ import annotations
+
+from launcher.engine.logs.event_log import EventLog
+from launcher.engine.logs.run_directory import RunDirectory
+from launcher.engine.output.lines import LogRing
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.process import Process
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.logs.messages import Line
+
+
+class RunLog:
+    """What the supervisor itself reports; `ring` holds the last of its lines."""
+
+    def __init__(self, reactor: Reactor, screen: Screen, directory: RunDirectory) -> None:
+        self._reactor = reactor
+        self._screen = screen
+        self._directory = directory
+        self.ring = LogRing()
+
+    def say(self, level: str, logger: str, text: str) -> None:
+        """Write a line to the screen and to `launch.log`."""
+        text = text if text.isascii() else _encodable(text)
+        line = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
+        self.ring.append("", self._reactor.now(), line)
+        self._screen.log(level, logger, text)
+        self._directory.log(level, logger, text)
+
+    def warn(self, text: str) -> None:
+        self.say("WARNING", "launch", text)
+
+    def tell(self, process: Process, line: Line) -> None:
+        self.say(line.level, process.name, line.text)
+
+    def keep_up(self) -> None:
+        self._directory.keep_up()
+
+    @property
+    def has_lost_output(self) -> bool:
+        """Whether output was dropped because the disk is full."""
+        return self._screen.dropped_bytes > 0
+
+    @property
+    def events(self) -> EventLog:
+        return self._directory.events
+
+    def note(self, event: str, process: Process | None = None, **details: object) -> None:
+        """Add an entry to `events.jsonl`, which is written after this pass of the loop."""
+        if process is not None:
+            details = {"process": process.name, **details}
+        if self.events.note(event, **details):
+            self._reactor.call_later(0, self.events.flush)
+
+
+def _encodable(text: str) -> str:
+    """The text without lone surrogates, except those that stand for bytes that are not UTF-8."""
+    try:
+        text.encode(errors="surrogateescape")
+    except UnicodeEncodeError:
+        return text.encode(errors="replace").decode()
+    return text

@@ -1,0 +1,1 @@
+"""What is measured once a second: resources, budgets, shared memory."""

@@ -1,0 +1,138 @@
+"""Budgets: limits on the resources of a process, and what happens when it exceeds them.
+
+Nothing here measures or acts: `Judge.judge(samples, now)` returns what is due.
+"""
+
+from __future__ import annotations
+
+import enum
+import fnmatch
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
+
+from launcher.engine.monitor.resources import Sample
+from launcher.model.record import Record
+
+FOR_S = 10.0  # a start-up or a garbage collection is over by then
+_SUFFIX = re.compile(r"-\d+$")  # of process names: robot_2-4 is the 4th process, from robot_2
+
+
+class BudgetAction(enum.Enum):
+    """What is done about a process that exceeds its budget for too long."""
+
+    WARN = "warn"
+    RESTART = "restart"  # the process
+    STOP_RUN = "stop-run"
+
+
+class Budget(Record):
+    """Limits for the processes that `pattern` matches, None for no limit.
+
+    `cpu_percent` is of one core. `memory_bytes` is compared with the USS. Over any limit for
+    `for_s` seconds without a break, `action` is due.
+    """
+
+    pattern: str
+    cpu_percent: float | None = None
+    memory_bytes: int | None = None
+    threads: int | None = None
+    fds: int | None = None
+    for_s: float = FOR_S
+    action: BudgetAction = BudgetAction.WARN
+
+    def covers(self, process: str, others: Iterable[str] = ()) -> bool:
+        """Whether it is for this process; `robot_2` is also for the process `robot_2-4`.
+
+        `others` are names that it has besides, as that of its node.
+        """
+        names = (process, _SUFFIX.sub("", process), *others)
+        return any(fnmatch.fnmatchcase(name, self.pattern) for name in names)
+
+
+class Verdict(Record):
+    """`process` is over one limit of `budget` since `over_s` seconds."""
+
+    process: str
+    budget: Budget
+    resource: str
+    value: float
+    limit: float
+    over_s: float
+
+    @property
+    def action(self) -> BudgetAction:
+        return self.budget.action
+
+    def __str__(self) -> str:
+        value, limit = (_shown(self.resource, number) for number in (self.value, self.limit))
+        return (
+            f"{self.process} uses {value}, more than its budget of {limit}, "
+            f"for {self.over_s:.0f} s now"
+        )
+
+
+class Judge:
+    """Remembers since when a process exceeds a limit; time is an argument.
+
+    Each stay above a limit is reported once. It begins again when the process has been below the
+    limit for a sample, has been restarted (another pid), or was not sampled.
+    """
+
+    def __init__(self, budgets: Iterable[Budget]) -> None:
+        self.budgets = tuple(budgets)
+        self._stays: dict[tuple[int, str, str, int], _Stay] = {}
+
+    def judge(
+        self,
+        samples: Mapping[str, Sample],
+        now: float,
+        names: Mapping[str, Iterable[str]] = MappingProxyType({}),
+    ) -> list[Verdict]:
+        """What has become due, by process name; `now` must not run backwards.
+
+        `names` are those that the processes have besides.
+        """
+        stays: dict[tuple[int, str, str, int], _Stay] = {}
+        verdicts = []
+        for process, sample in samples.items():
+            for number, budget in enumerate(self.budgets):
+                if not budget.covers(process, names.get(process, ())):
+                    continue
+                for resource, value, limit in _excesses(budget, sample):
+                    key = (number, resource, process, sample.pid)
+                    stay = self._stays.get(key) or _Stay(since=now)
+                    over_s = now - stay.since
+                    if not stay.is_told and over_s >= budget.for_s:
+                        stay = _Stay(since=stay.since, is_told=True)
+                        verdicts.append(Verdict(process, budget, resource, value, limit, over_s))
+                    stays[key] = stay
+        self._stays = stays
+        return verdicts
+
+
+class _Stay(Record):
+    """Above one limit, without a break, since then."""
+
+    since: float
+    is_told: bool = False
+
+
+def _excesses(budget: Budget, sample: Sample) -> Iterator[tuple[str, float, float]]:
+    """(resource, value, limit) of each limit that the sample is above; the unknown is not."""
+    for resource, value, limit in (
+        ("cpu", sample.cpu_percent, budget.cpu_percent),
+        ("memory", sample.uss_bytes, budget.memory_bytes),
+        ("threads", sample.threads, budget.threads),
+        ("fds", sample.fds, budget.fds),
+    ):
+        if value is not None and limit is not None and value > limit:
+            yield resource, value, limit
+
+
+def _shown(resource: str, number: float) -> str:
+    if resource == "cpu":
+        return f"{number:.3g} % CPU" if number < 1000 else f"{number:.0f} % CPU"
+    if resource == "memory":
+        return f"{number / 1024**2:.1f} MiB"
+    return f"{number:.0f} {'open files' if resource == 'fds' else resource}"

@@ -1,0 +1,155 @@
+"""Housekeeper: samples resources, checks budgets and log files, frees shared memory, at 1 Hz."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.monitor.shared_memory import Ledger
+from launcher.engine.output.reader import OutputReader
+from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.engine.process import Process
+from launcher.model.options import RunOptions, names_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.listener import RunListener
+    from launcher.engine.monitor.budgets import Judge
+    from launcher.engine.monitor.resources import Sample, Sampler, Steps
+
+PERIOD_S = 1.0
+TURN_S = 0.0005  # of a round, before the loop reads lines again
+WARM_UP_S = 0.02  # children are still starting then, and have no output yet
+
+
+class Housekeeper:
+    """Ticks once a second. `processes` is the live collection of those of the run.
+
+    psutil is not imported on the way to the first process, nor, as long as that can be put off,
+    while processes write.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        log: RunLog,
+        reader: OutputReader,
+        listener: RunListener,
+        *,
+        run_id: str,
+        processes: Collection[Process],
+        judge: Judge | None = None,
+    ) -> None:
+        self._reactor = reactor
+        self._log = log
+        self._reader = reader
+        self._listener = listener
+        self._processes = processes
+        self._judge = judge
+        self._sampler: Sampler | None = None
+        self._ledger = Ledger(run_id)  # before the processes make anything
+        self._has_dead = False
+        self._timer: Timer | None = None
+        self._first_tick_s = 0.0
+        self.samples: dict[str, Sample] = {}
+
+    def start(self) -> None:
+        self._first_tick_s = self._reactor.now() + PERIOD_S
+        self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
+
+    def _warm_up(self) -> None:
+        """Import what the ticks need, which takes longer than any of them."""
+        left_s = self._first_tick_s - self._reactor.now()
+        if left_s > WARM_UP_S and self._reactor.now() - self._reader.heard_s < WARM_UP_S:
+            self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
+            return
+        from launcher.engine.monitor.resources import Sampler
+
+        try:
+            self._sampler = Sampler()
+        except ImportError as error:  # a broken environment is no reason to stop robots
+            self._log.warn(f"resource usage and budgets are not available: {error}")
+        self._timer = self._reactor.call_later(left_s, self._tick)
+
+    def note_shared_memory(self) -> None:
+        """Note what processes hold, right before a SIGKILL, to free it afterwards."""
+        self._ledger.note()
+
+    def attend(self, pid: int) -> None:
+        """Free the shared memory of this helper process, too."""
+        self._ledger.attendants.add(pid)
+
+    def died_by_signal(self) -> None:
+        """A process ended without cleaning up after itself."""
+        self._has_dead = True
+
+    def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._free()
+
+    def _tick(self) -> None:
+        begun_s = self._reactor.now()
+        self._ledger.keep_up(begun_s)
+        self._log.keep_up()
+        self._free()
+        if self._sampler is None:
+            self._rest_after(begun_s)
+            return
+        pids = [p.child.pid for p in self._processes if p.child is not None]
+        steps = self._sampler.steps(pids, self._reactor.now)
+        self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
+
+    def _rest_after(self, begun_s: float) -> None:
+        wait_s = begun_s + PERIOD_S - self._reactor.now()
+        self._timer = self._reactor.call_later(max(0.0, wait_s), self._tick)
+
+    def _go_on(self, steps: Steps, begun_s: float) -> None:
+        """Take some steps of a round; the others after the loop has read lines."""
+        until_s = self._reactor.now() + TURN_S
+        try:
+            while self._reactor.now() < until_s and not next(steps):
+                pass
+        except StopIteration as end:
+            self._rest_after(begun_s)
+            self._sampled(end.value, begun_s)
+            return
+        self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
+
+    def _sampled(self, found: dict[int, Sample], now: float) -> None:
+        # A process may have ended, or restarted, while the others were sampled.
+        living = {p.child.pid: p for p in self._processes if p.child is not None}
+        self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
+        if self.samples:
+            self._log.note("resources", processes=_plain(self.samples))
+        if self._judge is not None:
+            by_name = {process.name: process for process in living.values()}
+            names = {name: names_of(process.spec) for name, process in by_name.items()}
+            for verdict in self._judge.judge(self.samples, now, names):
+                self._listener.over_budget(by_name[verdict.process], verdict)
+
+    def _free(self) -> None:
+        if self._has_dead:
+            self._has_dead = False
+            freed = self._ledger.free()
+            if freed:
+                text = f"freed {freed / 1e6:.1f} MB of shared memory that dead nodes left"
+                self._log.say("INFO", "launch", text)
+
+
+def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:
+    return {
+        name: {field: getattr(sample, field) for field in sample.__match_args__}
+        for name, sample in samples.items()
+    }
+
+
+def judge_for(options: RunOptions) -> Judge:
+    """The judge over the budgets of this run; UsageError where one cannot be read."""
+    from launcher.engine.monitor import budget_parser
+    from launcher.engine.monitor.budgets import Judge
+
+    budgets = budget_parser.parse_words(options.budgets)
+    for path, text in options.budget_files:
+        budgets += budget_parser.parse_yaml(text, path)
+    return Judge(budgets)

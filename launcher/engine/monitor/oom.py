@@ -1,0 +1,43 @@
+"""OomWatch: whether the kernel has killed a process for lack of memory since the last call.
+
+The OOM killer's SIGKILL looks like any other; only a counter shows it. That of our own control
+group is exact; the machine's counts processes of others, too.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class OomWatch:
+    """Remembers the counter. `root` stands for `/` in tests."""
+
+    def __init__(self, root: Path = Path("/")) -> None:
+        self._source = _own_group(root) or root / "proc/vmstat"
+        self._count = self._read()
+
+    def has_struck(self) -> bool:
+        """Whether the counter has grown since the last call."""
+        before, self._count = self._count, self._read()
+        return self._count > before
+
+    def _read(self) -> int:
+        try:
+            lines = self._source.read_text(encoding="utf-8", errors="replace").splitlines()
+        except OSError:
+            return 0
+        counts = [line.split()[1] for line in lines if line.startswith("oom_kill ")]
+        return int(counts[0]) if counts and counts[0].isdigit() else 0
+
+
+def _own_group(root: Path) -> Path | None:
+    """`memory.events` of our control group (version 2), if there is one."""
+    try:
+        lines = (root / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return None
+    for line in lines:
+        if line.startswith("0::"):
+            events = root / "sys/fs/cgroup" / line[3:].lstrip("/") / "memory.events"
+            return events if events.is_file() else None
+    return None

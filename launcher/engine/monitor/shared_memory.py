@@ -1,0 +1,302 @@
+"""What Fast DDS leaves in /dev/shm when its process is killed, and freeing it.
+
+What Fast DDS does (observed on 2.14 with real nodes):
+
+* Each participant makes one segment `fastrtps_<16 hex>` and holds an exclusive flock on
+  `fastrtps_<16 hex>_el` as long as it lives. The kernel drops the lock with the process, and
+  nothing else removes the files of a killed one.
+* A port `fastrtps_port<N>` belongs to its reader, who holds the lock on `..._el` (`..._sl` where
+  readers share it). Writers only map it. The file may be left without its lock file, and
+  `sem.fastrtps_port<N>_mutex` with it.
+
+The lock is the only test that sees all processes: it works across users, pid and mount namespaces,
+where /proc shows nothing. So nothing is freed whose lock is held or may not be tested; a port,
+which writers use without a lock, is freed only if every live participant on this /dev/shm can be
+looked at and none has it mapped. Names without a lock file that are no ports are left alone.
+Standard library only.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import re
+import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from launcher import proc
+from launcher.engine.cleanup.run_id import run_id_of
+from launcher.model.record import Record
+
+FOLDER = Path("/dev/shm")
+# Fast DDS makes a lock file and locks it right after; in between it looks unused.
+SETTLING_S = 2.0
+STALE_NEWS_S = 30.0  # a port may get another owner without a change in the folder
+
+_SEGMENT_LOCK = r"(fast(?:rtps|dds)_[0-9a-f]{16})_el$"
+_PORT_FILE = r"(?:sem\.)?(fast(?:rtps|dds)_port\d+)(?:_el|_sl|_mutex)?$"
+_LOCK_FILE = r"fast(?:rtps|dds)_\w+_[es]l$"
+_MAPPED = rb"/(fast(?:rtps|dds)_\w+)"
+_LOCK_LINE = r"^\d+: FLOCK +\S+ +\S+ +(\d+) ([0-9a-f]+):([0-9a-f]+):(\d+) "
+
+
+class Stale(Record):
+    """A segment or a port that is not used any more.
+
+    `name` is that of the shared memory itself; `size_bytes` is what its files take.
+    """
+
+    name: str
+    size_bytes: int
+
+    @property
+    def is_port(self) -> bool:
+        return re.match(_PORT_FILE, self.name) is not None
+
+
+def stale(*, folder: Path = FOLDER, now_s: float | None = None) -> list[Stale]:
+    """All that is not used, sorted by name; `now_s` is wall time, as the files' times are."""
+    before_s = (time.time() if now_s is None else now_s) - SETTLING_S
+    names = _names(folder)
+    unused = _unmapped(_ports(names), folder, before_s)
+    return [
+        Stale(name, _size(folder, name))
+        for name in sorted(_segments(names) | unused)
+        if _is_settled(folder, name, before_s) and _is_free(folder, name)
+    ]
+
+
+def clean(items: Iterable[Stale], *, folder: Path = FOLDER) -> int:
+    """Free what `stale()` found, each tested again under its lock; the bytes that were freed."""
+    return free((item.name for item in items), folder=folder)
+
+
+def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
+    """Free those of these segments and ports that are not used; the bytes that were freed.
+
+    What is in use, already gone or another user's is left, without an error.
+    """
+    wanted = set(names)
+    ports = {name for name in wanted if re.match(_PORT_FILE, name)}
+    freed_bytes = sum(_free(folder, name) for name in wanted - ports)
+    # Now, since a fresh segment of the dead is like that of a participant which is just starting.
+    unused = _unmapped(ports, folder, time.time() - SETTLING_S)
+    return freed_bytes + sum(_free(folder, name) for name in unused)
+
+
+def held(*, folder: Path = FOLDER) -> dict[str, int]:
+    """Segment or port -> pid of the process that holds its lock, as far as /proc shows it.
+
+    A lock from another pid namespace is not listed there. One read for all processes.
+    """
+    owners = _lock_owners()
+    device = os.stat(folder).st_dev
+    files = _lock_files(folder).items()
+    found = ((name[:-3], owners.get((device, inode))) for name, inode in files)
+    return {name: pid for name, pid in found if pid}
+
+
+class Ledger:
+    """What the processes of one run hold, noted while they live.
+
+    Call `keep_up` once a second, `note` right before a SIGKILL, and `free` after an end by a signal
+    and at the end. `note` blocks for 5 to 15 ms, since a reader of /proc/locks waits until every
+    processor has been idle or switched once; `keep_up` calls it only if files are new. `free` reads
+    the mappings of every participant on the machine (0.3 ms each). Grandchildren and daemons
+    count, since they carry the run id, too. What dies before the first look is missed; `doctor
+    --fix` finds that. `attendants` are pids that count as ours without the run id.
+    """
+
+    def __init__(self, run_id: str, *, folder: Path = FOLDER) -> None:
+        self._run_id = run_id
+        self._folder = folder
+        self.attendants: set[int] = set()
+        self._ours: set[str] = set()
+        self._seen: dict[str, int] = {}
+        self._files = _lock_files(folder)
+        self._unsettled_until_s = 0.0
+        self._noted_s = 0.0
+
+    @property
+    def names(self) -> frozenset[str]:
+        """What our processes held when it was last looked, and was not freed since."""
+        return frozenset(self._ours)
+
+    def keep_up(self, now: float) -> None:
+        """`note`, if there are other lock files than before; `now` is monotonic."""
+        files = _lock_files(self._folder)
+        if files != self._files:
+            self._files = files
+            self._unsettled_until_s = now + SETTLING_S
+        self._noted_s = self._noted_s or now
+        has_news = now < self._unsettled_until_s or now > self._noted_s + STALE_NEWS_S
+        if files and has_news:
+            self._noted_s = now
+            self.note()
+
+    def note(self) -> None:
+        """Look who holds what now, and at the environment of each owner that is new."""
+        with contextlib.suppress(OSError):  # no /dev/shm: nothing to note
+            now = held(folder=self._folder)
+            for name, pid in now.items():
+                if self._seen.get(name) != pid and self._is_ours(pid):
+                    self._ours.add(name)
+            self._seen = now
+
+    def _is_ours(self, pid: int) -> bool:
+        return pid in self.attendants or run_id_of(pid) == self._run_id
+
+    def free(self) -> int:
+        """Free what our dead processes left; the bytes. What still lives stays noted."""
+        if not self._ours:
+            return 0
+        freed = free(self._ours, folder=self._folder)
+        left = set(_names(self._folder))
+        self._ours = {n for n in self._ours if n in left or f"{n}_el" in left}
+        return freed
+
+
+# ---- looking
+
+
+def _names(folder: Path) -> list[str]:
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
+
+
+def _lock_files(folder: Path) -> dict[str, int]:
+    """Name -> inode of the lock files; none where there is no such folder."""
+    try:
+        with os.scandir(folder) as entries:
+            return {e.name: e.inode() for e in entries if re.match(_LOCK_FILE, e.name)}
+    except OSError:
+        return {}
+
+
+def _segments(names: Iterable[str]) -> set[str]:
+    return {match[1] for name in names if (match := re.match(_SEGMENT_LOCK, name))}
+
+
+def _ports(names: Iterable[str]) -> set[str]:
+    return {match[1] for name in names if (match := re.match(_PORT_FILE, name))}
+
+
+def _files(name: str) -> tuple[str, ...]:
+    """All files that go by this name; those that matter least are removed last."""
+    if re.match(_PORT_FILE, name):
+        return (name, f"sem.{name}_mutex", f"{name}_sl", f"{name}_el")
+    return (name, f"{name}_el")
+
+
+def _size(folder: Path, name: str) -> int:
+    return sum(_blocks_bytes(folder / file) for file in _files(name))
+
+
+def _blocks_bytes(path: Path) -> int:
+    try:
+        return os.stat(path).st_blocks * 512
+    except OSError:
+        return 0
+
+
+def _is_settled(folder: Path, name: str, before_s: float) -> bool:
+    """Whether none of its files was made after `before_s`."""
+    for file in _files(name):
+        with contextlib.suppress(OSError):
+            if os.stat(folder / file).st_ctime > before_s:
+                return False
+    return True
+
+
+def _lock_owners() -> dict[tuple[int, int], int]:
+    """(device, inode) -> pid for every flock that is held."""
+    text = proc.read(".", "locks").decode("ascii")
+    return {
+        (os.makedev(int(major, 16), int(minor, 16)), int(inode)): int(pid)
+        for pid, major, minor, inode in re.findall(_LOCK_LINE, text, re.M)
+    }
+
+
+def _unmapped(ports: set[str], folder: Path, before_s: float) -> set[str]:
+    """Those of the ports that no live participant has mapped.
+
+    None of them if there is a participant that we cannot look at: every one holds the lock of a
+    segment, so that no one escapes notice. One that may be just starting counts as such.
+    """
+    if not ports:
+        return set()
+    owners = held(folder=folder)
+    mapped: set[str] = set()
+    for segment in _segments(_names(folder)):
+        owner = owners.get(segment)
+        if owner is None and _is_settled(folder, segment, before_s) and _is_free(folder, segment):
+            continue
+        names = _mapped_by(owner)
+        if names is None:
+            return set()
+        mapped |= names
+    return ports - mapped
+
+
+def _mapped_by(pid: int | None) -> set[str] | None:
+    """What of Fast DDS the process has mapped; None if that cannot be seen."""
+    if pid is None:
+        return None
+    names = {name.decode("ascii") for name in re.findall(_MAPPED, proc.read(pid, "maps"))}
+    return names or None  # an owner maps its own segment, so another process has this pid
+
+
+# ---- locking
+
+
+def _is_free(folder: Path, name: str) -> bool:
+    with contextlib.ExitStack() as stack:
+        return _take(stack, folder, name)
+
+
+def _free(folder: Path, name: str) -> int:
+    """Remove all files of this name while its locks are ours; the bytes, 0 if it is in use."""
+    freed = 0
+    with contextlib.ExitStack() as stack:
+        if not _take(stack, folder, name):
+            return 0
+        for file in _files(name):
+            size_bytes = _blocks_bytes(folder / file)
+            with contextlib.suppress(OSError):  # not there, or not ours to delete
+                os.unlink(folder / file)
+                freed += size_bytes
+    return freed
+
+
+def _take(stack: contextlib.ExitStack, folder: Path, name: str) -> bool:
+    """Take the locks of `name` until the stack is closed; False if one is held.
+
+    A segment must have its lock file; a port may have lost it.
+    """
+    is_port = re.match(_PORT_FILE, name) is not None
+    for suffix in ("_el", "_sl") if is_port else ("_el",):
+        try:
+            stack.enter_context(_locked(folder / f"{name}{suffix}"))
+        except FileNotFoundError:
+            if not is_port:
+                return False
+        except OSError:
+            return False  # held, or not ours to test
+    return True
+
+
+@contextlib.contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold an exclusive lock; BlockingIOError if it is held, FileNotFoundError, PermissionError."""
+    fd = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    try:
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if os.fstat(fd).st_ino != os.stat(path).st_ino:
+            raise BlockingIOError("this file was made again")
+        yield
+    finally:
+        os.close(fd)

@@ -1,0 +1,54 @@
+"""Warnings about options for processes (`--required NAME`) that match no process.
+
+Those that stand in a file (`--budgets`) are named by their line there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from launcher.engine.logs.run_log import RunLog
+from launcher.model.options import RunOptions, matches
+from launcher.model.spec import ProcessSpec
+from launcher.text import did_you_mean
+
+
+def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[str, str]]:
+    """(`--required 'dispacher' fits no process`, a suggestion) for each."""
+    found = {}
+    for place, pattern in _patterns(options):
+        if not any(matches(pattern, spec) for spec in specs):
+            found[f"{place} '{pattern}'"] = nearest(pattern, specs)
+    return [(f"{what} fits no process", meant) for what, meant in found.items()]
+
+
+def warn_of_unmatched(
+    options: RunOptions, specs: Sequence[ProcessSpec], log: RunLog, *, is_over: bool
+) -> None:
+    """Warn of those; the process may still start later, so this is no error."""
+    when = "of the whole run" if is_over else "so far"
+    for text, meant in unmatched(options, specs):
+        log.warn(f"{text} {when}{meant}")
+
+
+def nearest(pattern: str, specs: Sequence[ProcessSpec]) -> str:
+    """` (did you mean 'dispatcher'?)`; empty if no name is similar."""
+    hint = did_you_mean(pattern, [name for spec in specs for name in (spec.label, spec.name)])
+    return f" ({hint})" if hint else ""
+
+
+def _patterns(options: RunOptions) -> Iterator[tuple[str, str]]:
+    """(option, or place in a file; pattern) of each."""
+    for pattern in options.required:
+        yield "--required", pattern
+    for word in options.budgets:
+        yield "--budget", word.rpartition(":")[0]
+    for pattern, where in options.file_names:
+        yield f"{where}:", pattern
+    in_files = {pattern for pattern, _ in options.file_names}  # are among the following, too
+    for option, settings in (("--restart", options.restart), ("--stop", options.stop)):
+        yield from ((option, pattern) for pattern, _ in settings if pattern not in in_files)
+    for pattern, limits in options.limits:
+        if pattern not in in_files:
+            named = "--limit" if limits.rlimits else "--cpus" if limits.cpus else "--nice"
+            yield named, pattern

@@ -1,0 +1,1 @@
+"""From the output of processes to ours: whole lines, filtered and safe to show."""

@@ -1,0 +1,193 @@
+"""OutputReader: carries what processes write to the screen and to the files, in whole lines."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Collection
+
+from launcher.engine.logs.run_directory import RunDirectory
+from launcher.engine.machine import ProcessState
+from launcher.engine.output.lines import LineBuffer
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.process import Process
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.listener import RunListener
+PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
+# While others write much, a silent process may simply not have been scheduled.
+BUSY_PATIENCE_S = 1.0
+DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
+
+
+class Stream:
+    """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`."""
+
+    __slots__ = ("buffer", "gate", "heard_s", "name", "shown")
+
+    def __init__(self, name: str, *, shown: bool) -> None:
+        from launcher.engine.output.tracebacks import TracebackGate  # the child runs already
+
+        self.name = name
+        self.shown = shown
+        self.heard_s = 0.0  # when it last wrote, on the monotonic clock
+        self.buffer = LineBuffer()
+        self.gate = TracebackGate()
+
+    @property
+    def waits(self) -> bool:
+        """Whether something that is to be shown waits for its end."""
+        return self.shown and (bool(self.buffer.partial) or self.gate.holds)
+
+
+class OutputReader:
+    """Reads the streams of running processes. `processes` is the live collection of them.
+
+    It pauses while the screen cannot follow: the pipes fill, and the children block. `heard_s` is
+    when anything was read last, on the monotonic clock.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        screen: Screen,
+        directory: RunDirectory,
+        processes: Collection[Process],
+        listener: RunListener,
+    ) -> None:
+        self._reactor = reactor
+        self._screen = screen
+        self._directory = directory
+        self._processes = processes
+        self._listener = listener
+        self._paused = False
+        self.heard_s = 0.0
+        screen.on_pressure = self._pause
+
+    def attach(self, process: Process) -> None:
+
+        assert process.child is not None
+        for fd, name in process.child.streams.items():
+            process.streams[fd] = Stream(name, shown=process.shows(name))
+            if not self._paused:
+                self._listen(process, fd)
+
+    def _listen(self, process: Process, fd: int) -> None:
+        self._reactor.add_reader(fd, functools.partial(self._read, process, fd))
+
+    def _pause(self, paused: bool) -> None:
+        self._paused = paused
+        for process in self._processes:
+            for fd in process.streams:
+                self._reactor.remove(fd)
+                if not paused:
+                    self._listen(process, fd)
+
+    def drain(self, process: Process) -> None:
+        """Read what an ended process has left in its pipes, its unfinished last line included.
+
+        A grandchild may hold a pipe open and even flood it, so this ends at what a pipe can
+        hold; what comes later is still read by the loop until the stream ends.
+        """
+        for fd in list(process.streams):
+            left = DRAIN_BYTES
+            while left > 0 and (size := self._read(process, fd)):
+                left -= size
+            if fd in process.streams:
+                self._finish(process, fd, process.streams[fd])
+
+    def detach(self, process: Process) -> None:
+        """Stop reading and forget; the child closes the descriptors."""
+        for fd in process.streams:
+            self._reactor.remove(fd)
+        process.streams.clear()
+
+    def _read(self, process: Process, fd: int) -> int:
+        """Read once; the number of bytes."""
+        child = process.child
+        assert child is not None
+        chunk = child.read(fd)
+        if chunk is None:
+            return 0
+        stream = process.streams[fd]
+        self.heard_s = stream.heard_s = self._reactor.now()
+        if not chunk:
+            self._finish(process, fd, stream)
+            self._reactor.remove(fd)
+            del process.streams[fd]
+            child.close_stream(fd)
+            return 0
+        if self._listener.watches(process):
+            self._listener.output(process, stream.name, chunk)
+        lines, shown = stream.buffer.feed(chunk)
+        if lines:
+            self._deliver(process, fd, stream, lines, shown)
+        if process.idle_timer is None and stream.waits:
+            self._expect_end(process)
+        return len(chunk)
+
+    def _deliver(
+        self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
+    ) -> None:
+        process.ring.append(stream.name, stream.heard_s, lines)
+        if stream.shown:  # before the files: a user waits for it
+            stopping = process.machine.state is ProcessState.STOPPING
+            passed = stream.gate.feed(lines, stopping=stopping)
+            if passed:
+                unchanged = passed is lines
+                self._show(process, fd, stream, passed, shown if unchanged else 0)
+        self._directory.write_lines(process.name, process.spec.output, stream.name, lines)
+
+    def _show(
+        self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
+    ) -> None:
+        if process.view is not None:
+            chosen = process.view.choose(fd, lines)
+            self._screen.end_partial(stream)
+            if not chosen:
+                return
+            lines, shown = chosen, 0
+        self._screen.write_lines(stream, process.prefix, lines, shown)
+
+    def _finish(self, process: Process, fd: int, stream: Stream) -> None:
+        """Flush the unterminated last line and a traceback that has not ended."""
+        lines, shown = stream.buffer.take_partial()
+        if lines:
+            self._deliver(process, fd, stream, lines, shown)
+        if stream.gate.holds:
+            self._show(process, fd, stream, stream.gate.flush())
+        self._screen.end_partial(stream)
+
+    # ---- what waits for its end: prompts, progress bars, tracebacks
+
+    def _expect_end(self, process: Process) -> None:
+        show = functools.partial(self._show_what_waits, process)
+        process.idle_timer = self._reactor.call_later(PATIENCE_S, show)
+
+    def _show_what_waits(self, process: Process) -> None:
+        process.idle_timer = None
+        for fd, stream in list(process.streams.items()):
+            if not stream.waits:
+                continue
+            # We may have been late ourselves: a stream with something to read is not silent.
+            if not self._is_silent(stream) or self._read(process, fd):
+                if process.idle_timer is None:
+                    self._expect_end(process)
+                continue
+            if stream.gate.holds:
+                self._show(process, fd, stream, stream.gate.flush())
+            buffer = stream.buffer
+            if buffer.partial and process.view is None:
+                buffer.shown = self._screen.write_partial(
+                    stream, process.prefix, buffer.partial, buffer.shown
+                )
+
+    def _is_silent(self, stream: Stream) -> bool:
+        """Whether the end of its line is not just about to come; unknown while we do not read."""
+        if self._paused:
+            return False
+        now = self._reactor.now()
+        is_busy = now - self.heard_s < PATIENCE_S
+        # A timer may come a little early, by the granularity of the clock.
+        return now - stream.heard_s >= (BUSY_PATIENCE_S if is_busy else PATIENCE_S * 0.99)

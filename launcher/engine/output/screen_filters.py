@@ -1,0 +1,121 @@
+"""ScreenFilters: mute, solo, level and grep for the processes on the screen."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Collection, Sequence
+
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.output.filters import LineFilter, Pattern
+from launcher.engine.process import Process
+from launcher.model.record import Record
+
+
+class Change(enum.Enum):
+    """What has changed; beside each, the fields of `Shown` that it has."""
+
+    MUTED = enum.auto()
+    NOT_MUTED = enum.auto()  # it was not when it was to be shown again
+    UNMUTED = enum.auto()  # hidden_lines
+    ALONE = enum.auto()
+    LEVEL = enum.auto()  # level, an index into LEVELS
+    PATTERN = enum.auto()  # pattern, None for every line
+
+
+class Shown(Record):
+    """What is shown of a process now; `hidden_lines` were not since it changed."""
+
+    process: str
+    change: Change
+    hidden_lines: int = 0
+    level: int = 0
+    pattern: str | None = None
+
+
+class ScreenFilters:
+    """Changes what is shown of processes. `processes` is the live collection of all of a run."""
+
+    def __init__(self, processes: Collection[Process], log: RunLog) -> None:
+        self._processes = processes
+        self._log = log
+        self._common = LineFilter()  # for processes that are started later
+
+    def adopt(self, process: Process) -> None:
+        """Apply the filters that are meant for all processes to a new one."""
+        if self._common.is_open:
+            return
+        view = self._view(process)
+        view.outside, view.level = self._common.outside, self._common.level
+        view.pattern = self._common.pattern
+
+    def mute(self, processes: Sequence[Process]) -> list[Shown]:
+        for process in processes:
+            self._view(process).muted = True
+        return [Shown(p.name, Change.MUTED) for p in processes]
+
+    def unmute(self, processes: Sequence[Process]) -> list[Shown]:
+        """Show them again; all of them, if a `solo` is to end."""
+        if len(processes) == len(self._processes):
+            self._common.outside = False
+        return [self._unmute(process) for process in processes]
+
+    def _unmute(self, process: Process) -> Shown:
+        if process.view is None or not process.view.is_silent:
+            return Shown(process.name, Change.NOT_MUTED)
+        view = process.view
+        view.muted = view.outside = False
+        hidden, view.hidden_lines = view.hidden_lines, 0
+        _drop_if_open(process)
+        return Shown(process.name, Change.UNMUTED, hidden_lines=hidden)
+
+    def solo(self, processes: Sequence[Process]) -> list[Shown]:
+        alone = {process.process_id for process in processes}
+        self._common.outside = True
+        for process in self._processes:
+            view = self._view(process)
+            view.outside = process.process_id not in alone
+            view.muted = view.muted and view.outside
+            _drop_if_open(process)
+        return [Shown(p.name, Change.ALONE) for p in processes]
+
+    def level(self, level: int, processes: Sequence[Process]) -> list[Shown]:
+        """Show only lines of this level (an index into LEVELS) and above."""
+        if len(processes) == len(self._processes):
+            self._common.level = level
+        for process in processes:
+            self._view(process).level = level
+            _drop_if_open(process)
+        return self.levels(processes)
+
+    def levels(self, processes: Sequence[Process]) -> list[Shown]:
+        levels = ((p.name, 0 if p.view is None else p.view.level) for p in processes)
+        return [Shown(name, Change.LEVEL, level=level) for name, level in levels]
+
+    def grep(self, pattern: Pattern | None, processes: Sequence[Process]) -> list[Shown]:
+        """Show only lines in which this is found; None shows all."""
+        if len(processes) == len(self._processes):
+            self._common.pattern = pattern
+        for process in processes:
+            self._view(process).pattern = pattern
+            _drop_if_open(process)
+        text = None if pattern is None else pattern.text
+        return [Shown(p.name, Change.PATTERN, pattern=text) for p in processes]
+
+    def _view(self, process: Process) -> LineFilter:
+        if process.view is None:
+            process.view = LineFilter()
+            process.view.on_slow = self._give_up
+        return process.view
+
+    def _give_up(self, pattern: Pattern) -> None:
+        """Show every line again where this pattern was used."""
+        self._log.warn(f"looking for {pattern.text!r} takes too long; every line is shown again")
+        for view in (self._common, *(p.view for p in self._processes if p.view is not None)):
+            if view.pattern is pattern:
+                view.pattern = None
+
+
+def _drop_if_open(process: Process) -> None:
+    """Remove the filter of a process that is shown as a whole."""
+    if process.view is not None and process.view.is_open:
+        process.view = None

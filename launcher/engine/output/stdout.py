@@ -1,0 +1,306 @@
+"""Screen: writes our standard output, with prefixes and colours, without ever blocking."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import stat
+from collections import deque
+from collections.abc import Callable, Mapping
+
+from launcher.engine.output.lines import for_screen, for_terminal, with_prefix, without_colour
+from launcher.engine.posix.reactor import Reactor
+
+HIGH_WATER = 1024 * 1024  # bytes that wait; above it the children are not read any more
+# The same for a terminal: what waits is shown before the answer to a key, and after a `mute`.
+TERMINAL_HIGH_WATER = 128 * 1024
+# A full disk does not end the run. After any other error it has no reader any more.
+FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+LOW_PART = 4  # the children are read again when no more than this part of it waits
+
+# Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
+_PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 117, 99)
+_LEVELS = {"WARNING": b"\x1b[33m", "ERROR": b"\x1b[31m", "FATAL": b"\x1b[31m", "INFO": b"\x1b[2m"}
+_RESET = b"\x1b[0m"
+_OVERWRITE = b"\r\x1b[K"  # for progress bars, which end their lines with \r or begin them so
+PINNED_BYTES = 1000  # of an unfinished line that is written again below the lines of others
+
+
+def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
+    """Whether output to `fd` is coloured: NO_COLOR, then FORCE_COLOR, then whether it is a tty."""
+    if env.get("NO_COLOR"):
+        return False
+    if env.get("FORCE_COLOR"):
+        return env["FORCE_COLOR"] != "0"
+    return os.isatty(fd) and env.get("TERM") != "dumb"
+
+
+def passes_colour(fd: int, env: Mapping[str, str]) -> bool:
+    """Whether the colours of processes reach the output.
+
+    As ours do; a user who asks the nodes for colours gets them in a pipe, too (CONFORMANCE 1.34).
+    """
+    if env.get("NO_COLOR") or env.get("FORCE_COLOR"):
+        return wants_colour(fd, env)
+    return env.get("RCUTILS_COLORIZED_OUTPUT") == "1" or wants_colour(fd, env)
+
+
+class Screen:
+    """Writes whole blocks to a descriptor, never blocks, and queues what could not be written.
+
+    `colour` is for our own lines, `plain` removes that of processes. `on_pressure(True)` is called
+    when the queue is long, `on_pressure(False)` when it is short again; `on_closed()` once when
+    the output has no reader any more (`| head`).
+    """
+
+    def __init__(self, reactor: Reactor, fd: int = 1, *, colour: bool, plain: bool = False) -> None:
+        self._reactor = reactor
+        self.fd, self._own = _non_blocking(fd)
+        self.colour = colour
+        self._plain = plain
+        self.is_tty = os.isatty(fd)
+        self._sound = for_terminal if self.is_tty else for_screen
+        self.closed = False
+        self.dropped_bytes = 0
+        self._waiting: deque[bytes] = deque()
+        self._waiting_bytes = 0
+        self._pressed = False
+        self._high_water = TERMINAL_HIGH_WATER if self.is_tty else HIGH_WATER
+        self._partial_of: object = None
+        self._partial = b""
+        self._terminal = self.fd
+        self._next_fd: int | None = None  # of the pipe to the console
+        self.on_pressure: Callable[[bool], None] = lambda pressed: None
+        self.on_closed: Callable[[], None] = lambda: None
+
+    # ---- what to show
+
+    def prefix(self, name: str, index: int) -> bytes:
+        """`[name] `, in the colour of the process with this number where there are colours."""
+        text = f"[{name}]".encode()
+        if not self.colour:
+            return text + b" "
+        return b"\x1b[38;5;%dm%s\x1b[0m " % (_PALETTE[index % len(_PALETTE)], text)
+
+    def write_lines(self, source: object, prefix: bytes, lines: bytes, shown: int = 0) -> None:
+        """Write whole lines of a process. `shown` is as in `LineBuffer`."""
+        if not shown or self._partial_of is not source:
+            self._write_around(with_prefix(prefix, self._clean(lines)), source)
+            return
+        if b"\r" in lines[shown - 1 : lines.index(b"\n")].rstrip(b"\r"):
+            block = _OVERWRITE + with_prefix(prefix, self._clean(lines))
+        else:
+            block = with_prefix(prefix, self._clean(lines[shown:]))[len(prefix) :]
+        self._partial_of = None
+        self._write(block)
+
+    def write_partial(self, source: object, prefix: bytes, partial: bytes, shown: int) -> int:
+        """Write the beginning of an unfinished line; how much of it is shown now."""
+        if self.is_tty and not partial.isascii():
+            from launcher.engine.output.escapes import whole_characters
+
+            partial = whole_characters(partial)
+            if len(partial) <= shown:
+                return shown
+        is_bar = b"\r" in partial[max(0, shown - 1) :]
+        if is_bar and not self.is_tty:
+            return shown
+        if self._partial_of is not source:
+            newline = b"\n" if self._partial_of is not None else b""
+            self._partial = prefix + self._clean(partial + b"\n")[:-1]
+            self._write(newline + self._partial)
+        elif is_bar:  # write over what is there
+            self._partial = prefix + self._clean(partial[shown:] + b"\n")[:-1]
+            self._write(_OVERWRITE + self._partial)
+        else:
+            more = self._clean(partial[shown:] + b"\n")[:-1]
+            self._partial += more
+            self._write(more)
+        self._partial_of = source
+        return len(partial)
+
+    def end_partial(self, source: object) -> None:
+        """End its line, whatever is shown of that."""
+        if self._partial_of is source:
+            self._partial_of = None
+            self._write(b"\n")
+
+    def _write_around(self, block: bytes, source: object = None) -> None:
+        """Write whole lines although another source has an unfinished one.
+
+        The console, which knows what it has drawn, keeps that line below them: a question stays in
+        sight until it is answered. On a terminal, where it may have been wrapped, it ends here.
+        """
+        if self._partial_of is None:
+            self._write(block)
+            return
+        has_console = self.fd != self._terminal
+        if has_console and self._partial_of is not source and len(self._partial) <= PINNED_BYTES:
+            self._write(_OVERWRITE + block + self._partial)
+            return
+        self._partial_of = None
+        self._write(b"\n" + block)
+
+    def _clean(self, lines: bytes) -> bytes:
+        text = self._sound(lines)
+        if not self._plain or text is lines:
+            return text
+        return without_colour(text)
+
+    def log(self, level: str, logger: str, text: str) -> None:
+        """Write a line of our own: `[INFO] [launch]: text`, as ROS 2 does."""
+        head = f"[{level}] [{logger}]:".encode()
+        if self.colour:
+            head = _LEVELS.get(level, b"") + head + _RESET
+        line = self._clean(text.encode(errors="surrogateescape") + b"\n")
+        self._write_around(head + b" " + line)
+
+    # ---- writing
+
+    def _write(self, block: bytes) -> None:
+        if self.closed:
+            return
+        if not self._waiting:
+            block = self._try(block)
+            if not block:
+                return
+            if not self.closed:
+                self._reactor.add_writer(self.fd, self._flush)
+        if self.closed:
+            return
+        self._waiting.append(block)
+        self._waiting_bytes += len(block)
+        if self._waiting_bytes > self._high_water:
+            self._press()
+
+    def _flush(self) -> None:
+        while self._waiting:
+            block = self._waiting.popleft()
+            rest = self._try(block)
+            self._waiting_bytes -= len(block) - len(rest)
+            if rest:
+                self._waiting.appendleft(rest)
+                break
+        if not self._waiting:
+            self._reactor.remove(self.fd)
+            self._divert_now()
+        if self._waiting_bytes < self._high_water // LOW_PART and self._next_fd is None:
+            self._release()
+
+    def _press(self) -> None:
+        if not self._pressed:
+            self._pressed = True
+            self.on_pressure(True)
+
+    def _release(self) -> None:
+        if self._pressed:
+            self._pressed = False
+            self.on_pressure(False)
+
+    def _try(self, block: bytes) -> bytes:
+        """Write without blocking; the rest."""
+        try:
+            while block:
+                block = block[os.write(self.fd, block) :]
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            if error.errno in FULL:
+                self._drop(block, error)
+            else:
+                self._close_output()  # EPIPE, EIO: it has no reader any more
+            return b""
+        return block
+
+    def _drop(self, block: bytes, error: OSError) -> None:
+        if not self.dropped_bytes:
+            reason = f"cannot write the output: {error.strerror}"
+            complain(f"{reason}; what does not fit is dropped")
+        self.dropped_bytes += len(block)
+
+    def _close_output(self) -> None:
+        self.closed = True
+        self._waiting.clear()
+        self._waiting_bytes = 0
+        self._reactor.remove(self.fd)
+        self._release()
+        self.on_closed()
+
+    # ---- the console
+
+    def divert(self, fd: int, on_diverted: Callable[[], None]) -> None:
+        """Write to `fd`, which never blocks and stays the caller's, once the queue is empty.
+
+        What was written before goes to the terminal, up to the end of a line. The children are not
+        read meanwhile, so that this comes to an end on a terminal slower than they are.
+        """
+        self._next_fd, self._on_diverted = fd, on_diverted
+        if self._waiting:
+            self._press()
+        self._divert_now()
+
+    def _divert_now(self) -> None:
+        if self._next_fd is not None and self._partial_of is not None:
+            self._partial_of = None
+            self._write(b"\n")
+        if self._next_fd is not None and not self._waiting:
+            self.fd, self._next_fd = self._next_fd, None
+            self._on_diverted()
+
+    def come_back(self, left: bytes) -> None:
+        """Write to the terminal again: first `left`, not read by the console, then the queue."""
+        self._next_fd = None
+        if self.fd == self._terminal:
+            if not self._waiting:
+                self._release()
+            return
+        self._reactor.remove(self.fd)
+        self.fd = self._terminal
+        self._partial_of = None
+        if left:
+            self._waiting.appendleft(left)
+            self._waiting_bytes += len(left)
+        if self._waiting:
+            self._reactor.add_writer(self.fd, self._flush)
+
+    def finish(self, patience_s: float) -> None:
+        """Write the queue, giving a slow reader `patience_s` seconds, and close the output."""
+        deadline = self._reactor.now() + patience_s
+        while self._waiting and (left_s := deadline - self._reactor.now()) > 0:
+            _is_writable(self.fd, left_s)
+            self._flush()
+        self._reactor.remove(self.fd)
+        if self._own:
+            os.close(self._terminal)
+            self._own = False
+
+
+def _is_writable(fd: int, timeout_s: float) -> bool:
+    import select
+
+    poll = select.poll()
+    poll.register(fd, select.POLLOUT)
+    return bool(poll.poll(timeout_s * 1000))
+
+
+def _non_blocking(fd: int) -> tuple[int, bool]:
+    """A descriptor for the same output that never blocks, and whether it is ours to close.
+
+    O_NONBLOCK on a descriptor that we inherited would change the shell's as well, so terminals
+    and pipes are opened again. Files do not block, and a second opening would lose the offset.
+    """
+    mode = os.fstat(fd).st_mode
+    if stat.S_ISFIFO(mode) or stat.S_ISCHR(mode):
+        with contextlib.suppress(OSError):
+            flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
+            return os.open(f"/proc/self/fd/{fd}", flags), True
+    return fd, False
+
+
+def complain(text: str, *, shown_fd: int = 1, fd: int = 2) -> None:
+    """Write it to `fd` if that is another file than `shown_fd`; never block, nor fail."""
+    with contextlib.suppress(OSError):
+        if os.path.sameopenfile(shown_fd, fd) or not _is_writable(fd, 0):
+            return
+        os.write(fd, f"error: {text}\n".encode(errors="surrogateescape"))

@@ -1,0 +1,1 @@
+"""What only the operating system makes necessary: the reactor, spawning, limits, /proc."""

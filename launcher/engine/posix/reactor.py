@@ -1,0 +1,159 @@
+"""Reactor: an event loop for file descriptors, timers and signals.
+
+asyncio would do the same; importing it takes longer than starting the first process
+(docs/architecture.md has the numbers).
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import select
+import signal
+import time
+from collections.abc import Callable, Iterable
+from types import FrameType, ModuleType
+
+Callback = Callable[[], object]
+
+
+class Timer:
+    """One call in the future; `cancel()` is idempotent."""
+
+    __slots__ = ("callback", "when")
+
+    def __init__(self, when: float, callback: Callback) -> None:
+        self.when = when
+        self.callback: Callback | None = callback
+
+    def cancel(self) -> None:
+        self.callback = None
+
+
+class Reactor:
+    """epoll, a heap of timers and a wake-up pipe for signals. Close it, or use `with`."""
+
+    def __init__(self) -> None:
+        self._epoll = select.epoll()
+        self._callbacks: dict[int, Callback] = {}
+        self._timers: list[tuple[float, int, Timer]] = []
+        self._heap: ModuleType | None = None
+        self._order = itertools.count()
+        self._stopped = False
+        self._handlers: dict[int, Callable[[int], None]] = {}
+        self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
+        self._wakeup: tuple[int, int] | None = None
+
+    def __enter__(self) -> Reactor:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    # Seconds on the monotonic clock, the only one that deadlines are made of.
+    now = staticmethod(time.monotonic)
+
+    # ---- what to wait for
+
+    def add_reader(self, fd: int, callback: Callback) -> None:
+        self._add(fd, select.EPOLLIN, callback)
+
+    def add_writer(self, fd: int, callback: Callback) -> None:
+        self._add(fd, select.EPOLLOUT, callback)
+
+    def _add(self, fd: int, events: int, callback: Callback) -> None:
+        self._epoll.register(fd, events)
+        self._callbacks[fd] = callback
+
+    def remove(self, fd: int) -> None:
+        """Forget `fd`; no error if it is not known."""
+        if self._callbacks.pop(fd, None) is not None:
+            try:
+                self._epoll.unregister(fd)
+            except OSError:
+                return  # closed before it was removed
+
+    def call_later(self, delay_s: float, callback: Callback) -> Timer:
+        """Call back once, `delay_s` seconds from now, or as soon as possible if that is past."""
+        timer = Timer(self.now() + delay_s, callback)
+        if self._heap is None:
+            import heapq  # a library of its own to load; the first process need not wait
+
+            self._heap = heapq
+        self._heap.heappush(self._timers, (timer.when, next(self._order), timer))
+        return timer
+
+    def on_signals(self, signums: Iterable[int], callback: Callable[[int], None]) -> None:
+        """Call back, outside of signal context, when one of these signals arrives.
+
+        A disposition `ignored` that was inherited is replaced, too: a shell that starts us with
+        `&` ignores SIGINT for us (CONFORMANCE 1.27).
+        """
+        if self._wakeup is None:
+            read_end, write_end = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+            self._wakeup = (read_end, write_end)
+            signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
+            self.add_reader(read_end, self._deliver_signals)
+        for signum in signums:
+            self._handlers[signum] = callback
+            self._before[signum] = signal.signal(signum, _noted)
+
+    def _deliver_signals(self) -> None:
+        assert self._wakeup is not None
+        for signum in os.read(self._wakeup[0], 512):
+            handler = self._handlers.get(signum)
+            if handler is not None:
+                handler(signum)
+
+    # ---- running
+
+    def run(self) -> None:
+        """Serve until `stop()` is called; not at all if it was called before."""
+        while not self._stopped:
+            callbacks = self._callbacks
+            ready = self._epoll.poll(self._patience_s())
+            for fd, callback in [(fd, callbacks.get(fd)) for fd, _ in ready]:
+                # An earlier callback of this round may have removed this one, or closed the file
+                # and opened another that got the same number.
+                if callback is not None and callbacks.get(fd) is callback:
+                    callback()
+            self._fire_timers()
+
+    def stop(self) -> None:
+        """Let `run()` return after the current round."""
+        self._stopped = True
+
+    def _patience_s(self) -> float | None:
+        while self._timers and self._timers[0][2].callback is None:
+            self._take_first()
+        if not self._timers:
+            return None
+        return max(0.0, self._timers[0][0] - self.now())
+
+    def _fire_timers(self) -> None:
+        now = self.now()
+        while self._timers and self._timers[0][0] <= now:
+            callback = self._take_first().callback
+            if callback is not None:
+                callback()
+
+    def _take_first(self) -> Timer:
+        assert self._heap is not None
+        timer: Timer = self._heap.heappop(self._timers)[2]
+        return timer
+
+    def close(self) -> None:
+        """Restore the signal handlers and close all descriptors."""
+        for signum, before in self._before.items():
+            signal.signal(signum, signal.SIG_DFL if before is None else before)
+        self._before.clear()
+        if self._wakeup is not None:
+            signal.set_wakeup_fd(-1)
+            for fd in self._wakeup:
+                os.close(fd)
+            self._wakeup = None
+        self._epoll.close()
+
+
+def _noted(signum: int, frame: FrameType | None) -> None:
+    """The handler that Python runs; the number has gone through the wake-up pipe already."""

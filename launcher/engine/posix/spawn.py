@@ -1,0 +1,329 @@
+"""Starting processes, each the leader of a session of its own, and what belongs to one.
+
+By `posix_spawn`: importing `subprocess` takes a tenth of the time to the first process, and does
+only what `posix_spawn` cannot: a working directory.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import signal
+from collections.abc import Iterator, Mapping, Sequence
+
+from launcher.model.spec import ProcessSpec
+
+# Descriptors that stay free: without them a run that starts one process too many could neither
+# import a module nor read /proc any more, instead of refusing that process.
+FOR_PROCESSES = 16  # left free by the streams of processes
+FOR_FILES = 8  # left free by log files, too
+
+
+def keep_free(fd: int, reserve: int) -> int:
+    """`fd`, a descriptor that was just opened; OSError (EMFILE) if it is one of the reserve.
+
+    The kernel gives out the lowest number that is free, so a high one means that few are left.
+    The descriptor stays open in either case.
+    """
+    limit = os.sysconf("SC_OPEN_MAX")  # below 0 where there is none
+    if 0 < limit <= fd + reserve:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+    return fd
+
+
+SHELL = "/bin/sh"
+# Python ignores these two, and an ignored signal stays ignored in a child.
+_BACK_TO_DEFAULT = (signal.SIGPIPE, signal.SIGXFSZ)
+
+
+def execute(
+    words: Sequence[str],
+    *,
+    env: Mapping[str, str],
+    streams: tuple[int, int, int],
+    cwd: str | None = None,
+    inherited: Sequence[int] = (),
+) -> int:
+    """The pid of a new process that runs `words`, for the caller to reap; OSError.
+
+    A program without a slash is looked for in the PATH of `env`, which is complete. The process
+    gets `streams`, each of which is above 2, as its standard streams, and the descriptors that are
+    `inherited`, at their numbers; no others. EINVAL is for words that no program can get.
+    """
+    for fd in inherited:
+        os.set_inheritable(fd, True)
+    try:
+        if cwd is None:
+            with contextlib.suppress(NotImplementedError):  # Python was built for an old C library
+                return _by_posix_spawn(words, env, streams)
+        return _by_subprocess(words, env, streams, cwd, inherited)
+    except ValueError as error:  # a NUL in a word, a `=` in the name of a variable
+        raise OSError(errno.EINVAL, str(error)) from error
+
+
+def _by_posix_spawn(
+    words: Sequence[str], env: Mapping[str, str], streams: tuple[int, int, int]
+) -> int:
+    actions = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(streams)]
+    refusal: OSError | None = None
+    for program in _candidates(words[0], env):
+        try:
+            return os.posix_spawn(
+                program,
+                tuple(words),
+                env,
+                file_actions=actions,
+                setsid=True,
+                setsigdef=_BACK_TO_DEFAULT,
+            )
+        except OSError as error:
+            # As execvp does: another folder of the PATH may have a program that can be run.
+            is_new = refusal is None or (_is_absence(refusal) and not _is_absence(error))
+            refusal = error if is_new else refusal
+    raise refusal or FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), words[0])
+
+
+def _candidates(program: str, env: Mapping[str, str]) -> Iterator[str]:
+    """Where the program may be; of the folders of the PATH those that have such a file."""
+    if "/" in program:
+        yield program
+        return
+    for folder in os.get_exec_path(env):
+        path = os.path.join(folder, program)
+        if os.path.lexists(path):
+            yield path
+
+
+def _is_absence(error: OSError) -> bool:
+    return error.errno in (errno.ENOENT, errno.ENOTDIR)
+
+
+def _by_subprocess(
+    words: Sequence[str],
+    env: Mapping[str, str],
+    streams: tuple[int, int, int],
+    cwd: str | None,
+    inherited: Sequence[int],
+) -> int:
+    import subprocess
+
+    stdin, stdout, stderr = streams
+    popen = subprocess.Popen(
+        words,
+        stdin=stdin,
+        stdout=stdout,
+        stderr=stderr,
+        env=env,
+        cwd=cwd,
+        pass_fds=inherited,
+        start_new_session=True,
+    )
+    popen.returncode = 0  # it is reaped by its pidfd: Popen must not wait for it
+    return popen.pid
+
+
+def set_close_on_exec(first: int = 3) -> None:
+    """Let processes not inherit the descriptors that we inherited, as those that Python opens."""
+    for name in os.listdir("/proc/self/fd"):
+        fd = int(name)
+        try:
+            if fd >= first and os.get_inheritable(fd):
+                os.set_inheritable(fd, False)
+        except OSError:
+            continue  # the one that the list was read through
+
+
+def reap(pidfd: int) -> tuple[int, bool]:
+    """(return code, whether it left a core dump) of a process that has ended; waits if not.
+
+    The return code is negative for a signal.
+    """
+    end = os.waitid(os.P_PIDFD, pidfd, os.WEXITED)
+    assert end is not None
+    code = end.si_status if end.si_code == os.CLD_EXITED else -end.si_status
+    return code, end.si_code == os.CLD_DUMPED
+
+
+READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
+
+STDOUT, STDERR, BOTH = "stdout", "stderr", "both"
+
+
+class Child:
+    """A process that runs, or has just ended; owns its descriptors.
+
+    `streams` maps the file descriptors that its output is read from to `stdout`, `stderr`, or
+    `both` where one descriptor carries both in the order in which they were written. The child
+    leads a session and a process group of its own, so that signals reach its children too and
+    the terminal's Ctrl-C reaches only us. `status` is -1, or becomes readable when a process with
+    limits has become its program, or cannot (`refusal` says why).
+    """
+
+    def __init__(
+        self, pid: int, streams: dict[int, str], pidfd: int, stdin: int, status: int
+    ) -> None:
+        self.pid = pid  # also the id of its process group and session
+        self.streams = streams
+        self.pidfd = pidfd
+        self.status = status
+        self.refusal = b""
+        self._stdin = stdin
+
+    def signal_group(self, signum: int) -> None:
+        """Signal the process and what it started.
+
+        No error if the group is gone, or belongs to another user by now (sudo): a process that
+        does not end is reported by its pid.
+        """
+        try:
+            os.killpg(self.pid, signum)
+        except (ProcessLookupError, PermissionError):
+            return
+
+    def reap(self) -> tuple[int, bool]:
+        """As `reap`; call it when the pidfd is readable."""
+        return reap(self.pidfd)
+
+    def read(self, fd: int) -> bytes | None:
+        """What one read returns: b'' at the end of the stream, None if there is nothing yet."""
+        try:
+            return os.read(fd, READ_BYTES)
+        except BlockingIOError:
+            return None
+        except OSError:
+            return b""  # a pseudo-terminal ends with EIO
+
+    def resize(self, terminal_size: tuple[int, int]) -> None:
+        """Resize its pseudo-terminals, if it has any."""
+        terminals = [fd for fd in self.streams if os.isatty(fd)]
+        for fd in terminals:
+            _set_terminal_size(fd, terminal_size)
+        if terminals:
+            # Its session has no controlling terminal, so the kernel sends no signal.
+            self.signal_group(signal.SIGWINCH)
+
+    def write_stdin(self, data: bytes) -> int:
+        """Write to its standard input; the number of bytes. OSError if it does not read."""
+        return os.write(self._stdin, data)
+
+    def read_refusal(self) -> None:
+        """Read what keeps it from becoming its program; when `status` is readable."""
+        self.refusal = os.read(self.status, READ_BYTES)
+        os.close(self.status)
+        self.status = -1
+
+    def close_stream(self, fd: int) -> None:
+        if self.streams.pop(fd, None) is not None:
+            os.close(fd)
+
+    def close(self) -> None:
+        for fd in list(self.streams):
+            self.close_stream(fd)
+        for name in ("pidfd", "_stdin", "status"):
+            fd = getattr(self, name)
+            if fd >= 0:
+                setattr(self, name, -1)
+                os.close(fd)
+
+
+def spawn(
+    spec: ProcessSpec,
+    *,
+    env: Mapping[str, str],
+    merge: bool,
+    terminal_size: tuple[int, int] | None = None,
+) -> Child:
+    """Start a process; OSError if the system refuses.
+
+    `env` is complete. `merge` gives stdout and stderr one descriptor, which keeps their order.
+    `terminal_size` is (columns, rows) of the pseudo-terminal that `emulate_tty` asks for.
+    """
+    theirs: list[int] = []
+    ours: dict[int, str] = {}
+    open_pair = _open_pty if spec.emulate_tty else os.pipe
+    try:
+        for name in (BOTH,) if merge else (STDOUT, STDERR):
+            read_end, write_end = open_pair()
+            ours[read_end] = name
+            theirs.append(write_end)
+            os.set_blocking(read_end, False)
+            if spec.emulate_tty and terminal_size is not None:
+                _set_terminal_size(write_end, terminal_size)
+        stdout, stderr = theirs[0], theirs[-1]
+        stdin_read, stdin_write = os.pipe()
+        theirs.append(stdin_read)
+        ours[stdin_write] = "stdin"
+        command, status, inherited = _command(spec), -1, tuple[int, ...]()
+        if spec.limits is not None:
+            from launcher.engine.posix.limits import words_before
+
+            status, write_end = os.pipe()
+            ours[status] = "status"
+            theirs.append(write_end)
+            inherited = (write_end,)
+            command = (*words_before(spec.limits, write_end, env), *command)
+        keep_free(max(*theirs, *ours), FOR_PROCESSES)
+        pid = execute(
+            command,
+            env=env,
+            streams=(stdin_read, stdout, stderr),
+            cwd=spec.cwd,
+            inherited=inherited,
+        )
+        pidfd = _pidfd_of(pid)
+    except BaseException:
+        for fd in ours:
+            os.close(fd)
+        raise
+    finally:
+        for fd in theirs:
+            os.close(fd)
+    streams = {fd: name for fd, name in ours.items() if fd not in (stdin_write, status)}
+    os.set_blocking(stdin_write, False)
+    return Child(pid, streams, pidfd, stdin_write, status)
+
+
+def _pidfd_of(pid: int) -> int:
+    """The pidfd of a child that has just been started; the child is killed if there is none."""
+    try:
+        return os.pidfd_open(pid)
+    except OSError:
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        raise
+
+
+def _command(spec: ProcessSpec) -> tuple[str, ...]:
+    return (SHELL, "-c", " ".join(spec.argv)) if spec.shell else spec.argv
+
+
+def _open_pty() -> tuple[int, int]:
+    """(our end, the child's end), without output processing: lines end in \\n, not in \\r\\n."""
+    import termios  # most processes write to pipes
+
+    ours, theirs = os.openpty()
+    attributes = termios.tcgetattr(theirs)
+    attributes[1] &= ~termios.OPOST
+    termios.tcsetattr(theirs, termios.TCSANOW, attributes)
+    return ours, theirs
+
+
+def _set_terminal_size(fd: int, size: tuple[int, int]) -> None:
+    import fcntl
+    import struct
+    import termios
+
+    columns, rows = size
+    fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+
+
+def terminal_size_beside(taken: int) -> tuple[int, int]:
+    """(columns, rows) that a child's pseudo-terminal gets: ours, less the prefix."""
+    for fd in (1, 0):  # while there is a console, the terminal is on standard input alone
+        try:
+            columns, rows = os.get_terminal_size(fd)
+        except OSError:
+            continue
+        return max(20, columns - taken), max(2, rows)
+    return 80, 24

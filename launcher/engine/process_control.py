@@ -1,0 +1,355 @@
+"""ProcessControl: starts, stops and signals single processes for users, and reports the result."""
+
+from __future__ import annotations
+
+import enum
+import signal
+from collections.abc import Callable
+
+from launcher import proc
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import POLITE, Command, Outcome, ProcessState, signal_name
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.process import Process
+from launcher.engine.process_driver import ProcessDriver
+from launcher.engine.shutdown import Shutdown
+from launcher.model.record import Record, replace
+from launcher.model.spec import RestartMode
+
+# The kernel has no event for a process that is suspended or resumed: poll while a user waits.
+SUSPEND_POLL_S = 0.02
+SUSPEND_TIMEOUT_S = 1.0
+SIGNAL_TIMEOUT_S = 1.0  # how long an end is waited for after a single signal
+FATAL_BY_DEFAULT = POLITE | {
+    signal.SIGKILL,
+    signal.SIGABRT,
+    signal.SIGSEGV,
+    signal.SIGUSR1,
+    signal.SIGUSR2,
+    signal.SIGALRM,
+    signal.SIGPIPE,
+    signal.SIGBUS,
+    signal.SIGFPE,
+    signal.SIGILL,
+}
+
+
+class Kind(enum.Enum):
+    """What a request of a user has come to; beside each, the fields of `Result` that it has."""
+
+    NOT_RUNNING = enum.auto()  # state
+    ENDED = enum.auto()
+    STUCK = enum.auto()
+    # stop and restart
+    STOPPED = enum.auto()  # elapsed_s, signum, exit
+    RESTART_CANCELLED = enum.auto()
+    START_CANCELLED = enum.auto()
+    # start and restart
+    RUN_STOPPING = enum.auto()
+    QUEUED = enum.auto()
+    ALREADY_RUNNING = enum.auto()  # pid
+    STARTED = enum.auto()  # pid; of a restart old_pid and stopped
+    START_FAILED = enum.auto()  # exit; of a restart stopped
+    # signals
+    EXISTS = enum.auto()  # pid
+    SIGNALLED = enum.auto()  # signum
+    SURVIVED = enum.auto()  # signum
+    ENDED_BY_SIGNAL = enum.auto()  # elapsed_s, signum, exit
+    ALREADY_SUSPENDED = enum.auto()
+    NOT_SUSPENDED = enum.auto()
+    SUSPENDED = enum.auto()  # signum
+    RESUMED = enum.auto()  # signum
+    WITHOUT_EFFECT = enum.auto()  # signum
+    # standard input
+    WRITTEN = enum.auto()  # written
+    PARTLY_WRITTEN = enum.auto()  # written, size
+    NOT_WRITTEN = enum.auto()  # errno
+
+
+class Result(Record):
+    """What a request has come to for one process, and whether it was `done`.
+
+    `stopped` is how the first half of a restart went. `runs_again` and `restart_disabled` are
+    remarks on an end: something has started the process again meanwhile, or its restart policy
+    does not apply because a user ended it.
+    """
+
+    process: str
+    kind: Kind
+    done: bool
+    state: ProcessState | None = None
+    elapsed_s: float = 0.0
+    signum: int = 0
+    exit: Outcome | None = None
+    pid: int | None = None
+    old_pid: int | None = None
+    stopped: Result | None = None
+    written: int = 0
+    size: int = 0
+    errno: int = 0
+    runs_again: bool = False
+    restart_disabled: bool = False
+
+
+Done = Callable[[Result], None]
+Look = Callable[[], "Result | None"]
+
+
+class ProcessControl:
+    """Carries out requests for single processes; `done(result)` is called when it has happened."""
+
+    def __init__(
+        self, reactor: Reactor, driver: ProcessDriver, log: RunLog, shutdown: Shutdown
+    ) -> None:
+        self._reactor = reactor
+        self._driver = driver
+        self._log = log
+        self._shutdown = shutdown
+        self._waiting: list[tuple[Look, Done]] = []
+
+    # ---- stop and start
+
+    def stop(self, process: Process, done: Done) -> None:
+        """Stop it by its stop policy; it stays, and may be started again."""
+        machine, life, began_s = process.machine, process.last_end, self._reactor.now()
+        if not machine.is_pending:
+            done(_not_running(process))
+            return
+        self._note("stop", process)
+        was_alive = machine.state.is_alive
+        self._driver.advance(process, Command.USER_STOP)
+        if not was_alive:
+            done(Result(process.name, Kind.RESTART_CANCELLED, done=True))
+            return
+
+        def look() -> Result | None:
+            if machine.is_stuck:
+                return Result(process.name, Kind.STUCK, done=False)
+            if machine.state.is_alive and process.last_end is life:
+                return None
+            if process.last_end is life:
+                result = Result(process.name, Kind.START_CANCELLED, done=True)
+            else:
+                result = self._stopped(process, began_s)
+            runs_again = machine.state.is_alive
+            is_disabled = not runs_again and _may_restart(process)
+            return replace(result, runs_again=runs_again, restart_disabled=is_disabled)
+
+        self._when(look, done)
+
+    def _stopped(self, process: Process, began_s: float) -> Result:
+        return Result(
+            process=process.name,
+            kind=Kind.STOPPED,
+            done=True,
+            elapsed_s=self._reactor.now() - began_s,
+            signum=process.machine.stop_signal,
+            exit=None if process.last_end is None else process.last_end.outcome,
+        )
+
+    def start(self, process: Process, done: Done) -> None:
+        """Start what has ended; its restarts count afresh."""
+        state, name = process.machine.state, process.name
+        if self._shutdown.has_begun:
+            done(Result(name, Kind.RUN_STOPPING, done=False))
+        elif state is ProcessState.STOPPING:
+
+            def start(ended: Result) -> None:
+                done(ended) if ended.kind is Kind.STUCK else self.start(process, done)
+
+            self._when(lambda: _end_of(process), start)
+        elif _is_queued(process):
+            done(Result(name, Kind.QUEUED, done=False))
+        elif state.is_alive:
+            done(Result(name, Kind.ALREADY_RUNNING, done=False, pid=_pid_of(process)))
+        else:
+            self._note("start", process)
+            self._start(process, done)
+
+    def _start(
+        self,
+        process: Process,
+        done: Done,
+        stopped: Result | None = None,
+        old_pid: int | None = None,
+    ) -> None:
+        name, life = process.name, process.last_end
+        self._driver.advance(process, Command.USER_START)
+
+        def look() -> Result | None:
+            if process.machine.state is ProcessState.STARTING:
+                return None  # it is queued, or its limits are still being set
+            last = process.last_end
+            if process.child is not None:
+                started = Result(name, Kind.STARTED, done=True, pid=process.child.pid)
+                return replace(started, old_pid=old_pid, stopped=stopped)
+            if last is life or last is None:
+                return Result(name, Kind.START_CANCELLED, done=False, stopped=stopped)
+            failed = Result(name, Kind.START_FAILED, done=False, exit=last.outcome)
+            return replace(failed, stopped=stopped)
+
+        self._when(look, done)
+
+    def restart(self, process: Process, done: Done) -> None:
+        """Stop it if it runs, then start it."""
+        if not process.machine.state.is_alive:
+            self.start(process, done)
+            return
+        if self._shutdown.has_begun:
+            done(Result(process.name, Kind.RUN_STOPPING, done=False))
+            return
+        if _is_queued(process):
+            done(Result(process.name, Kind.QUEUED, done=True))
+            return
+        self._note("restart", process)
+        old_pid, began_s = _pid_of(process), self._reactor.now()
+
+        def start(ended: Result) -> None:
+            if ended.kind is Kind.STUCK:
+                done(ended)
+                return
+            stopped = self._stopped(process, began_s)
+            if self._shutdown.has_begun:
+                done(Result(process.name, Kind.RUN_STOPPING, done=False, stopped=stopped))
+                return
+            self._start(process, done, stopped, old_pid)
+
+        self._driver.advance(process, Command.USER_STOP)
+        self._when(lambda: _end_of(process), start)
+
+    # ---- signals
+
+    def kill(self, process: Process, signum: int, done: Done) -> None:
+        """Send it exactly this signal; if it ends of it, it stays ended."""
+        child, name, began_s = process.child, process.name, self._reactor.now()
+        if child is None:
+            done(_not_running(process))
+            return
+        if signum == 0:
+            done(Result(name, Kind.EXISTS, done=True, pid=child.pid))
+            return
+        self._note("kill", process, signal=signal_name(signum))
+        self._driver.signal(process, signum, by_user=True)
+        if signum not in FATAL_BY_DEFAULT:
+            done(Result(name, Kind.SIGNALLED, done=True, signum=signum))
+            return
+
+        def look() -> Result | None:
+            elapsed_s = self._reactor.now() - began_s
+            if process.child is child:
+                if elapsed_s < SIGNAL_TIMEOUT_S:
+                    return None
+                return Result(name, Kind.SURVIVED, done=True, signum=signum)
+            return Result(
+                process=name,
+                kind=Kind.ENDED_BY_SIGNAL,
+                done=True,
+                elapsed_s=elapsed_s,
+                signum=signum,
+                exit=None if process.last_end is None else process.last_end.outcome,
+                restart_disabled=_may_restart(process),
+            )
+
+        self._when(look, done)
+        self._reactor.call_later(SIGNAL_TIMEOUT_S, self.changed)
+
+    def suspend(self, process: Process, done: Done) -> None:
+        """Suspend it, with its whole group, until it is resumed."""
+        is_suspended = process.machine.is_suspended and _is_halted(process)
+        refusal = Kind.ALREADY_SUSPENDED if is_suspended else None
+        self._suspend_or_resume(process, signal.SIGSTOP, refusal, done)
+
+    def resume(self, process: Process, done: Done) -> None:
+        refusal = None if _is_halted(process) else Kind.NOT_SUSPENDED
+        self._suspend_or_resume(process, signal.SIGCONT, refusal, done)
+
+    def _suspend_or_resume(
+        self, process: Process, signum: signal.Signals, refusal: Kind | None, done: Done
+    ) -> None:
+        child, name = process.child, process.name
+        if child is None or refusal is not None:
+            done(Result(name, refusal, done=False) if child and refusal else _not_running(process))
+            return
+        is_suspending = signum == signal.SIGSTOP
+        self._note("pause" if is_suspending else "resume", process)
+        self._driver.advance(process, Command.SUSPEND if is_suspending else Command.RESUME)
+        deadline_s = self._reactor.now() + SUSPEND_TIMEOUT_S
+
+        def look() -> None:
+            if process.child is not child:
+                done(Result(name, Kind.ENDED, done=False))
+            elif proc.is_suspended(child.pid) is is_suspending:
+                kind = Kind.SUSPENDED if is_suspending else Kind.RESUMED
+                done(Result(name, kind, done=True, signum=signum))
+            elif self._reactor.now() >= deadline_s:
+                done(Result(name, Kind.WITHOUT_EFFECT, done=False, signum=signum))
+            else:
+                self._reactor.call_later(SUSPEND_POLL_S, look)
+
+        look()
+
+    # ---- standard input
+
+    def send(self, process: Process, data: bytes, done: Done) -> None:
+        if process.child is None:
+            done(_not_running(process))
+            return
+        try:
+            written = process.child.write_stdin(data)
+        except OSError as error:
+            errno = error.errno or 0
+            done(Result(process.name, Kind.NOT_WRITTEN, done=False, errno=errno))
+            return
+        is_all = written == len(data)
+        kind = Kind.WRITTEN if is_all else Kind.PARTLY_WRITTEN
+        done(Result(process.name, kind, done=is_all, written=written, size=len(data)))
+
+    # ---- waiting
+
+    def changed(self) -> None:
+        """A process has started, ended or got stuck: see whether a user has waited for that."""
+        if self._waiting:
+            self._reactor.call_later(0, self._look)
+
+    def _when(self, look: Look, done: Done) -> None:
+        """Call `done` when `look` has a result, which may be now."""
+        result = look()
+        if result is None:
+            self._waiting.append((look, done))
+        else:
+            done(result)
+
+    def _look(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for look, done in waiting:
+            self._when(look, done)
+
+    def _note(self, verb: str, process: Process, **details: object) -> None:
+        self._log.note("asked", process, verb=verb, **details)
+
+
+def _is_halted(process: Process) -> bool:
+    return process.child is not None and proc.is_suspended(process.child.pid)
+
+
+def _not_running(process: Process) -> Result:
+    return Result(process.name, Kind.NOT_RUNNING, done=False, state=process.machine.state)
+
+
+def _end_of(process: Process) -> Result | None:
+    if process.machine.is_stuck:
+        return Result(process.name, Kind.STUCK, done=False)
+    return None if process.machine.state.is_alive else Result(process.name, Kind.ENDED, done=True)
+
+
+def _pid_of(process: Process) -> int | None:
+    return None if process.child is None else process.child.pid
+
+
+def _is_queued(process: Process) -> bool:
+    """Whether starts are paced, and its turn has not come yet."""
+    return process.machine.state is ProcessState.STARTING and process.child is None
+
+
+def _may_restart(process: Process) -> bool:
+    return process.spec.restart.mode is not RestartMode.NEVER

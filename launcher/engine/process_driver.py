@@ -1,0 +1,267 @@
+"""ProcessDriver: carries out what the machine of each process decides, and feeds it events."""
+
+from __future__ import annotations
+
+import errno
+import functools
+import os
+import signal
+import time
+
+from launcher.engine.logs import messages
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import (
+    Action,
+    Command,
+    Ended,
+    Escalate,
+    Exited,
+    MachineEvent,
+    Order,
+    Outcome,
+    ProcessState,
+    Signal,
+    SignalSent,
+    SpawnError,
+    Stuck,
+)
+from launcher.engine.output.reader import OutputReader
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import Child
+from launcher.engine.process import Process
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.listener import RunListener
+    from launcher.engine.monitor.oom import OomWatch
+    from launcher.engine.start_pacing import StartPacing
+
+
+class ProcessDriver:
+    """Spawns, signals, reaps and reports."""
+
+    def __init__(
+        self, reactor: Reactor, reader: OutputReader, log: RunLog, listener: RunListener
+    ) -> None:
+        self._reactor = reactor
+        self._reader = reader
+        self._log = log
+        self._listener = listener
+        self._oom: OomWatch | None = None
+        self._pacing: StartPacing | None = None
+
+    def watch_memory(self) -> None:
+        """Read the kernel's counter of OOM kills, before a process can be a victim."""
+        from launcher.engine.monitor.oom import OomWatch
+
+        self._oom = OomWatch()
+
+    def _was_out_of_memory(self) -> bool:
+        return self._oom is not None and self._oom.has_struck()
+
+    def pace(self, *, stagger_s: float, most: int | None) -> None:
+        """From now on queue the starts, as `StartPacing` has it."""
+        from launcher.engine.start_pacing import StartPacing
+
+        self._pacing = StartPacing(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
+
+    def advance(self, process: Process, event: MachineEvent) -> None:
+        """Feed the machine, do what it returns, and wake it at its deadline."""
+        for action in process.machine.handle(event, self._reactor.now()):
+            self._do(process, action)
+        if self._pacing is not None and process.machine.state is ProcessState.STOPPING:
+            self._cancel_start(process, self._pacing)
+        self._set_timer(process)
+
+    def _do(self, process: Process, action: Action) -> None:
+        match action:
+            case Order.SPAWN:
+                (self._spawn if self._pacing is None else self._pacing.admit)(process)
+            case Signal(signum=signum):
+                self._signal(process, signum)
+                if action.needs_wake:
+                    self._wake(process)
+            case Order.WAKE:
+                self._wake(process)
+            case Escalate():
+                by_user = process.machine.is_held
+                self._log.tell(process, messages.escalated(process.name, action, by_user=by_user))
+            case Stuck(waited_s=waited_s):
+                self._stuck(process, waited_s)
+            case Ended():
+                self._ended(process, action)
+
+    def _stuck(self, process: Process, waited_s: float) -> None:
+        from launcher.engine.posix.proc import describe_state
+
+        pid = -1 if process.child is None else process.child.pid
+        how = describe_state(pid)
+        self._log.tell(process, messages.stuck(process.name, pid, waited_s, how))
+        self._log.note("stuck", process, pid=pid, sleeps=how)
+        self._listener.idle()
+
+    def _cancel_start(self, process: Process, pacing: StartPacing) -> None:
+        if pacing.withdraw(process):
+            self._log.tell(process, messages.start_cancelled())
+            self._log.note("withdrawn", process)
+            self.advance(process, Command.START_CANCELLED)
+            self._listener.cancelled(process)
+            self._listener.idle()
+
+    def signal(self, process: Process, signum: int, *, by_user: bool = False) -> None:
+        """Send a signal to the group of a process, if it lives.
+
+        An end by a signal `by_user` counts as asked for, and is not followed by a restart.
+        """
+        if process.child is not None:
+            self._signal(process, signum)
+            self.advance(process, SignalSent(signum, by_user=by_user))
+
+    def _signal(self, process: Process, signum: int) -> None:
+        if process.child is None:
+            return
+        if signum == signal.SIGKILL:
+            self._listener.before_kill()
+        self._log.tell(process, messages.signalled(process.name, signum))
+        self._log.note("signal", process, pid=process.child.pid, signal=int(signum))
+        process.child.signal_group(signum)
+
+    def _wake(self, process: Process) -> None:
+        if process.child is not None:
+            process.child.signal_group(signal.SIGCONT)
+
+    def write_stdin(self, process: Process, data: bytes) -> None:
+        """Hand data to the standard input of a process, if it lives and reads."""
+        if process.child is None:
+            return
+        try:
+            process.child.write_stdin(data)
+        except OSError as error:
+            text = f"cannot write to its standard input: {os.strerror(error.errno or 0)}"
+            self._log.tell(process, messages.Line("WARNING", text))
+
+    def release(self, process: Process) -> None:
+        """Forget the child and close what belongs to it."""
+        if process.child is not None:
+            self._reader.detach(process)
+            self._reactor.remove(process.child.pidfd)
+            if process.child.status >= 0:
+                self._reactor.remove(process.child.status)
+            process.child.close()
+            process.child = None
+
+    def _set_timer(self, process: Process) -> None:
+        if process.timer is not None:
+            process.timer.cancel()
+            process.timer = None
+        deadline = process.machine.deadline
+        if deadline is not None:
+            tick = functools.partial(self._tick, process)
+            process.timer = self._reactor.call_later(deadline - self._reactor.now(), tick)
+
+    def _tick(self, process: Process) -> None:
+        self.advance(process, Command.TICK)
+        self._listener.idle()
+
+    def _spawn(self, process: Process) -> None:
+        try:
+            child = process.child = self._listener.spawn(process)
+        except OSError as error:
+            self._refused(process, error.errno or errno.EIO, _culprit(process, error))
+            return
+        self._reader.attach(process)
+        self._reactor.add_reader(child.pidfd, functools.partial(self._exited, process))
+        if child.status < 0:
+            self._runs(process, child)
+        else:
+            left = functools.partial(self._limits_applied, process, child)
+            self._reactor.add_reader(child.status, left)
+
+    def _refused(self, process: Process, number: int, what: str) -> None:
+        self._log.tell(process, messages.not_started(process.spec, number, what))
+        reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
+        self._log.note("not started", process, reason=reason)
+        self.advance(process, SpawnError(number, what))
+
+    def _limits_applied(self, process: Process, child: Child) -> None:
+        """A process with limits has become its program, or is going to end because it cannot."""
+        self._reactor.remove(child.status)
+        child.read_refusal()
+        if not child.refusal:
+            self._runs(process, child)
+
+    def _runs(self, process: Process, child: Child) -> None:
+        self._log.tell(process, messages.started(child.pid))
+        restarts = process.machine.restarts
+        self._log.note("started", process, pid=child.pid, restarts=restarts)
+        self.advance(process, Command.STARTED)
+        self._listener.started(process, child.pid)
+
+    def _exited(self, process: Process) -> None:
+        child = process.child
+        assert child is not None
+        if child.status >= 0:
+            self._limits_applied(process, child)
+        machine = process.machine
+        leaves_nothing = machine.state is ProcessState.STOPPING
+        if machine.may_restart or machine.is_held:
+            leaves_nothing = True
+            # What it leaves in its group would run beside its successor. The group is safe to
+            # signal only now, while the leader is not reaped and its number cannot be given away.
+            child.signal_group(signal.SIGTERM)
+        returncode, core_dumped = child.reap()
+        self._reader.drain(process)
+        if child.refusal:
+            from launcher.engine.posix.limits import refusal
+
+            self._refused(process, *refusal(child.refusal))
+            self._listener.idle()
+            return
+        was_killed = returncode == -signal.SIGKILL
+        outcome = Outcome(
+            returncode=returncode,
+            core_dumped=core_dumped,
+            out_of_memory=was_killed and self._was_out_of_memory(),
+        )
+        self.advance(process, Exited(outcome))
+        if leaves_nothing:
+            self._listener.may_have_left(process, child.pid)
+        self._listener.idle()
+
+    def _ended(self, process: Process, end: Ended) -> None:
+        pid = -1 if process.child is None else process.child.pid
+        process.last_end, process.ended_wall_s = end, time.time()
+        returncode = end.outcome.returncode
+        if returncode is not None:
+            by_user = process.machine.is_held
+            self._log.tell(process, messages.ended(process.spec, pid, end, by_user=by_user))
+            self._log.note(
+                "ended",
+                process,
+                pid=pid,
+                returncode=returncode,
+                asked=end.asked,
+                restart_in_s=end.retry_in_s,
+            )
+        self._tell_what_follows(process, end)
+        self.release(process)
+        self._listener.ended(process, pid, end)
+
+    def _tell_what_follows(self, process: Process, end: Ended) -> None:
+        machine = process.machine
+        if end.retry_in_s:
+            line = messages.restarts_in(
+                end.retry_in_s, machine.restarts, machine.restart.max_restarts
+            )
+            self._log.tell(process, line)
+        if machine.state is ProcessState.FATAL and machine.restarts:
+            self._log.tell(process, messages.gave_up(machine.restart, machine.restarts))
+
+
+def _culprit(process: Process, error: OSError) -> str:
+    """What was wrong where it is not the program, or "" where it is."""
+    cwd = process.spec.cwd
+    if cwd is not None and not os.path.isdir(cwd):
+        return f"working directory '{cwd}'"
+    is_ordinary = error.errno is None or error.strerror == os.strerror(error.errno)
+    return "" if is_ordinary else str(error.strerror)

@@ -1,0 +1,71 @@
+"""RunControl: what users can see and control of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.output.screen_filters import ScreenFilters
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.process import Process
+from launcher.engine.process_control import ProcessControl
+from launcher.engine.process_driver import ProcessDriver
+from launcher.engine.shutdown import Shutdown
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from launcher.engine.core_driver import Core
+    from launcher.engine.monitor.housekeeping import Housekeeper
+    from launcher.engine.monitor.resources import Sample
+
+
+class RunControl:
+    """One for a run, made when it is first asked for. `core` knows what was asked for.
+
+    `on_process` is called with each process that is started for the first time.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        log: RunLog,
+        driver: ProcessDriver,
+        shutdown: Shutdown,
+        core: Core,
+        *,
+        processes: Mapping[int, Process],
+        housekeeper: Housekeeper,
+        log_path: Path | None,
+    ) -> None:
+        self.reactor = reactor
+        self.log = log
+        self.core = core
+        self.log_path = log_path
+        self.process_control = ProcessControl(reactor, driver, log, shutdown)
+        self.filters = ScreenFilters(processes.values(), log)
+        self.on_process: Callable[[Process], None] = lambda process: None
+        self.housekeeper = housekeeper
+        self._shutdown = shutdown
+        self._processes = processes
+
+    @property
+    def processes(self) -> list[Process]:
+        """All of the run, in order of first start."""
+        return list(self._processes.values())
+
+    def sample_of(self, process: Process) -> Sample | None:
+        """What it used last; None while that is unknown, or if it does not run."""
+        sample = self.housekeeper.samples.get(process.name)
+        if process.child is None or sample is None or sample.pid != process.child.pid:
+            return None
+        return sample
+
+    def adopt(self, process: Process) -> None:
+        self.filters.adopt(process)
+        self.on_process(process)
+
+    def quit(self, reason: str) -> None:
+        self.log.note("asked", verb="quit")
+        self._shutdown.stop(reason)

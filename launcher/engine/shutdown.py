@@ -1,0 +1,207 @@
+"""Shutdown: carries out what the `ShutdownMachine` of a run decides."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection
+
+from launcher.engine import shutdown_machine as rules
+from launcher.engine.cleanup.watchdog_client import WatchdogClient
+from launcher.engine.core_driver import CoreDriver
+from launcher.engine.logs import messages
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import Command, Ended
+from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.engine.process import Process
+from launcher.engine.process_driver import ProcessDriver
+from launcher.errors import ExitCode
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.cleanup.leftovers import Leftovers
+
+
+class Shutdown:
+    """Stops the processes of a run, then what they left behind, then the reactor.
+
+    `processes` is the live collection of them, in order of start.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        log: RunLog,
+        driver: ProcessDriver,
+        core: CoreDriver,
+        watchdog: WatchdogClient,
+        *,
+        run_id: str,
+        processes: Collection[Process],
+        exit_when_any_dies: bool = False,
+    ) -> None:
+        self._machine = rules.ShutdownMachine(processes, exit_when_any_dies=exit_when_any_dies)
+        self._processes = processes
+        self._reactor = reactor
+        self._log = log
+        self._driver = driver
+        self._core = core
+        self._watchdog = watchdog
+        self._run_id = run_id
+        self._leftovers: Leftovers | None = None
+        self._timer: Timer | None = None
+
+    @property
+    def has_begun(self) -> bool:
+        return self._machine.is_stopping
+
+    @property
+    def first_failure(self) -> str | None:
+        """The report on the first unexpected exit, or budget that was exceeded."""
+        return self._machine.first_failure
+
+    def exit_code(self) -> ExitCode:
+        return self._machine.exit_code(has_lost_output=self._log.has_lost_output)
+
+    # ---- what happens
+
+    def interrupt(self, signum: int) -> None:
+        self._handle(rules.Interrupted(signum))
+
+    def output_closed(self) -> None:
+        self._handle(rules.Occurrence.OUTPUT_CLOSED)
+
+    def stop(self, reason: str) -> None:
+        self._handle(rules.StopRequested(reason))
+
+    def decided(self, reason: str) -> None:
+        self._handle(rules.ShutdownDecided(reason))
+
+    def ended(self, process: Process, end: Ended, *, is_required: bool) -> None:
+        failure = messages.first_failure(process, end.outcome) if end.has_died else ""
+        self._handle(rules.ProcessEnded(process.name, end, is_required=is_required, report=failure))
+
+    def over_budget(self, process: Process, report: str) -> None:
+        self._handle(rules.BudgetExceeded(process.name, report))
+
+    def idle(self) -> None:
+        """End the run if nothing is left to wait for."""
+        self._handle(rules.Idle(self._core.expects_more, self._core.is_loading))
+
+    def _handle(self, event: rules.ShutdownEvent) -> None:
+        for action in self._machine.handle(event, self._reactor.now()):
+            self._do(action)
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        deadline = self._machine.deadline
+        if deadline is not None:
+            self._timer = self._reactor.call_later(deadline - self._reactor.now(), self._tick)
+
+    def _tick(self) -> None:
+        self._handle(rules.Occurrence.TICK)
+
+    def _do(self, action: rules.ShutdownAction) -> None:
+        match action:
+            case rules.Say(level=level, text=text):
+                self._log.say(level, "launch", text)
+            case rules.Notify(event=event):
+                self._core.feed(event)
+            case rules.StopAll(reason=reason):
+                self._stop_all(reason)
+            case rules.Order.SKIP_GRACE_PERIODS:
+                for process in list(self._processes):
+                    self._driver.advance(process, Command.SKIP_GRACE)
+                if self._leftovers is not None:
+                    self._leftovers.skip_grace()
+            case rules.Order.REPORT_WAITING:
+                now = self._reactor.now()
+                waiting = messages.waiting_for(self._processes, now)
+                self._log.say("INFO", "launch", waiting)
+            case rules.EndLeftovers(skipped=skipped):
+                self._end_leftovers(skipped)
+            case rules.Order.FINISH:
+                self._reactor.stop()
+
+    def _stop_all(self, reason: str) -> None:
+        self._log.note("stopping", reason=reason)
+        self._core.cancel_timers()
+        for process in reversed(list(self._processes)):
+            self._driver.advance(process, Command.STOP)
+        self._reactor.call_later(0, self.idle)
+
+    # ---- what processes left behind
+
+    def _end_leftovers(self, skipped: int) -> None:
+        from launcher.engine.cleanup.leftovers import Leftovers, patience_for
+
+        self._core.close_agent()
+        processes = self._processes
+        stuck = (process.child for process in processes if process.machine.is_stuck)
+        stuck_pids = frozenset(child.pid for child in stuck if child is not None)
+        self._leftovers = Leftovers(
+            self._run_id,
+            reactor=self._reactor,
+            listener=self,
+            ignore=self._watchdog.pids | stuck_pids,  # those have been reported already
+            patience=patience_for(process.machine.stop for process in processes),
+        )
+        self._leftovers.check()
+        for _ in range(skipped):
+            self._leftovers.skip_grace()
+
+    def end_session(self, process: Process, session: int) -> None:
+        """End what a process that was stopped, or starts again, left in its session.
+
+        What one leaves behind that ended by itself may be its purpose (a daemon's parent ends);
+        that, and what left the session, stays until the end of the run.
+        """
+        if self.has_begun or not _has_members(session):
+            return
+        from launcher.engine.cleanup.leftovers import Leftovers, patience_for
+
+        Leftovers(
+            self._run_id,
+            reactor=self._reactor,
+            listener=_SessionEnd(self, self._log, process),
+            ignore=self._watchdog.pids,
+            patience=patience_for((process.machine.stop,)),
+            session=session,
+        ).check()
+
+    def said(self, level: str, text: str) -> None:
+        self._log.say(level, "launch", text)
+
+    def killed(self) -> None:
+        self._handle(rules.Occurrence.LEFTOVERS_KILLED)
+
+    def gone(self) -> None:
+        self._handle(rules.Occurrence.LEFTOVERS_GONE)
+
+
+class _SessionEnd:
+    """Hears of what one process left behind; if a user stopped it, the run has not failed."""
+
+    def __init__(self, shutdown: Shutdown, log: RunLog, process: Process) -> None:
+        self._shutdown = shutdown
+        self._log = log
+        self._name = process.name
+        self._by_user = process.machine.is_held
+
+    def said(self, level: str, text: str) -> None:
+        self._log.say(level, self._name, text)
+
+    def killed(self) -> None:
+        if not self._by_user:
+            self._shutdown.killed()
+
+    def gone(self) -> None:
+        pass
+
+
+def _has_members(group: int) -> bool:
+    """Whether this process group has a member; its number is not given away before."""
+    try:
+        os.killpg(group, 0)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,273 @@
+"""Pure state machine for the end of a run: when it stops, when it is over, its exit code.
+
+As in `machine`, time is an argument and `handle()` returns what the driver has to do; `deadline`
+is when the driver has to send a `TICK`. There is one `StopAll` at most, and one `FINISH`.
+
+    RUNNING --a reason--> NOTIFIED --> STOPPING --nothing pending--> SWEEPING --> OVER
+       |                                  ^                             ^
+       +------ the launch file's own -----+                             |
+       +------- nothing pending, nothing expected ----------------------+
+"""
+
+from __future__ import annotations
+
+import enum
+import signal
+from collections.abc import Collection
+
+from launcher.engine.machine import Ended
+from launcher.errors import ExitCode
+from launcher.model.events import Event, ShutdownAsked, SignalReceived
+from launcher.model.record import Record
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.process import Process
+
+REPORT_EVERY_S = 1.0  # while processes take their time to stop
+OUTPUT_CLOSED = "standard output was closed"
+
+
+class Phase(enum.Enum):
+    """How far the shutdown has come."""
+
+    RUNNING = enum.auto()
+    NOTIFIED = enum.auto()  # the interpreter has been told; it answers with ShutdownDecided
+    STOPPING = enum.auto()
+    SWEEPING = enum.auto()  # all processes have ended; what they left behind is being stopped
+    OVER = enum.auto()
+
+
+# ---- events
+
+
+class Interrupted(Record):
+    """The launcher got this signal."""
+
+    signum: int
+
+
+class ShutdownDecided(Record):
+    """The interpreter shuts the run down, of its own accord or after a `Notify`."""
+
+    reason: str
+
+
+class StopRequested(Record):
+    """A user or a limit ends the run."""
+
+    reason: str
+
+
+class ProcessEnded(Record):
+    """A life of a process is over. `report` is what the summary says of an unexpected failure."""
+
+    name: str
+    end: Ended
+    is_required: bool = False
+    report: str = ""
+
+
+class BudgetExceeded(Record):
+    """A process exceeded a budget whose action is to stop the run."""
+
+    name: str
+    report: str
+
+
+class Idle(Record):
+    """Something has ended or become due. `expects_more`: a timer or an event may start something.
+
+    `is_loading`: a composable node is being loaded, which does not hold up a shutdown.
+    """
+
+    expects_more: bool
+    is_loading: bool = False
+
+
+class Occurrence(enum.Enum):
+    """Events without a value."""
+
+    TICK = enum.auto()  # time has passed
+    OUTPUT_CLOSED = enum.auto()  # standard output has no reader any more
+    LEFTOVERS_KILLED = enum.auto()  # something left behind got SIGKILL, and no user caused that
+    LEFTOVERS_GONE = enum.auto()
+
+
+ShutdownEvent = (
+    Interrupted
+    | ShutdownDecided
+    | StopRequested
+    | ProcessEnded
+    | BudgetExceeded
+    | Idle
+    | Occurrence
+)
+
+
+# ---- actions
+
+
+class Say(Record):
+    """Log this as a line of the launcher."""
+
+    level: str
+    text: str
+
+
+class Notify(Record):
+    """Hand this event to the interpreter, which stops starting processes and says so."""
+
+    event: Event
+
+
+class StopAll(Record):
+    """Stop every process, the last started first."""
+
+    reason: str
+
+
+class EndLeftovers(Record):
+    """Stop what processes left behind, after skipping so many grace periods."""
+
+    skipped: int
+
+
+class Order(enum.Enum):
+    """Actions without a value."""
+
+    SKIP_GRACE_PERIODS = enum.auto()  # of all processes that are being stopped, and of leftovers
+    REPORT_WAITING = enum.auto()  # log which processes are still being waited for
+    FINISH = enum.auto()
+
+
+ShutdownAction = Say | Notify | StopAll | EndLeftovers | Order
+
+
+class ShutdownMachine:
+    """One run. `processes` is the live collection of its processes, in order of start."""
+
+    def __init__(self, processes: Collection[Process], *, exit_when_any_dies: bool = False) -> None:
+        self._processes = processes
+        self._exit_when_any_dies = exit_when_any_dies
+        self._stop_signal: int | None = None
+        self._is_output_closed = False
+        self._reason: str | None = None
+        self._skipped = 0
+        self._has_killed_leftovers = False
+        self.phase = Phase.RUNNING
+        self.deadline: float | None = None
+        self.first_failure: str | None = None
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether nothing may start any more."""
+        return self.phase is not Phase.RUNNING
+
+    def exit_code(self, *, has_lost_output: bool = False) -> ExitCode:
+        """The exit code as things stand; a run that could not write its output has failed."""
+        has_killed = self._has_killed_leftovers or any(
+            process.machine.had_to_be_killed for process in self._processes
+        )
+        if self.first_failure is None and not has_killed:
+            return ExitCode.PROCESS_FAILED if has_lost_output else ExitCode.OK
+        if self._stop_signal is None:
+            return ExitCode.PROCESS_FAILED
+        is_interrupt = self._stop_signal == signal.SIGINT
+        return ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
+
+    def handle(self, event: ShutdownEvent, now: float) -> list[ShutdownAction]:
+        """What has to be done about `event`, in order."""
+        match event:
+            case Interrupted(signum=signum):
+                return self._interrupt(signum, now)
+            case Occurrence.OUTPUT_CLOSED:
+                self._is_output_closed = True
+                self._stop_soon(OUTPUT_CLOSED, now)
+            case ShutdownDecided(reason=reason) if self.phase in (Phase.RUNNING, Phase.NOTIFIED):
+                return self._stop(reason, now)
+            case StopRequested(reason=reason):
+                self._stop_soon(reason, now)
+            case ProcessEnded():
+                self._ended(event, now)
+            case BudgetExceeded(name=name, report=report):
+                self.first_failure = self.first_failure or report
+                self._stop_soon(f"{name} is over its budget", now)
+            case Occurrence.LEFTOVERS_KILLED:
+                self._has_killed_leftovers = True
+            case Idle() if self._is_over(event):
+                # RUNNING, STOPPING -> SWEEPING
+                self.phase, self.deadline = Phase.SWEEPING, None
+                return [EndLeftovers(self._skipped)]
+            case Occurrence.LEFTOVERS_GONE if self.phase is Phase.SWEEPING:
+                # SWEEPING -> OVER
+                self.phase = Phase.OVER
+                return [Order.FINISH]
+            case Occurrence.TICK if self.deadline is not None and now >= self.deadline:
+                return self._due(now)
+        return []
+
+    def _interrupt(self, signum: int, now: float) -> list[ShutdownAction]:
+        is_first = self._stop_signal is None
+        self._stop_signal = self._stop_signal or signum
+        name = signal.Signals(signum).name
+        how = "ctrl-c (SIGINT)" if signum == signal.SIGINT else name
+        if not self.is_stopping:
+            return self._announce(
+                Say("WARNING", f"user interrupted with {how}"),
+                SignalReceived(signum=signum),
+                now,
+                reason=how,
+            )
+        if signum == signal.SIGHUP and is_first and self._is_output_closed:
+            return []  # a closed terminal whose closed output was noticed first
+        self._skipped += 1
+        text = f"user interrupted with {how} again, not waiting any longer"
+        return [Say("WARNING", text), Order.SKIP_GRACE_PERIODS]
+
+    def _ended(self, event: ProcessEnded, now: float) -> None:
+        if event.end.has_died and self.first_failure is None:
+            self.first_failure = event.report
+        if event.end.is_final and event.is_required:
+            self._stop_soon(f"{event.name} is required and has exited", now)
+        elif event.end.has_died and self._exit_when_any_dies:
+            self._stop_soon(f"{event.name} died", now)
+
+    def _stop_soon(self, reason: str, now: float) -> None:
+        """Stop at the next tick, since the driver may be in the middle of something now."""
+        if not self.is_stopping and self._reason is None:
+            self._reason, self.deadline = reason, now
+
+    def _announce(
+        self, said: Say, event: Event, now: float, *, reason: str
+    ) -> list[ShutdownAction]:
+        # RUNNING -> NOTIFIED
+        self.phase, self._reason, self.deadline = Phase.NOTIFIED, reason, now
+        return [said, Notify(event)]
+
+    def _stop(self, reason: str, now: float) -> list[ShutdownAction]:
+        # RUNNING, NOTIFIED -> STOPPING
+        self.phase, self.deadline = Phase.STOPPING, now + REPORT_EVERY_S
+        return [StopAll(reason)]
+
+    def _due(self, now: float) -> list[ShutdownAction]:
+        reason = self._reason or ""
+        if self.phase is Phase.RUNNING:
+            said = Say("INFO", f"{reason}: shutting down")
+            return self._announce(said, ShutdownAsked(reason=reason), now, reason=reason)
+        if self.phase is Phase.NOTIFIED:  # the interpreter has had nothing to say about it
+            return self._stop(reason, now)
+        if not any(process.machine.state.is_alive for process in self._processes):
+            self.deadline = None
+            return []
+        self.deadline = now + REPORT_EVERY_S
+        return [Order.REPORT_WAITING]
+
+    def _is_over(self, idle: Idle) -> bool:
+        """Whether nothing runs and nothing can start any more."""
+        if self.phase not in (Phase.RUNNING, Phase.STOPPING) or idle.expects_more:
+            return False
+        machines = (process.machine for process in self._processes)
+        if self.phase is Phase.STOPPING:
+            return not any(one.is_pending and not one.is_stuck for one in machines)
+        return not (idle.is_loading or any(one.is_pending or one.is_held for one in machines))

@@ -1,0 +1,107 @@
+"""StartPacing: a queue of processes to start, so that many nodes do not overload a small machine.
+
+A process counts as starting until it neither ran nor waited for a processor for more than a quarter
+of the time since the last look (`TreeCpuUsage`), until it ends, or until `MOST_S` are over.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from launcher.engine.machine import ProcessState
+from launcher.engine.posix.proc import TreeCpuUsage
+from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.engine.process import Process
+
+LOOK_S = 0.1
+LEAST_S = 0.3  # before that, an interpreter that waits for its disk looks idle
+MOST_S = 10.0
+SETTLE_S = 2.0  # if the CPU usage is not available
+IDLE_SHARE = 0.25
+
+
+class StartPacing:
+    """Calls `start` with the processes, in the order in which they were admitted.
+
+    `stagger_s` is the least time from one start to the next, `most` how many may be starting at
+    the same time (None: any number).
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        *,
+        stagger_s: float,
+        most: int | None,
+        start: Callable[[Process], None],
+    ) -> None:
+        self._reactor = reactor
+        self._stagger_s = stagger_s
+        self._most = most
+        self._start = start
+        self._waiting: deque[Process] = deque()
+        self._starting: dict[Process, _Look] = {}
+        self._next_s = reactor.now()
+        self._timer: Timer | None = None
+
+    def admit(self, process: Process) -> None:
+        """Queue it; it may be started at once."""
+        self._waiting.append(process)
+        self._start_next()
+
+    def withdraw(self, process: Process) -> bool:
+        """Remove it from the queue; False if it is not in there."""
+        if process not in self._waiting:
+            return False
+        self._waiting.remove(process)
+        return True
+
+    def _start_next(self) -> None:
+        while self._waiting:
+            wait_s = self._wait_s(self._reactor.now())
+            if wait_s > 0:
+                self._look_again_in(wait_s)
+                return
+            process = self._waiting.popleft()
+            now = self._reactor.now()
+            if self._most is not None:
+                self._starting[process] = _Look(now)
+            self._next_s = now + self._stagger_s
+            self._start(process)  # which takes a moment, and may cause further starts
+            self._next_s = self._reactor.now() + self._stagger_s
+
+    def _wait_s(self, now: float) -> float:
+        for process, look in list(self._starting.items()):
+            if look.is_over(process, now):
+                del self._starting[process]
+        if self._most is not None and len(self._starting) >= self._most:
+            return LOOK_S
+        return self._next_s - now
+
+    def _look_again_in(self, wait_s: float) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self._reactor.call_later(wait_s, self._start_next)
+
+
+class _Look:
+    """A process that is starting, and its CPU usage."""
+
+    def __init__(self, now: float) -> None:
+        self._started_s = now
+        self._looked_s = now
+        self._usage = TreeCpuUsage()
+
+    def is_over(self, process: Process, now: float) -> bool:
+        if process.machine.state is not ProcessState.RUNNING or process.child is None:
+            return process.machine.state is not ProcessState.STARTING
+        age_s, elapsed_s = now - self._started_s, now - self._looked_s
+        if elapsed_s < LOOK_S * 0.9:
+            return False
+        self._looked_s = now
+        used_s = self._usage.used_s(process.child.pid)
+        if used_s is None:
+            return age_s >= SETTLE_S
+        is_idle = age_s >= LEAST_S and used_s < IDLE_SHARE * elapsed_s
+        return is_idle or age_s >= MOST_S

@@ -1,0 +1,102 @@
+"""The caretaker of a run, with a real loop and real processes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from launcher.engine.logs.run_directory import RunDirectory
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.monitor.housekeeping import Housekeeper
+from launcher.engine.monitor.resources import Sampler
+from launcher.engine.output.reader import OutputReader
+from launcher.engine.output.stdout import Screen
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import spawn
+from launcher.engine.process import Process
+from launcher.model.spec import ProcessSpec
+
+pytestmark = pytest.mark.thorough
+
+MANY = 40
+
+
+@pytest.fixture
+def sleepers() -> Iterator[list[Process]]:
+    """Processes that do nothing, each with a session of its own; ends them."""
+    processes = []
+    for number in range(MANY):
+        spec = ProcessSpec(name=f"sleep-{number}", label="sleep", argv=("sleep", "1000"), env={})
+        process = Process(number, spec, number=number, prefix=b"")
+        process.child = spawn(spec, env=os.environ, merge=True, terminal_size=(80, 24))
+        processes.append(process)
+    yield processes
+    for process in processes:
+        assert process.child is not None
+        process.child.signal_group(signal.SIGKILL)
+        process.child.reap()
+        process.child.close()
+
+
+def test_a_round_of_samples_takes_no_more_than_one_process_at_a_time(sleepers: list[Process]):
+    pids = [process.child.pid for process in sleepers if process.child is not None]
+    steps = Sampler().steps(pids, Reactor.now)
+    assert sum(1 for _ in steps) >= MANY
+
+
+class Unwatched:
+    """Stands for those who want to hear of output and budgets."""
+
+    def watches(self, process: Process) -> bool:
+        return False
+
+    def output(self, process: Process, stream: str, data: bytes) -> None:
+        raise AssertionError("it is not watched")
+
+    def over_budget(self, process: Process, verdict: object) -> None:
+        raise AssertionError("there are no budgets")
+
+
+def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Process]):
+    happened: list[str] = []
+
+    class Processes(list[Process]):
+        """Notes when a round of samples begins, or ends, by looking at them."""
+
+        def __iter__(self) -> Iterator[Process]:
+            happened.append("round")
+            return super().__iter__()
+
+    with _pipe() as (read_end, write_end), Reactor() as reactor:
+        screen = Screen(reactor, write_end, colour=False)
+        chronicle = RunLog(reactor, screen, RunDirectory(None, lambda text: None))
+        caretaker = Housekeeper(
+            reactor,
+            chronicle,
+            OutputReader(reactor, screen, RunDirectory(None, lambda text: None), (), Unwatched()),
+            Unwatched(),
+            run_id="none",
+            processes=Processes(sleepers),
+        )
+        chronicle.events.listeners.append(lambda line: reactor.stop())
+        os.write(write_end, b"a line that always waits\n")
+        reactor.add_reader(read_end, lambda: happened.append("line"))
+        caretaker.start()
+        reactor.run()
+        caretaker.close()
+        screen.finish(0.0)
+    assert len(caretaker.samples) == MANY
+    # Taken in one go, there are two: one before the round is noted, one before that is written.
+    assert happened[happened.index("round") :].count("line") > 4
+
+
+@contextlib.contextmanager
+def _pipe() -> Iterator[tuple[int, int]]:
+    ends = os.pipe()
+    yield ends
+    for fd in ends:
+        os.close(fd)

@@ -1,0 +1,98 @@
+"""Sentences for the results of requests."""
+
+from __future__ import annotations
+
+import errno
+import signal
+
+import pytest
+
+from launcher.control.results import sentence, shown_sentences
+from launcher.engine.machine import Outcome, ProcessState
+from launcher.engine.output.screen_filters import Change, Shown
+from launcher.engine.process_control import Kind, Result
+
+INT, KILL = signal.SIGINT, signal.SIGKILL
+
+
+def result(kind: Kind, **fields: object) -> Result:
+    return Result("robot-1", kind, done=True, **fields)
+
+
+STOPPED = result(Kind.STOPPED, elapsed_s=0.123, signum=INT, exit=Outcome(returncode=-INT))
+CLEAN = result(Kind.STOPPED, elapsed_s=0.123, signum=INT, exit=Outcome(returncode=0))
+REFUSED = Outcome(spawn_errno=errno.ENOENT)
+
+
+@pytest.mark.parametrize(
+    ("one", "text"),
+    [
+        (STOPPED, "stopped in 0.12 s (SIGINT)"),
+        (CLEAN, "stopped in 0.12 s (SIGINT, exit code 0)"),
+        (
+            result(Kind.STOPPED, signum=INT, restart_disabled=True),
+            "stopped in 0.00 s (SIGINT); automatic restart is off",
+        ),
+        (
+            result(Kind.STOPPED, exit=REFUSED, runs_again=True),
+            "could not be started: No such file or directory, and has been started again",
+        ),
+        (result(Kind.STARTED, pid=7), "started with pid 7"),
+        (
+            result(Kind.STARTED, pid=8, old_pid=7, stopped=STOPPED),
+            "stopped in 0.12 s (SIGINT), started with pid 8 instead of 7",
+        ),
+        (
+            result(Kind.RUN_STOPPING, stopped=CLEAN),
+            "stopped in 0.12 s (SIGINT, exit code 0), and not started again: "
+            "the run is being stopped",
+        ),
+        (
+            result(Kind.START_FAILED, exit=REFUSED),
+            "could not be started: No such file or directory",
+        ),
+        (result(Kind.ALREADY_RUNNING, pid=7), "is already running (pid 7)"),
+        (result(Kind.ALREADY_RUNNING), "is already running"),
+        (result(Kind.NOT_RUNNING, state=ProcessState.FATAL), "is not running (FATAL)"),
+        (
+            result(Kind.ENDED_BY_SIGNAL, signum=KILL, exit=Outcome(returncode=-KILL)),
+            "ended in 0.00 s (SIGKILL)",
+        ),
+        (result(Kind.WRITTEN, written=1), "received 1 byte on its standard input"),
+        (
+            result(Kind.NOT_WRITTEN, errno=errno.EPIPE),
+            "cannot receive standard input: Broken pipe",
+        ),
+    ],
+)
+def test_a_result_is_told_in_a_sentence(one: Result, text: str):
+    assert sentence(one) == f"robot-1 {text}"
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_there_is_a_sentence_for_each_kind(kind: Kind):
+    text = sentence(result(kind, pid=7, signum=INT, state=ProcessState.STOPPED, exit=REFUSED))
+    assert text.startswith("robot-1 ")
+    assert "None" not in text and "{" not in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "lines"),
+    [
+        ([Change.MUTED, Change.MUTED], ["every process is muted; its log files continue"]),
+        ([Change.NOT_MUTED, Change.NOT_MUTED], ["no process was muted"]),
+        (
+            [Change.UNMUTED, Change.NOT_MUTED],
+            ["a is shown again; 0 lines were not shown"],
+        ),
+    ],
+)
+def test_what_is_true_of_all_processes_is_told_once(changes: list[Change], lines: list[str]):
+    shown = [Shown(name, change) for name, change in zip("ab", changes, strict=True)]
+    assert shown_sentences(shown, is_everyone=True) == lines
+
+
+@pytest.mark.parametrize("change", Change)
+def test_there_is_a_sentence_for_each_change(change: Change):
+    (line,) = shown_sentences([Shown("a", change, 2, 3, "x")], is_everyone=False)
+    assert line.startswith("a ")

@@ -1,0 +1,246 @@
+"""What counts as stale, in a folder of the test's own with real locks."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from unittest import mock
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from launcher import proc
+from launcher.engine.monitor.shared_memory import (
+    SETTLING_S,
+    STALE_NEWS_S,
+    Ledger,
+    Stale,
+    clean,
+    free,
+    held,
+    stale,
+)
+from tests.support.examples import examples
+
+SEGMENT = "fastrtps_0123456789abcdef"
+OTHER = "fastrtps_fedcba9876543210"
+PORT = "fastrtps_port7411"
+OWNER = 4242
+
+
+class Shelf:
+    """A /dev/shm and a /proc of the test's own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.proc = folder / "shm", folder / "proc"
+        self.folder.mkdir()
+        self.proc.mkdir()
+        self._locks = contextlib.ExitStack()
+        self._locks.enter_context(mock.patch.object(proc, "ROOT", str(self.proc)))
+        self._lines = ""
+
+    def put(self, *names: str) -> None:
+        for name in names:
+            (self.folder / name).write_bytes(b"" if name.endswith("l") else b"x" * 5000)
+
+    def lock(self, name: str, mode: int = fcntl.LOCK_EX, *, pid: int | None = OWNER) -> None:
+        """Lock a file; /proc/locks says that `pid` did, or nothing at all."""
+        file = self._locks.enter_context((self.folder / name).open("rb"))
+        fcntl.flock(file, mode)
+        if pid is not None:
+            at = os.fstat(file.fileno())
+            device = f"{os.major(at.st_dev):02x}:{os.minor(at.st_dev):02x}"
+            self._lines += f"1: FLOCK  ADVISORY  WRITE {pid} {device}:{at.st_ino} 0 EOF\n"
+            (self.proc / "locks").write_text(self._lines)
+
+    def maps(self, *names: str, pid: int = OWNER, run_id: str = "") -> None:
+        """What `pid` has mapped, and which run it belongs to."""
+        (self.proc / str(pid)).mkdir()
+        lines = [f"7f00-7f01 rw-s 0 00:1b 1   {self.folder / name}\n" for name in names]
+        (self.proc / str(pid) / "maps").write_text("".join(lines))
+        (self.proc / str(pid) / "environ").write_text(f"A=1\0LAUNCHER_RUN_ID={run_id}\0")
+
+    def stale(self, age_s: float = 2 * SETTLING_S) -> list[str]:
+        """Names of what is stale, if all files are that old."""
+        now_s = time.time() + age_s
+        return [s.name for s in stale(folder=self.folder, now_s=now_s)]
+
+    def free(self, *names: str) -> int:
+        return free(names, folder=self.folder)
+
+    @property
+    def left(self) -> set[str]:
+        return set(os.listdir(self.folder))
+
+    def close(self) -> None:
+        self._locks.close()
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> Iterator[Shelf]:
+    one = Shelf(tmp_path)
+    yield one
+    one.close()
+
+
+def test_a_segment_whose_lock_nobody_holds_is_stale(shelf: Shelf):
+    shelf.put(SEGMENT, f"{SEGMENT}_el")
+    assert shelf.stale() == [SEGMENT]
+    assert shelf.free(SEGMENT) >= 5000
+    assert shelf.left == set()
+
+
+def test_a_segment_whose_lock_is_held_stays(shelf: Shelf):
+    shelf.put(SEGMENT, f"{SEGMENT}_el")
+    shelf.lock(f"{SEGMENT}_el", pid=None)  # by somebody in another namespace
+    assert shelf.stale() == []
+    assert shelf.free(SEGMENT) == 0
+    assert shelf.left == {SEGMENT, f"{SEGMENT}_el"}
+
+
+@pytest.mark.parametrize("names", [(SEGMENT, f"{SEGMENT}_el"), (PORT,)], ids=["segment", "port"])
+def test_what_was_just_made_is_not_stale_yet(shelf: Shelf, names: tuple[str, ...]):
+    shelf.put(*names)
+    assert shelf.stale(age_s=0) == []
+    assert len(shelf.stale()) == 1
+
+
+def test_what_fast_dds_does_not_lock_is_left_alone(shelf: Shelf):
+    strangers = {SEGMENT, "fast_datasharing_01.0f_0", "sem.other", "lttng-ust-wait-6", f"{OTHER}x"}
+    shelf.put(*strangers)
+    assert shelf.stale() == []
+    assert shelf.free(*strangers) == 0
+    assert shelf.left == strangers
+
+
+def test_a_lock_that_may_not_be_tested_counts_as_held(shelf: Shelf):
+    shelf.put(SEGMENT, "elsewhere")
+    (shelf.folder / f"{SEGMENT}_el").symlink_to(shelf.folder / "elsewhere")
+    assert shelf.stale() == []
+
+
+def test_a_dead_port_goes_with_its_semaphore(shelf: Shelf):
+    files = {PORT, f"{PORT}_el", f"sem.{PORT}_mutex"}
+    shelf.put(*files)
+    assert shelf.stale() == [PORT]
+    shelf.free(PORT)
+    assert shelf.left == set()
+
+
+@pytest.mark.parametrize("file", [PORT, f"sem.{PORT}_mutex", f"{PORT}_sl"])
+def test_what_is_left_of_a_port_is_found_by_any_of_its_files(shelf: Shelf, file: str):
+    shelf.put(file)
+    assert shelf.stale() == [PORT]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "mode"), [("_el", fcntl.LOCK_EX), ("_sl", fcntl.LOCK_SH)], ids=["one", "shared"]
+)
+def test_a_port_that_is_read_stays(shelf: Shelf, suffix: str, mode: int):
+    shelf.put(PORT, f"{PORT}{suffix}")
+    shelf.lock(f"{PORT}{suffix}", mode)
+    assert shelf.stale() == []
+    assert shelf.free(PORT) == 0
+
+
+def test_a_port_that_a_live_participant_writes_to_stays(shelf: Shelf):
+    shelf.put(PORT, "fastrtps_port7413", SEGMENT, f"{SEGMENT}_el")
+    shelf.lock(f"{SEGMENT}_el")
+    shelf.maps(SEGMENT, PORT)
+    assert shelf.stale() == ["fastrtps_port7413"]
+    assert shelf.free(PORT) == 0
+
+
+@pytest.mark.parametrize("pid", [None, OWNER], ids=["other namespace", "other user"])
+def test_no_port_is_stale_while_a_participant_cannot_be_looked_at(shelf: Shelf, pid: int | None):
+    shelf.put(PORT, SEGMENT, f"{SEGMENT}_el", OTHER, f"{OTHER}_el")
+    shelf.lock(f"{SEGMENT}_el", pid=pid)
+    assert shelf.stale() == [OTHER]
+    assert shelf.free(PORT) == 0
+
+
+def test_no_port_is_freed_while_a_participant_may_be_starting(shelf: Shelf):
+    shelf.put(PORT, SEGMENT, f"{SEGMENT}_el")
+    assert shelf.free(PORT) == 0
+    assert shelf.left == {PORT, SEGMENT, f"{SEGMENT}_el"}
+
+
+def test_the_port_of_a_node_that_died_young_goes_with_its_segment(shelf: Shelf):
+    shelf.put(PORT, SEGMENT, f"{SEGMENT}_el")
+    shelf.free(PORT, SEGMENT)
+    assert shelf.left == set()
+
+
+def test_what_came_into_use_after_it_was_found_is_not_cleaned(shelf: Shelf):
+    shelf.put(SEGMENT, f"{SEGMENT}_el")
+    found = stale(folder=shelf.folder, now_s=time.time() + 60)
+    shelf.lock(f"{SEGMENT}_el")
+    assert clean(found, folder=shelf.folder) == 0
+    assert shelf.left == {SEGMENT, f"{SEGMENT}_el"}
+
+
+def test_a_folder_that_is_not_there_holds_nothing(tmp_path: Path):
+    assert stale(folder=tmp_path / "nope") == []
+    ledger = Ledger("1-a", folder=tmp_path / "nope")
+    ledger.note()
+    assert ledger.free() == 0
+
+
+def test_a_ledger_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
+    for name, pid, run_id in ((SEGMENT, 11, "1-a"), (OTHER, 12, "1-b")):
+        shelf.put(name, f"{name}_el")
+        shelf.lock(f"{name}_el", pid=pid)
+        shelf.maps(name, pid=pid, run_id=run_id)
+    assert held(folder=shelf.folder) == {SEGMENT: 11, OTHER: 12}
+    ledger = Ledger("1-a", folder=shelf.folder)
+    ledger.note()
+    assert (ledger.names, ledger.free()) == ({SEGMENT}, 0)
+    shelf.close()  # both die
+    assert ledger.free() >= 5000
+    assert (ledger.names, shelf.left) == (set(), {OTHER, f"{OTHER}_el"})
+
+
+def test_a_ledger_keeps_up_with_new_files_and_looks_again_at_old_ones_only_now_and_then(
+    shelf: Shelf,
+):
+    ledger = Ledger("1-a", folder=shelf.folder)
+    for pid in (11, 12):
+        shelf.maps(SEGMENT, pid=pid, run_id="1-a")
+    shelf.put(SEGMENT, f"{SEGMENT}_el", OTHER, f"{OTHER}_el")
+    shelf.lock(f"{SEGMENT}_el", pid=11)
+    ledger.keep_up(100.0)
+    assert ledger.names == {SEGMENT}
+    shelf.lock(f"{OTHER}_el", pid=12)  # its file was there before
+    ledger.keep_up(100.0 + SETTLING_S)
+    assert ledger.names == {SEGMENT}
+    ledger.keep_up(100.0 + 2 * STALE_NEWS_S)
+    assert ledger.names == {SEGMENT, OTHER}
+
+
+def test_a_found_item_knows_whether_it_is_a_port():
+    assert [Stale(name, 1).is_port for name in (PORT, SEGMENT)] == [True, False]
+
+
+NAMES = st.sampled_from([SEGMENT, OTHER, PORT, "fastrtps_port7413", "fastdds_0000000000000001"])
+
+
+@settings(max_examples=examples(40))
+@given(present=st.sets(NAMES), locked=st.sets(NAMES), visible=st.booleans())
+def test_cleaning_never_touches_what_is_locked(present: set[str], locked: set[str], visible: bool):
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+        shelf = Shelf(Path(folder))
+        stack.callback(shelf.close)
+        shelf.put(*present, *(f"{name}_el" for name in present))
+        for name in present & locked:
+            shelf.lock(f"{name}_el", pid=OWNER if visible else None)
+        shelf.maps("fastrtps_port7413")
+        found = stale(folder=shelf.folder, now_s=time.time() + 60)
+        clean(found, folder=shelf.folder)
+        assert {f"{name}_el" for name in present & locked} <= shelf.left
+        assert {n for n in present - locked if "port" not in n}.isdisjoint(shelf.left)
