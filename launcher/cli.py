@@ -76,7 +76,7 @@ CONTROL_VERBS = (
     "runs",
 )
 
-# Verbs of ros2cli that are not built; launcher.commands.absent says what there is instead.
+# Verbs of ros2cli that are not built; launcher.commands.launch.absent_verbs says what there is instead.
 ABSENT_VERBS = (
     "action",
     "bag",
@@ -157,7 +157,7 @@ def _dispatch(words: list[str]) -> int:
     verb = next((v for v in VERBS if v.name == words[0]), None)
     if verb is None:
         if words[0] in ABSENT_VERBS:
-            importlib.import_module("launcher.commands.absent").refuse(words)
+            importlib.import_module("launcher.commands.launch.absent_verbs").refuse(words)
         verb, rest = VERBS[0], words
     else:
         rest = words[1:]

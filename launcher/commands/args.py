@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from launcher.commands import words as command_line
-from launcher.commands.patience import Patience, limited
-from launcher.commands.quiet import say, stdout_to_stderr
+from launcher.commands.launch import target as command_line
+from launcher.commands.launch.redirection import say, stdout_to_stderr
+from launcher.commands.launch.time_limit import TimeLimit, limited
 from launcher.errors import ExitCode
 
 USAGE = """usage: python -m launcher args TARGET [--debug]
@@ -28,10 +28,10 @@ def main(words: Sequence[str]) -> int:
         say(USAGE)
         return ExitCode.OK
     request = command_line.read(words, verb="args", usage=USAGE.splitlines()[0], valued=(PATIENCE,))
-    return show(request.path, Patience.given(request.options.get(PATIENCE[0])))
+    return show(request.path, TimeLimit.given(request.options.get(PATIENCE[0])))
 
 
-def show(path: str, patience: Patience) -> int:
+def show(path: str, patience: TimeLimit) -> int:
     """List the arguments of a launch file; LaunchFileError if it cannot be loaded."""
     from launcher import frontends
     from launcher.language import faults

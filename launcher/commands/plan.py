@@ -6,9 +6,9 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.commands import words as command_line
-from launcher.commands.patience import Patience, limited
-from launcher.commands.quiet import say, stdout_to_stderr
+from launcher.commands.launch import target as command_line
+from launcher.commands.launch.redirection import say, stdout_to_stderr
+from launcher.commands.launch.time_limit import TimeLimit, limited
 from launcher.errors import ExitCode, LauncherError, LaunchFileError
 
 TYPE_CHECKING = False
@@ -45,10 +45,10 @@ def main(words: Sequence[str]) -> int:
         flags=(JSON, LENIENT),
         valued=(PATIENCE,),
     )
-    return show(request, Patience.given(request.options.get(PATIENCE[0])))
+    return show(request, TimeLimit.given(request.options.get(PATIENCE[0])))
 
 
-def show(request: command_line.Request, patience: Patience) -> int:
+def show(request: command_line.LaunchRequest, patience: TimeLimit) -> int:
     """Print the plan of the request; LauncherError below it for what is wrong."""
     plan = evaluate(request, patience)
     errors = mistakes_of(plan, request)
@@ -58,12 +58,12 @@ def show(request: command_line.Request, patience: Patience) -> int:
     _show_tree(plan)
     if not errors:
         return ExitCode.OK
-    from launcher.commands.mistakes import together
+    from launcher.commands.launch.mistakes import together
 
     raise together(errors) from (plan.error.fault if plan.error else None)
 
 
-def evaluate(request: command_line.Request, patience: Patience) -> Plan:
+def evaluate(request: command_line.LaunchRequest, patience: TimeLimit) -> Plan:
     """The plan; what the launch file prints goes to standard error."""
     from launcher.planner import Plan, PlanError, make_plan
 
@@ -80,13 +80,13 @@ def evaluate(request: command_line.Request, patience: Patience) -> Plan:
         return plan
 
 
-def mistakes_of(plan: Plan, request: command_line.Request) -> list[LauncherError]:
+def mistakes_of(plan: Plan, request: command_line.LaunchRequest) -> list[LauncherError]:
     """Everything that is wrong with the launch file and its arguments."""
     unknown = [name for name, _ in request.arguments if name not in plan.known_names]
     if plan.error is None and not unknown:
         return []
-    from launcher.commands import mistakes
-    from launcher.commands.known import known_names
+    from launcher.commands.launch import mistakes
+    from launcher.commands.launch.known_names import known_names
 
     errors: list[LauncherError] = []
     if unknown and plan.description is not None and LENIENT[0] not in request.options:

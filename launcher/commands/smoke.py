@@ -11,13 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from launcher.commands import words as command_line
 from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
-from launcher.commands.run_options import HELP as RUN_HELP
-from launcher.commands.run_options import take_run_options
+from launcher.commands.launch import target as command_line
+from launcher.commands.launch.options import HELP as RUN_HELP
+from launcher.commands.launch.options import take_run_options
 from launcher.engine.screen import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke import checks, flags, forecast, loader
+from launcher.smoke import checks, forecast, loader, options
 from launcher.smoke.expectation import Expectation
 from launcher.smoke.fields import near
 from launcher.smoke.quantities import DURATION
@@ -47,7 +47,7 @@ options:
   --schema             print the JSON Schema of files of expectations
 
 expectations:
-{flags.HELP}
+{options.HELP}
 
 What else is an option of the launcher (--restart, --lenient ...) is handed on.
 
@@ -87,9 +87,9 @@ class _Words:
             name, has_value, value = word.partition("=")
             if name in _PLAIN and not has_value:
                 self.values[name] = ""
-            elif name in flags.PLAIN:
-                self.expectations.append(flags.expectation_of(name, value))
-            elif name in (*_VALUED, *flags.VALUED):
+            elif name in options.PLAIN:
+                self.expectations.append(options.expectation_of(name, value))
+            elif name in (*_VALUED, *options.VALUED):
                 if not has_value:
                     if not queue:
                         raise UsageError(f"{name} needs a value", hint=USAGE.splitlines()[0])
@@ -99,8 +99,8 @@ class _Words:
                 self.rest.append(word)
 
     def _take(self, name: str, value: str) -> None:
-        if name in flags.VALUED:
-            self.expectations.append(flags.expectation_of(name, value))
+        if name in options.VALUED:
+            self.expectations.append(options.expectation_of(name, value))
         elif name in _ONCE and name in self.values:
             raise UsageError(f"{name} is there twice: '{self.values[name]}' and '{value}'")
         else:
@@ -218,7 +218,7 @@ def _refuse_what_cannot_be(script: Script, words: Sequence[str]) -> None:
 
 def _refuse_mistyped(rest: Sequence[str]) -> None:
     """A near miss of one of our options would be told as an option of the launcher."""
-    known = [*_VALUED, *_PLAIN, *flags.VALUED, *flags.PLAIN]
+    known = [*_VALUED, *_PLAIN, *options.VALUED, *options.PLAIN]
     theirs = {word for option in (*_LAUNCHER_PLAIN, *_LAUNCHER_VALUED) for word in option}
     for word in rest:
         name = word.partition("=")[0]

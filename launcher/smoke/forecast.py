@@ -82,7 +82,7 @@ def ask(words: Sequence[str]) -> Forecast | None:
 
     `words` are a target, launch arguments, and the options that decide how it is read.
     """
-    command = [sys.executable, "-m", "launcher.commands.smoke_forecast", *words]
+    command = [sys.executable, "-m", "launcher.commands.launch.forecast", *words]
     with subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from launcher import cli
-from launcher.commands.absent import INSTEAD
+from launcher.commands.launch.absent_verbs import INSTEAD
 from tests.support.verbs import in_process
 
 

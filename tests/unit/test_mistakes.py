@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.commands import mistakes
+from launcher.commands.launch import mistakes
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
 from launcher.planner import make_plan
 

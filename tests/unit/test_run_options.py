@@ -5,8 +5,8 @@ import signal
 
 import pytest
 
-from launcher.commands.process_options import parse_cpus, parse_limit, parse_stop
-from launcher.commands.run_options import HELP, parse_restart, take_run_options
+from launcher.commands.launch.options import HELP, parse_restart, take_run_options
+from launcher.commands.launch.process_options import parse_cpus, parse_limit, parse_stop
 from launcher.engine.caretaker import judge_for
 from launcher.errors import UsageError
 from launcher.model.limits import Limits

@@ -9,12 +9,12 @@ import pytest
 import std_msgs.msg
 
 from launcher.commands import plan as planning
-from launcher.commands import words
-from launcher.commands.patience import Patience
-from launcher.commands.smoke_forecast import is_certain
+from launcher.commands.launch import target
+from launcher.commands.launch.forecast import is_certain
+from launcher.commands.launch.time_limit import TimeLimit
 from launcher.control.names import Named
 from launcher.errors import UsageError
-from launcher.smoke import checks, flags
+from launcher.smoke import checks, options
 from launcher.smoke.conditions import Conditions, Expression
 from launcher.smoke.forecast import Forecast, compare
 from launcher.smoke.loader import parse
@@ -117,7 +117,7 @@ GOOD = {
 @pytest.mark.parametrize(("text", "words"), BAD.values(), ids=BAD)
 def test_a_mistake_is_told_with_its_place_and_a_suggestion(text: str, words: tuple[str, ...]):
     (error,) = told(text)
-    assert all(word in error for word in words), error
+    assert all(word in error for word in target), error
 
 
 @pytest.mark.parametrize("text", GOOD.values(), ids=GOOD)
@@ -132,8 +132,8 @@ def test_a_misspelt_package_of_a_type_that_is_only_compared_is_a_warning():
 
 
 def test_an_option_of_the_command_line_is_told_by_its_words():
-    flag = flags.expectation_of("--expect-message", "/a=m.dat == 1")
-    kind = flags.expectation_of("--expect-topic", "/a=std_msgs/String")
+    flag = options.expectation_of("--expect-message", "/a=m.dat == 1")
+    kind = options.expectation_of("--expect-topic", "/a=std_msgs/String")
     (error,) = checks.of_script(Script(expectations=(flag, kind))).errors
     assert isinstance(error, UsageError)
     assert error.message.startswith("--expect-message /a=m.dat == 1: std_msgs/msg/String has no")
@@ -259,7 +259,7 @@ def test_a_plan_is_certain_unless_functions_are_told_what_happens(
 ):
     path = tmp_path / "x.launch.py"
     path.write_text(LAUNCH.replace("{more}", more), encoding="utf-8")
-    request = words.read([str(path)], verb="smoke", usage="")
-    plan = planning.evaluate(request, Patience())
+    request = target.read([str(path)], verb="smoke", usage="")
+    plan = planning.evaluate(request, TimeLimit())
     assert plan.error is None
     assert is_certain(plan) is certain

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke import flags, quantities
+from launcher.smoke import options, quantities
 from launcher.smoke.conditions import Conditions, Expression
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.facts import Ending, Facts
@@ -125,7 +125,7 @@ def test_conditions_look_into_lists_and_into_json():
     ],
 )
 def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[str, Any]):
-    found = flags.expectation_of(flag, text)
+    found = options.expectation_of(flag, text)
     assert (found.kind, dict(found.values)) == (kind, values)
 
 
@@ -141,7 +141,7 @@ def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[
 )
 def test_a_bad_flag_is_told_by_its_name(flag: str, text: str, words: str):
     with pytest.raises(UsageError) as told:
-        flags.expectation_of(flag, text)
+        options.expectation_of(flag, text)
     assert flag in told.value.render() and words in told.value.render()
 
 

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from launcher.errors import LauncherError
-from launcher.smoke import flags, loader
+from launcher.smoke import loader, options
 from launcher.smoke.grammar import json_schema
 from launcher.smoke.kinds import KINDS
 
@@ -169,8 +169,8 @@ def test_the_example_of_the_documentation_is_a_good_file():
 
 
 def test_every_flag_stands_in_the_help():
-    for flag in (*flags.VALUED, *flags.PLAIN):
-        assert flag in flags.HELP, flag
+    for flag in (*options.VALUED, *options.PLAIN):
+        assert flag in options.HELP, flag
 
 
 @pytest.mark.parametrize("name", ["system.expect.yaml", "system.expect.yml"])

@@ -21,7 +21,7 @@ _AGAIN_S = 1.0  # a launch file that catches everything is interrupted again
 _ATTEMPTS = 3  # then the launcher ends at once; nothing was started yet
 
 
-class Patience(Record):
+class TimeLimit(Record):
     """Seconds that an evaluation may take, 0 for any time.
 
     `wall_s` is for launch files that wait for something that never comes; `cpu_s`, the time of
@@ -32,7 +32,7 @@ class Patience(Record):
     cpu_s: float = 20.0
 
     @classmethod
-    def given(cls, text: str | None) -> Patience:
+    def given(cls, text: str | None) -> TimeLimit:
         """What `--evaluation-timeout` says, the default without it; UsageError."""
         if text is None:
             return cls()
@@ -54,7 +54,7 @@ class _Endless(BaseException):
 
 
 @contextlib.contextmanager
-def limited(patience: Patience, path: str) -> Iterator[None]:
+def limited(patience: TimeLimit, path: str) -> Iterator[None]:
     """Interrupt what is done inside when its time is over: LaunchFileError with the place.
 
     Does nothing outside of the main thread, which alone can be interrupted.

@@ -12,7 +12,7 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
-from launcher.commands.run_options import parse_restart, seconds
+from launcher.commands.launch.options import parse_restart, seconds
 from launcher.errors import UsageError
 from launcher.model.limits import UNLIMITED, Limits
 from launcher.model.options import RunOptions

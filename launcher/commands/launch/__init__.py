@@ -8,9 +8,9 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from launcher.commands import words as command_line
-from launcher.commands.patience import Patience, limited
-from launcher.commands.words import Request
+from launcher.commands.launch import target as command_line
+from launcher.commands.launch.target import LaunchRequest
+from launcher.commands.launch.time_limit import TimeLimit, limited
 from launcher.errors import (
     ExitCode,
     LauncherError,
@@ -24,7 +24,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.commands.attendants import Attendants
+    from launcher.commands.launch.helpers import Helpers
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
     from launcher.model.events import Effect, Event
@@ -82,7 +82,7 @@ def main(words: Sequence[str]) -> int:
         flags=(SHOW_ARGS, PRINT, LENIENT, NONINTERACTIVE, SHOW_ALL),
         valued=(PREFIX, PREFIX_FILTER, PATIENCE),
     )
-    patience = Patience.given(request.options.get(PATIENCE[0]))
+    patience = TimeLimit.given(request.options.get(PATIENCE[0]))
     if SHOW_ARGS[0] in request.options:
         from launcher.commands import args
 
@@ -100,7 +100,7 @@ def main(words: Sequence[str]) -> int:
 
 def usage() -> str:
     """What `--help` prints."""
-    from launcher.commands.run_options import HELP
+    from launcher.commands.launch.options import HELP
 
     return "\n".join([_USAGE.format(run_help=HELP), "", *exit_code_table()])
 
@@ -108,13 +108,13 @@ def usage() -> str:
 def _take_run_options(words: Sequence[str]) -> tuple[RunOptions, list[str]]:
     """(the options about the run in `words`, the words that are something else); UsageError."""
     if any(word.startswith("-") for word in words):
-        from launcher.commands.run_options import take_run_options
+        from launcher.commands.launch.options import take_run_options
 
         return take_run_options(words)
     return RunOptions(), list(words)
 
 
-def _with_prefix(request: Request) -> Request:
+def _with_prefix(request: LaunchRequest) -> LaunchRequest:
     """The request with the launch configurations that the prefix options stand for."""
     prefix = request.options.get(PREFIX[0])
     pattern = request.options.get(PREFIX_FILTER[0])
@@ -127,12 +127,12 @@ def _with_prefix(request: Request) -> Request:
     more = [("launch-prefix", prefix)]
     if pattern is not None:
         more.append(("launch-prefix-filter", pattern))
-    return Request(
+    return LaunchRequest(
         path=request.path, arguments=(*request.arguments, *more), options=request.options
     )
 
 
-def launch(request: Request, options: RunOptions, patience: Patience) -> int:
+def launch(request: LaunchRequest, options: RunOptions, patience: TimeLimit) -> int:
     """Evaluate the launch file, then run what it describes."""
     from launcher import frontends
     from launcher.engine.runfolder import new_run_path
@@ -177,7 +177,7 @@ def _has_terminal() -> bool:
 # ---- before anything starts
 
 
-def _declares(description: LaunchDescription, request: Request) -> bool:
+def _declares(description: LaunchDescription, request: LaunchRequest) -> bool:
     """Whether all arguments are plainly declared, so that no dry run is needed to know them."""
     names = {name for name, _ in request.arguments}
     if not names:
@@ -189,11 +189,11 @@ def _declares(description: LaunchDescription, request: Request) -> bool:
     return names <= {argument.name for argument in declared}
 
 
-def _refuse_unknown(request: Request) -> None:
+def _refuse_unknown(request: LaunchRequest) -> None:
     """An error if, as a dry run shows, nothing declares or reads one of the arguments."""
-    from launcher.commands import mistakes
-    from launcher.commands.known import known_names
-    from launcher.commands.quiet import silence
+    from launcher.commands.launch import mistakes
+    from launcher.commands.launch.known_names import known_names
+    from launcher.commands.launch.redirection import silence
     from launcher.planner import make_plan
 
     with silence():
@@ -216,8 +216,8 @@ class _SoundCore:
         self,
         interpreter: Interpreter,
         description: LaunchDescription,
-        request: Request,
-        patience: Patience,
+        request: LaunchRequest,
+        patience: TimeLimit,
     ) -> None:
         self._interpreter = interpreter
         self._description = description
@@ -239,7 +239,7 @@ class _SoundCore:
         word = self._interpreter.environment.get("ROS_DOMAIN_ID", "")
         if not word or (word.isdecimal() and len(word) < 3):
             return  # nearly always, and nothing is imported for it
-        from launcher.commands import ros_domain
+        from launcher.commands.launch import ros_domain
 
         ros_domain.refuse(word, self._effects)
 
@@ -271,7 +271,7 @@ class _SoundCore:
         return self._effects
 
     def _explained(self, fault: LaunchFileError) -> LauncherError:
-        from launcher.commands import mistakes
+        from launcher.commands.launch import mistakes
 
         errors = mistakes.of_launch_file(
             fault,
@@ -295,14 +295,14 @@ class _SoundCore:
 
     def plan(self) -> Mapping[str, Any]:
         """The plan document of what was asked for so far."""
-        from launcher.commands.run_plan import Chapter, run_document
+        from launcher.commands.launch.run_plan import Chapter, run_document
 
         story = [Chapter(*chapter) for chapter in self._story]
         return run_document(self._interpreter, self._request.path, story)
 
     def plan_lines(self) -> Sequence[str]:
         """The same for people."""
-        from launcher.commands.run_plan import Chapter, run_text
+        from launcher.commands.launch.run_plan import Chapter, run_text
 
         story = [Chapter(*chapter) for chapter in self._story]
         return run_text(self._interpreter, self._request.path, story)
@@ -316,7 +316,7 @@ def _ended_process(event: Event) -> int | None:
 
 
 def _supervise(
-    core: _SoundCore, options: RunOptions, run_path: Path | None, request: Request
+    core: _SoundCore, options: RunOptions, run_path: Path | None, request: LaunchRequest
 ) -> ExitCode:
     from launcher.engine.reactor import Reactor
     from launcher.engine.screen import Screen, passes_colour, wants_colour
@@ -339,12 +339,12 @@ def _supervise(
         if not options.control:
             return supervisor.run()
         started = time.time()
-        company: list[Attendants] = []
+        company: list[Helpers] = []
 
         def attend() -> None:
-            from launcher.commands.attendants import Attendants
+            from launcher.commands.launch.helpers import Helpers
 
-            attendants = Attendants(
+            attendants = Helpers(
                 supervisor,
                 reactor=reactor,
                 screen=screen,

@@ -172,20 +172,20 @@ def _max_starting(options: RunOptions, text: str) -> RunOptions:
 
 
 def _budget_file(options: RunOptions, path: str) -> RunOptions:
-    from launcher.commands.process_options import with_file
+    from launcher.commands.launch.process_options import with_file
 
     return with_file(options, path)
 
 
 def _stop(options: RunOptions, word: str) -> RunOptions:
-    from launcher.commands.process_options import parse_stop
+    from launcher.commands.launch.process_options import parse_stop
 
     return replace(options, stop=(*options.stop, parse_stop(word)))
 
 
 def _limits(name: str) -> Callable[[RunOptions, str], RunOptions]:
     def take(options: RunOptions, word: str) -> RunOptions:
-        from launcher.commands import process_options
+        from launcher.commands.launch import process_options
 
         parse = getattr(process_options, f"parse_{name}")
         return replace(options, limits=(*options.limits, parse(word)))

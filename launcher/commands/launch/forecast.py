@@ -1,6 +1,6 @@
 """What smoke asks beforehand, in a process of its own: the processes in a launch file's plan.
 
-`python -m launcher.commands.smoke_forecast TARGET [name:=value ...]` prints one JSON object, and
+`python -m launcher.commands.launch.forecast TARGET [name:=value ...]` prints one JSON object, and
 nothing if there is no plan.
 """
 
@@ -12,16 +12,16 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from launcher.commands import plan as planning
-from launcher.commands import words as command_line
 from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
-from launcher.commands.patience import Patience
+from launcher.commands.launch import target as command_line
+from launcher.commands.launch.time_limit import TimeLimit
 from launcher.control.names import Named
 from launcher.errors import ExitCode, LauncherError
 from launcher.interpreter.trace import Visit
 from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
 from launcher.planner import Plan
 
-USAGE = "python -m launcher.commands.smoke_forecast TARGET [name:=value ...]"
+USAGE = "python -m launcher.commands.launch.forecast TARGET [name:=value ...]"
 _OURS = ("launch.", "launch_ros.", "launcher.")  # the others' entities do what they like
 
 
@@ -35,7 +35,7 @@ def main(words: Sequence[str]) -> int:
             flags=(LENIENT, NONINTERACTIVE),
             valued=(PREFIX, PREFIX_FILTER, PATIENCE),
         )
-        plan = planning.evaluate(request, Patience.given(request.options.get(PATIENCE[0])))
+        plan = planning.evaluate(request, TimeLimit.given(request.options.get(PATIENCE[0])))
     except LauncherError as error:
         return error.exit_code
     if plan.error is not None:

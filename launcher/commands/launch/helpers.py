@@ -1,4 +1,4 @@
-"""Attendants: what keeps a run company: its control socket, its ROS bridge, its console."""
+"""Helpers: what keeps a run company: its control socket, its ROS bridge, its console."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 
 from launcher import __version__
-from launcher.commands.words import Request
+from launcher.commands.launch.target import LaunchRequest
 from launcher.control.opening import open_control
 from launcher.control.server import Server
 from launcher.control.service import Identity
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
 
 
-class Attendants:
+class Helpers:
     """Opened when the first processes have been started, closed when all is over."""
 
     def __init__(
@@ -47,7 +47,7 @@ class Attendants:
         self._bridge: BridgeLink | None = None
         self._console: ConsoleLink | None = None
 
-    def open(self, request: Request, *, run_id: str, started: float) -> None:
+    def open(self, request: LaunchRequest, *, run_id: str, started: float) -> None:
         """Listen, if that is possible; show the run to ROS and to a person, if that is wanted."""
         identity = Identity(
             run_id=run_id,

@@ -13,7 +13,7 @@ from launcher.model.record import Record
 DEBUG = ("--debug", "-d")
 
 
-class Request(Record):
+class LaunchRequest(Record):
     """The launch file, its arguments in order, and the options by their first spelling.
 
     `options` holds "" for an option that takes no value.
@@ -36,7 +36,7 @@ def read(
     usage: str,
     flags: Sequence[tuple[str, ...]] = (),
     valued: Sequence[tuple[str, ...]] = (),
-) -> Request:
+) -> LaunchRequest:
     """The words with the launch file located; UsageError.
 
     `flags` and `valued` are options with all their spellings; those of `valued` take the next
@@ -64,7 +64,7 @@ def read(
     if not targets:
         raise UsageError("the launch file is missing", hint=usage)
     path = str(locate(targets, os.environ))
-    return Request(path=path, arguments=tuple(arguments), options=options)
+    return LaunchRequest(path=path, arguments=tuple(arguments), options=options)
 
 
 def _is_option(word: str) -> bool:
