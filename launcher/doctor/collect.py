@@ -18,7 +18,6 @@ from launcher.engine import shared_memory
 from launcher.engine.run_id import PROC, abandoned_runs
 from launcher.engine.runfolder import log_root
 
-DISTRIBUTION = "group_gp1"  # the one that installs the launcher
 MARKERS = Path("share/ament_index/resource_index/packages")
 # If another prefix has one of these, it is another ROS, and not a workspace on top of ours.
 CORE_PACKAGES = ("rcl", "rcl_interfaces", "rclpy", "rmw_implementation", "std_msgs")
@@ -141,8 +140,9 @@ def prefixes(text: str, wheels_prefix: str) -> tuple[Prefix, ...]:
 
 def installed_version() -> str | None:
     """The version that pip or colcon installed; a source tree that lies around does not count."""
-    for distribution in metadata.distributions(name=DISTRIBUTION):
-        if distribution.read_text("RECORD") is not None:
+    for distribution in metadata.distributions():
+        points = distribution.entry_points.select(group="pytest11", name="launcher")
+        if points and distribution.read_text("RECORD") is not None:
             return distribution.version
     return None
 
