@@ -19,8 +19,8 @@ def help_text(command: Command) -> str:
     if command.commands:
         rows = [(one.name.rpartition(" ")[2], one.help) for one in command.commands]
         parts.append(_section("verbs", rows))
-        parts.append(f"{command.usage.partition(' VERB')[0]} VERB --help lists the options of one.")
-    explained = [(one.metavar, one.help) for one in command.arguments if one.help]
+        parts.append(f"{command.usage.removesuffix(' ...')} --help lists the options of one.")
+    explained = [(one.metavar, explanation(one)) for one in command.arguments if one.help]
     if explained:
         parts.append(_section("arguments", explained))
     if not command.commands:
@@ -36,35 +36,23 @@ def sentence(text: str) -> str:
 
 def option_section(title: str, options: Iterable[Option]) -> str:
     """A table of options below a title."""
-    return _section(title, [(spelling(one), explanation(one)) for one in options])
-
-
-def spelling(option: Option) -> str:
-    """`-n, --lines N`."""
-    words = ", ".join(option.flags)
-    if not option.metavar:
-        return words
-    return words + {"=": f"[={option.metavar}]", "+": f" {option.metavar} ..."}.get(
-        option.count, f" {option.metavar}"
-    )
+    return _section(title, [(one.spelling, explanation(one)) for one in options])
 
 
 def explanation(option: Option) -> str:
-    """What an option does, with its choices."""
-    if not option.choices:
-        return option.help
+    """What an option does, with its choices and its default."""
     one_of = " | ".join(option.choices)
-    return f"{option.help}: {one_of}" if option.help else one_of
+    text = ": ".join(filter(None, (option.help, one_of)))
+    has_default = option.default and isinstance(option.default, (int, float, str))
+    return f"{text} (default: {option.default})" if has_default else text
 
 
 def _section(title: str, rows: Iterable[tuple[str, str]]) -> str:
     lines = [f"{title}:"]
     for left, right in rows:
         head = f"  {left}"
-        below = textwrap.wrap(right, WIDTH - INDENT) or [""]
-        if len(head) > INDENT - 2:
-            lines.append(head)
-            head = ""
-        lines += [f"{head:<{INDENT}}{below[0]}".rstrip()]
-        lines += [f"{'':<{INDENT}}{line}" for line in below[1:]]
+        below = textwrap.wrap(right, WIDTH - INDENT)
+        if len(head) <= INDENT - 2 and below:
+            head = f"{head:<{INDENT}}{below.pop(0)}"
+        lines += [head, *(f"{'':<{INDENT}}{line}" for line in below)]
     return "\n".join(lines)

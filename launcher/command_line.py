@@ -10,9 +10,9 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from types import SimpleNamespace
 
-from launcher.errors import UsageError, nearest
+from launcher.errors import LauncherError, UsageError
 from launcher.model.record import Record
-from launcher.program import program
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,42 +20,91 @@ if TYPE_CHECKING:
 
 
 class Option(Record):
-    """An option; without `flags`, a positional argument.
+    """An option; without `flags`, a positional argument. `option` makes one.
 
     The parsed value becomes the attribute `name`. An option without a `metavar` is a flag, which
     sets `value`. `read` turns a word into the value; it raises ValueError with a text that says
-    what is wrong with the word, or UsageError.
+    what is wrong with the word, or LauncherError.
 
     `count` says how many words are its value: `1`, `?` (one or none), `*`, `+`; `=` for an
     option whose value may be left out, and must follow a `=`; for the last argument of a command
     `...`, all words that follow, whatever they look like, or `text`, the same without `--options`.
     An option that is given `repeat`edly keeps its `last` value, collects `all` of them, or may be
-    given `once`.
+    given `once`. `kind` is what the control protocol expects: flag, text, count, seconds, signal.
     """
 
     name: str
-    flags: tuple[str, ...] = ()
-    metavar: str = ""
+    spelling: str
+    flags: tuple[str, ...]
+    metavar: str
+    count: str
     help: str = ""
     read: Callable[[str], Any] = str
     default: Any = None
     value: Any = True
     choices: tuple[str, ...] = ()
-    count: str = "1"
     repeat: str = "last"
+    kind: str = "text"
+
+    @property
+    def is_flag(self) -> bool:
+        return bool(self.flags) and not self.metavar and self.count != "="
 
 
-HELP = Option("help", ("-h", "--help"), help="show this help")
-DEBUG = Option("debug", ("--debug",), help="show the traceback of an error")
+def option(
+    spelling: str,
+    help: str = "",
+    read: Callable[[str], Any] = str,
+    default: Any = None,
+    *,
+    name: str = "",
+    count: str = "",
+    **more: Any,
+) -> Option:
+    """The option or argument that help spells so: `-n, --lines N`, `--tag[=NAME]`, `[NAME ...]`.
+
+    The name is that of the last flag, or the argument in lower case.
+    """
+    flags = tuple(
+        word.partition("[=")[0].rstrip(",") for word in spelling.split() if word[0] == "-"
+    )
+    shape = spelling.rpartition(flags[-1])[2].lstrip() if flags else spelling
+    if flags and shape.startswith("[="):
+        count, shape = "=", shape[2:-1]
+    elif not flags and shape.startswith("["):
+        count = count or ("*" if shape.endswith(" ...]") else "?")
+        shape = shape[1:-1]
+    metavar = shape.removesuffix(" ...")
+    count = count or ("1" if metavar == shape else "+")
+    name = name or (flags[-1].lstrip("-").replace("-", "_") if flags else metavar.lower())
+    if flags and not metavar and count == "1":
+        more.setdefault("kind", "flag")
+        default = False if default is None else default
+    return Option(
+        name=name,
+        spelling=spelling,
+        flags=flags,
+        metavar=metavar,
+        count=count,
+        help=help,
+        read=read,
+        default=default,
+        **more,
+    )
+
+
+HELP = option("-h, --help", "show this help")
+DEBUG = option("--debug", "show the traceback of an error")
 
 
 class Command(Record):
     """A command with what it takes: arguments and options, or `commands` of its own.
 
     `groups` are further options below a title of their own; of each tuple of names in `exclusive`
-    one may be given. `shorthand` knows what a word that is no option stands for: the name of an
-    option and its value. With `abbreviations`, as in argparse and so in ros2cli, `--js` is
-    `--json`, `-tn5` is `-t -n 5`, and a negative number or a word with a space is no option.
+    one may be given. `shorthand` is asked which option, with which value, an unknown option
+    stands for. With `abbreviations`, as in argparse and so in ros2cli, `--js` is `--json`, `-tn5`
+    is `-t -n 5`, and a negative number or a word with a space is no option. `run` is not used
+    here.
     """
 
     name: str
@@ -68,9 +117,10 @@ class Command(Record):
     about: str = ""
     epilog: str = ""
     exclusive: tuple[tuple[str, ...], ...] = ()
-    shorthand: Callable[[str], tuple[str, Any] | None] | None = None
+    shorthand: Callable[[str], tuple[Option, Any] | None] | None = None
     abbreviations: bool = False
     in_shell: bool = True
+    run: Callable[[Parsed], int] | None = None
 
     @property
     def all_options(self) -> tuple[Option, ...]:
@@ -80,9 +130,12 @@ class Command(Record):
     @property
     def usage(self) -> str:
         """`topic list [options]` with the name of the program in front."""
+        from launcher.program import program
+
         words = [program()] if self.in_shell else []
-        more = self.synopsis or " ".join([*map(_shape, self.arguments), "[options]"])
-        return " ".join([*words, *([self.name] if self.name else []), more])
+        shapes = [*(one.spelling for one in self.arguments), "[options]"]
+        more = self.synopsis or ("VERB ..." if self.commands else " ".join(shapes))
+        return " ".join([*words, self.name, more]).rstrip()
 
     def parse(self, words: Sequence[str]) -> Parsed:
         """The values of the options; UsageError, HelpAsked."""
@@ -101,9 +154,8 @@ class Command(Record):
             if command.name == f"{self.name} {words[0]}":
                 return command.read(words[1:])
         names = [command.name.rpartition(" ")[2] for command in self.commands]
-        raise UsageError(
-            f"{self.name} has no verb '{words[0]}'", hint=_suggestion(words[0], names, self)
-        )
+        hint = did_you_mean(words[0], names) or f"usage: {self.usage}"
+        raise UsageError(f"unknown verb '{self.name} {words[0]}'", hint=hint)
 
 
 class Parsed(SimpleNamespace):
@@ -115,10 +167,10 @@ class Parsed(SimpleNamespace):
 
     command: Command
     given: list[tuple[Option | None, list[str], Any]]
-    problem: UsageError | None
+    problem: LauncherError | None
 
 
-class HelpAsked(Exception):  # noqa: N818  (no error)
+class HelpAsked(Exception):
     """The help of `command` is to be printed, and nothing else done."""
 
     def __init__(self, command: Command) -> None:
@@ -127,8 +179,6 @@ class HelpAsked(Exception):  # noqa: N818  (no error)
 
 
 class _Reader:
-    """Reads one command's words."""
-
     def __init__(self, command: Command, words: Iterable[str]) -> None:
         self._command = command
         self._spellings = {flag: one for one in command.all_options for flag in one.flags}
@@ -136,7 +186,7 @@ class _Reader:
         self._plain: list[str] = []
         self._values: dict[str, Any] = {}
         self._given: list[tuple[Option | None, list[str], Any]] = []
-        self._problem: UsageError | None = None
+        self._problem: LauncherError | None = None
 
     def result(self) -> Parsed:
         """What the words say; HelpAsked."""
@@ -144,17 +194,15 @@ class _Reader:
             word = self._queue.popleft()
             try:
                 self._take(word)
-            except UsageError as error:
+            except LauncherError as error:
                 self._problem = self._problem or error
         try:
             self._check_exclusive()
             self._fill_arguments()
-        except UsageError as error:
+        except LauncherError as error:
             self._problem = self._problem or error
-        defaults = {
-            one.name: one.default
-            for one in (*self._command.all_options, *self._command.arguments)
-        }
+        known = (*self._command.all_options, *self._command.arguments)
+        defaults = {one.name: one.default for one in known}
         return Parsed(
             **{**defaults, **self._values},
             command=self._command,
@@ -213,12 +261,12 @@ class _Reader:
             raise HelpAsked(self._command)
         if option is None:
             self._take_unknown(word)
-        elif not option.metavar:
+        elif option.count == "=":
+            self._set(option, [word], self._read(option, flag, value))
+        elif option.is_flag:
             if has_value:
                 raise UsageError(f"{flag} takes no value", hint=self._usage())
             self._set(option, [word], option.value)
-        elif option.count == "=":
-            self._set(option, [word], self._read(option, flag, value))
         elif option.count == "+":
             words = [value] if has_value else self._values_after(flag, option)
             values = [self._read(option, flag, one) for one in words]
@@ -230,7 +278,7 @@ class _Reader:
     def _take_unknown(self, word: str) -> None:
         command = self._command
         if command.shorthand is not None and (meant := command.shorthand(word)) is not None:
-            self._values[meant[0]] = meant[1]
+            self._set(meant[0], [word], meant[1])
             return
         first = self._spellings.get(word[:2])
         if command.abbreviations and first is not None and len(word) > 2:
@@ -239,7 +287,7 @@ class _Reader:
             else:
                 self._queue.extendleft([f"-{word[2:]}", word[:2]])
             return
-        hint = _suggestion(word.partition("=")[0], self._spellings, command)
+        hint = did_you_mean(word.partition("=")[0], self._spellings) or self._usage()
         if not word.startswith("--") and len(word) > 2 and command.arguments:
             hint += "; an argument that begins with '-' goes behind --"
         raise UsageError(f"unknown option '{word}'", hint=hint)
@@ -262,15 +310,15 @@ class _Reader:
 
     def _read(self, option: Option, flag: str, word: str) -> Any:
         if option.choices and word not in option.choices:
-            near = nearest(word, option.choices)
             raise UsageError(
                 f"{flag}: '{word}' is not one of {', '.join(option.choices)}",
-                hint=f"did you mean {near}?" if near else None,
+                hint=did_you_mean(word, option.choices),
             )
         try:
             return option.read(word)
         except ValueError as error:
-            hint = getattr(error, "hint", None)
+            example = f"{flag} {option.metavar}" if "=" in option.metavar else None
+            hint = getattr(error, "hint", None) or example
             raise UsageError(f"{flag}: {error}", hint=hint) from None
 
     def _set(self, option: Option, words: list[str], value: Any) -> None:
@@ -313,7 +361,6 @@ class _Reader:
 
 
 def _is_negative(word: str) -> bool:
-    """Whether it looks like a negative number."""
     return word[:1] == "-" and word[1:].replace(".", "", 1).isdecimal()
 
 
@@ -321,39 +368,32 @@ def _least(argument: Option) -> int:
     return 1 if argument.count in "1+" else 0
 
 
-def _shape(argument: Option) -> str:
-    """An argument as a usage has it: `[NAME ...]`."""
-    one = argument.metavar
-    return {"1": one, "?": f"[{one}]", "+": f"{one} ..."}.get(argument.count, f"[{one} ...]")
-
-
-def _suggestion(word: str, known: Iterable[str], command: Command) -> str:
-    near = nearest(word, known)
-    if near is not None:
-        return f"did you mean {near}?"
-    if not command.in_shell:
-        return f"usage: {command.usage}"
-    return f"{program()} {command.name}".rstrip() + " --help"
-
-
 # ---- values that several commands take
+
+
+def number(text: str) -> float:
+    """A number; ValueError."""
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"'{text}' is not a number") from None
 
 
 def seconds(text: str) -> float:
     """A number of seconds, finite and not negative; ValueError."""
     try:
-        number = float(text)
+        value = float(text)
     except ValueError:
-        number = -1.0
-    if not 0.0 <= number < float("inf"):
+        value = -1.0
+    if not 0.0 <= value < float("inf"):
         raise ValueError(f"'{text}' is not a number of seconds")
-    return number
+    return value
 
 
 def count(text: str, least: int = 0, most: int | None = None) -> int:
     """A whole number within limits; ValueError."""
-    number = int(text) if text.isascii() and text.isdigit() and len(text) < 20 else -1
-    if number < least or (most is not None and number > most):
+    value = int(text) if text.isascii() and text.isdigit() and len(text) < 20 else -1
+    if value < least or (most is not None and value > most):
         limits = f"of at least {least}" if most is None else f"from {least} to {most}"
         raise ValueError(f"'{text}' is not a whole number {limits}")
-    return number
+    return value

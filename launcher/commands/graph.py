@@ -1,15 +1,17 @@
-"""`graph`: who talks to whom, as a tree, a drawing or data; what has changed since a saved one."""
+"""`graph`: the ROS graph as a tree, a drawing or data, and its differences from a saved one."""
 
 from __future__ import annotations
 
+import functools
 import time
-from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from launcher.command_line import Parsed, option
+from launcher.commands import VERBS
 from launcher.errors import ExitCode, LauncherError
-from launcher.graph.verb import Parser, add_common, dispatch, print_json, seconds, settled, warn
+from launcher.graph.verb import dispatch, print_json, ros_command, seconds, settled, warn
 
 if TYPE_CHECKING:
     from launcher.graph.observer import Observer
@@ -17,44 +19,7 @@ if TYPE_CHECKING:
     from launcher.graph.snapshot import Snapshot
 
 
-def main(words: Sequence[str]) -> int:
-    """Show the graph; the exit code (1 with --diff if something differs)."""
-    return dispatch(build_parser(), {"graph": _graph}, words)
-
-
-def build_parser() -> Parser:
-    """The options."""
-    parser = Parser(prog="python -m launcher graph", description="Show who talks to whom.")
-    parser.set_defaults(sub="graph")
-    add_common(parser)
-    _add_filters(parser)
-    shape = parser.add_mutually_exclusive_group()
-    shape.add_argument("--dot", action="store_true", help="print the source for Graphviz")
-    shape.add_argument("--mermaid", action="store_true", help="print a flowchart for Markdown")
-    shape.add_argument("--svg", metavar="FILE", help="draw it")
-    shape.add_argument("--html", metavar="FILE", help="draw it on a page with pan and zoom")
-    shape.add_argument("--watch", action="store_true", help="print every change until Ctrl-C")
-    shape.add_argument("--diff", metavar="FILE", help="compare with a saved --json; 1 if different")
-    parser.add_argument("--period", type=seconds, default=0.5, metavar="S", help="of --watch (0.5)")
-    return parser
-
-
-def _add_filters(parser: Parser) -> None:
-    parser.add_argument(
-        "--mode",
-        choices=("nodes", "active", "all"),
-        default="all",
-        help="nodes alone, topics that connect two sides, or all topics (default)",
-    )
-    parser.add_argument("--include", metavar="RE", help="only names like this, with neighbours")
-    parser.add_argument("--exclude", metavar="RE", help="no names like this")
-    parser.add_argument(
-        "--debug-topics", action="store_true", help="/rosout and /parameter_events as well"
-    )
-    parser.add_argument("--hidden", action="store_true", help="names with a part _like_this")
-
-
-def _graph(options: Namespace) -> int:
+def _graph(options: Parsed) -> int:
     from launcher.graph.picture import Filter, Mode
     from launcher.graph.seeing import seen
 
@@ -78,13 +43,13 @@ def _graph(options: Namespace) -> int:
     return ExitCode.OK
 
 
-def _saved(options: Namespace) -> Snapshot | None:
+def _saved(options: Parsed) -> Snapshot | None:
     from launcher.graph import saved
 
     return None if options.diff is None else saved.load(options.diff)
 
 
-def _show(snapshot: Snapshot, chosen: Filter, options: Namespace, domain_id: int) -> None:
+def _show(snapshot: Snapshot, chosen: Filter, options: Parsed, domain_id: int) -> None:
     if options.json:
         from launcher.graph.saved import to_document
 
@@ -101,7 +66,7 @@ def _show(snapshot: Snapshot, chosen: Filter, options: Namespace, domain_id: int
         print(to_tree(snapshot, chosen.mode), end="")
 
 
-def _draw(snapshot: Snapshot, chosen: Filter, options: Namespace, domain_id: int) -> None:
+def _draw(snapshot: Snapshot, chosen: Filter, options: Parsed, domain_id: int) -> None:
     from launcher.graph.dot import to_dot
     from launcher.graph.page import to_page
     from launcher.graph.svg import to_svg
@@ -126,7 +91,7 @@ def _write(path: str, text: str) -> None:
     warn(f"wrote {path}")
 
 
-def _diff(before: Snapshot, after: Snapshot, options: Namespace) -> int:
+def _diff(before: Snapshot, after: Snapshot, options: Parsed) -> int:
     from launcher.graph.saved import difference
 
     lines = difference(before, after)
@@ -138,7 +103,7 @@ def _diff(before: Snapshot, after: Snapshot, options: Namespace) -> int:
     return ExitCode.PROCESS_FAILED if lines else ExitCode.OK
 
 
-def _watch(observer: Observer, chosen: Filter, options: Namespace) -> int:
+def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
     from launcher.graph.saved import difference
     from launcher.graph.streams import until_interrupted
     from launcher.graph.tree import to_tree
@@ -154,3 +119,30 @@ def _watch(observer: Observer, chosen: Filter, options: Namespace) -> int:
                 say(f"{time.strftime('%H:%M:%S')} {line}")
             before = after
     return ExitCode.OK
+
+
+COMMAND = ros_command(
+    "graph",
+    VERBS["graph"],
+    _graph,
+    option(
+        "--mode MODE",
+        "only nodes, topics that connect two sides, or all topics",
+        default="all",
+        choices=("nodes", "active", "all"),
+    ),
+    option("--include RE", "only matching names and their neighbours"),
+    option("--exclude RE", "no matching names"),
+    option("--debug-topics", "/rosout and /parameter_events as well"),
+    option("--hidden", "hidden names as well"),
+    option("--dot", "print the source for Graphviz"),
+    option("--mermaid", "print a flowchart for Markdown"),
+    option("--svg FILE", "write a drawing"),
+    option("--html FILE", "write a page with pan and zoom"),
+    option("--watch", "print every change until Ctrl-C"),
+    option("--diff FILE", "compare with the output of --json; exit code 1 if different"),
+    option("--period S", "time between two looks of --watch", seconds, 0.5),
+    exclusive=(("dot", "mermaid", "svg", "html", "watch", "diff"),),
+)
+
+main = functools.partial(dispatch, COMMAND)

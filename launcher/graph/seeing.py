@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
-
+from launcher.command_line import Parsed
 from launcher.graph import domains
 from launcher.graph.ask import look_of_a_run
 from launcher.graph.look import Look
 from launcher.graph.verb import domain_option, settled, spin_time_s, tell_what_is_missing
 
 
-def seen(options: argparse.Namespace) -> Look:
+def seen(options: Parsed) -> Look:
     """The graph of the domain that is asked for; what could not be seen is said on stderr."""
     if not options.no_observer and (look := look_of_a_run(domain_option(options))):
         tell_what_is_missing(look.domain_id, look.nodes, 0, 0.0)
@@ -21,7 +20,7 @@ def seen(options: argparse.Namespace) -> Look:
         return observer.look()
 
 
-def _by_wire(options: argparse.Namespace) -> Look | None:
+def _by_wire(options: Parsed) -> Look | None:
     """None if it takes a whole DDS stack."""
     from launcher.graph.wire import Unfit, look_round
 

@@ -6,10 +6,10 @@ import contextlib
 import json
 import sys
 import time
-from argparse import Namespace
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from launcher.command_line import Parsed
 from launcher.errors import ExitCode
 from launcher.graph import rates
 from launcher.graph.echo import Writer, compiled_filter
@@ -34,7 +34,7 @@ def until_interrupted() -> Iterator[None]:
         sys.stdout = open("/dev/null", "w")  # noqa: SIM115
 
 
-def echo(options: Namespace) -> int:
+def echo(options: Parsed) -> int:
     """Print messages; the exit code."""
     writer, accepts = Writer.of(options), compiled_filter(options.filter)
     enough = are_published(options.topic_names)
@@ -121,7 +121,7 @@ class _Quiet:
             warn(f"no message on {self._topic} for {gap_s:.1f} s")
 
 
-def hz(options: Namespace) -> int:
+def hz(options: Parsed) -> int:
     """Print rates; 1 if one of them is below `--min` at the end."""
     accepts = compiled_filter(options.filter)
     names = options.topic_names
@@ -146,7 +146,7 @@ def hz(options: Namespace) -> int:
 
 
 def _report_rates(
-    arrivals: dict[str, rates.Arrivals], quiet: dict[str, _Quiet], options: Namespace
+    arrivals: dict[str, rates.Arrivals], quiet: dict[str, _Quiet], options: Parsed
 ) -> None:
     found = {name: spread for name, a in arrivals.items() if (spread := a.due())}
     for one in quiet.values():
@@ -174,7 +174,7 @@ def _rate_document(name: str, spread: rates.Spread) -> dict[str, Any]:
     }
 
 
-def _verdict(arrivals: dict[str, rates.Arrivals], options: Namespace) -> int:
+def _verdict(arrivals: dict[str, rates.Arrivals], options: Parsed) -> int:
     now_ns, code = time.time_ns(), ExitCode.OK
     for name, one in arrivals.items():
         mean_hz = one.mean_rate_hz(now_ns)
@@ -191,7 +191,7 @@ def _verdict(arrivals: dict[str, rates.Arrivals], options: Namespace) -> int:
     return code
 
 
-def bw(options: Namespace) -> int:
+def bw(options: Parsed) -> int:
     """Print bandwidths; the exit code."""
     sizes = rates.Bandwidth(options.window)
 
@@ -219,7 +219,7 @@ def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
     return json.dumps(document)
 
 
-def delay(options: Namespace) -> int:
+def delay(options: Parsed) -> int:
     """Print delays; the exit code."""
     delays = rates.Delays(options.window)
 

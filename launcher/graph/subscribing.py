@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 import time
-from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from launcher.command_line import Parsed
 from launcher.graph.domains import why_empty
 from launcher.graph.errors import VerbError, did_you_mean
 from launcher.graph.listener import (
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _LOOK_S = 0.1  # endpoints of one participant arrive together, so the next look has them all
 
 
-def subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
+def subscribe_now(observer: Observer, listener: Listener, name: str, options: Parsed) -> None:
     """Subscribe; VerbError as ros2cli words it if the type cannot be told."""
     target = _first_target(observer, name, options.message_type, options)
     if target is None:
@@ -49,7 +49,7 @@ class Awaited:
         observer: Observer,
         listener: Listener,
         names: Sequence[str],
-        options: Namespace,
+        options: Parsed,
         found: Callable[[Target], None],
     ) -> None:
         self._observer = observer
@@ -87,7 +87,7 @@ class Awaited:
 
 
 def _first_target(
-    observer: Observer, name: str, type_name: str | None, options: Namespace
+    observer: Observer, name: str, type_name: str | None, options: Parsed
 ) -> Target | None:
     """The topic as it is at the start."""
     if (look := observer.seen_ahead()) is not None:
@@ -108,7 +108,7 @@ def _unpublished(name: str) -> str:
     return f"WARNING: topic [{name}] does not appear to be published yet"
 
 
-def _subscribe(listener: Listener, target: Target, options: Namespace) -> None:
+def _subscribe(listener: Listener, target: Target, options: Parsed) -> None:
     profile, notes = fitted_profile(target, options)
     for note in notes:
         print(note)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import json
 import math
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NoReturn
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
+from launcher import command_line
+from launcher.command_line import DEBUG, Command, Option, Parsed, option
 from launcher.errors import ExitCode, UsageError
 from launcher.graph.terminal import harmless
 
@@ -21,60 +22,60 @@ if TYPE_CHECKING:
     from launcher.graph.scout import Scout
 
 
-class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaints are UsageErrors."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise instead of printing and exiting."""
-        raise UsageError(message, hint=f"{self.prog} --help")
-
-
-def parser_of(verb: str, description: str) -> tuple[Parser, Any]:
-    """The parser of a verb and the table that takes its sub-verbs (see `add_verb`)."""
-    parser = Parser(prog=f"python -m launcher {verb}", description=description)
-    table = parser.add_subparsers(dest="sub", metavar="VERB", parser_class=Parser)
-    return parser, table
+def seconds(word: str) -> float:
+    """A time below thirty years; ValueError."""
+    value = command_line.seconds(word)
+    if value >= 1e9:
+        raise ValueError(f"'{word}' is not a number of seconds")
+    return value
 
 
-def add_verb(table: Any, name: str, help_text: str) -> Parser:
-    """One sub-verb with the options that all have."""
-    parser: Parser = table.add_parser(name, help=help_text, description=help_text)
-    add_common(parser)
-    return parser
+DOMAIN_OPTIONS = (
+    option("-d, --domain ID", "ROS domain (default: ROS_DOMAIN_ID)"),
+    option(
+        "--spin-time S",
+        "longest wait until the graph is complete and quiet (default: 3.5)",
+        seconds,
+    ),
+    option("--json", "print JSON"),
+    DEBUG,
+    option("--no-observer", "do not ask the observer of a run with --ros"),
+    option("--no-daemon", "accepted as by ros2, without effect"),
+)
 
 
-def add_common(parser: argparse.ArgumentParser) -> None:
-    """The options that all verbs have."""
-    parser.add_argument("-d", "--domain", metavar="ID", help="look at this ROS domain")
-    parser.add_argument(
-        "--spin-time",
-        type=seconds,
-        metavar="S",
-        help="longest wait until the graph is complete and quiet (default 3.5)",
+def ros_command(
+    name: str,
+    help_text: str,
+    run: Callable[[Parsed], int],
+    *entries: Option,
+    groups: tuple[tuple[str, tuple[Option, ...]], ...] = (),
+    exclusive: tuple[tuple[str, ...], ...] = (),
+) -> Command:
+    """A command with these arguments and options, and those that all ROS verbs have."""
+    return Command(
+        name,
+        help_text,
+        arguments=tuple(one for one in entries if not one.flags),
+        options=tuple(one for one in entries if one.flags),
+        groups=(*groups, ("options of all ROS verbs", DOMAIN_OPTIONS)),
+        exclusive=exclusive,
+        abbreviations=True,
+        run=run,
     )
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    parser.add_argument(
-        "--no-observer", action="store_true", help="look ourselves, even if a run's bridge knows"
-    )
-    parser.add_argument("--no-daemon", action="store_true", help="accepted: there is no daemon")
 
 
-def dispatch(
-    parser: Parser, run: Mapping[str, Callable[[argparse.Namespace], int]], words: Sequence[str]
-) -> int:
-    """Parse and run a sub-verb; the help if there is none. SIGTERM ends it as Ctrl-C does."""
+def dispatch(command: Command, words: Sequence[str]) -> int:
+    """Parse the words and run the command. SIGTERM ends it as Ctrl-C does."""
     _refuse_undecodable(words)
-    options = parser.parse_args(list(words))
-    if options.sub is None:
-        parser.print_help()
-        return ExitCode.OK
+    options = command.parse(words)
     # an orderly end takes our node out of the graph at once, and our shared memory off the disk
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.default_int_handler)
     try:
         with harmless():
-            return run[options.sub](options)
+            assert options.command.run is not None
+            return options.command.run(options)
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
 
@@ -89,14 +90,6 @@ def _refuse_undecodable(words: Sequence[str]) -> None:
                 raise UsageError(f"not UTF-8: {word!a}") from None
 
 
-def seconds(word: str) -> float:
-    """A time that is not negative, for argparse."""
-    value = float(word)
-    if not 0 <= value < 1e9:
-        raise argparse.ArgumentTypeError(f"not a time in seconds: '{word}'")
-    return value
-
-
 def require_rate(rate_hz: float) -> None:
     """UsageError for what is no rate; of a period above 30 years nobody sees the end."""
     if rate_hz <= 0:
@@ -105,7 +98,7 @@ def require_rate(rate_hz: float) -> None:
         raise UsageError(f"no rate in Hz: {rate_hz}")
 
 
-def domain_option(options: argparse.Namespace) -> int:
+def domain_option(options: Parsed) -> int:
     """The domain of `-d`, or that of the environment."""
     from launcher.graph.domains import domain_of, environment_domain
 
@@ -114,7 +107,7 @@ def domain_option(options: argparse.Namespace) -> int:
 
 @contextlib.contextmanager
 def looking(
-    options: argparse.Namespace,
+    options: Parsed,
     enough: Callable[[Look], object] | None = None,
     *,
     listens: bool = False,
@@ -133,7 +126,7 @@ def looking(
 
 @contextlib.contextmanager
 def _scouting(
-    options: argparse.Namespace, enough: Callable[[Look], object] | None, *, listens: bool
+    options: Parsed, enough: Callable[[Look], object] | None, *, listens: bool
 ) -> Iterator[Scout | None]:
     """None where it takes a whole DDS stack to look."""
     from launcher.graph import domains
@@ -155,7 +148,7 @@ def _scouting(
         yield scout
 
 
-def spin_time_s(options: argparse.Namespace) -> float:
+def spin_time_s(options: Parsed) -> float:
     """How long discovery may take."""
     from launcher.graph.domains import SPIN_TIME_S
 
@@ -163,7 +156,7 @@ def spin_time_s(options: argparse.Namespace) -> float:
 
 
 @contextlib.contextmanager
-def settled(options: argparse.Namespace) -> Iterator[Observer]:
+def settled(options: Parsed) -> Iterator[Observer]:
     """An observer that has seen the whole graph; what it could not see is said on stderr."""
     from launcher.graph.settle import settle
 
@@ -198,6 +191,15 @@ def warn(text: str) -> None:
     """A line on stderr, so that stdout stays what ros2cli prints."""
     sys.stdout.flush()
     print(text, file=sys.stderr, flush=True)
+
+
+def show(options: Parsed, document: Any, lines: Iterable[object]) -> None:
+    """Print the document with --json, the lines without."""
+    if options.json:
+        print_json(document)
+        return
+    for line in lines:
+        print(line)
 
 
 def print_json(document: Any) -> None:

@@ -11,34 +11,33 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "launcher"
 
 # They import no room, and every room may import them.
-GROUND = {"text", "proc"}
+GROUND = {"text", "proc", "program"}
 
 # Room -> rooms that it may import besides.
 MAY_IMPORT = {
     "text": set(),
     "proc": set(),
-    "errors": set(),
     "program": set(),
+    "errors": set(),
     "packages": {"errors"},
     "model": {"errors"},
-    "command_line": {"errors", "model", "program"},
+    "command_line": {"errors", "model"},
     "command_help": {"command_line"},
-    "language": {"errors", "program", "model", "packages"},
+    "language": {"errors", "model", "packages"},
     "frontends": {"errors", "packages", "language"},
     "interpreter": {"errors", "model", "language", "packages"},
     "planner": {"errors", "model", "language", "frontends", "interpreter"},
     "engine": {"errors", "model"},
-    "control": {"errors", "program", "command_line", "command_help", "model", "engine"},
-    "console": {"errors", "program", "control"},
-    "doctor": {"program", "model", "engine"},
-    "graph": {"errors", "program", "command_line", "control", "model"},
+    "control": {"errors", "command_line", "command_help", "model", "engine"},
+    "console": {"errors", "control"},
+    "doctor": {"model", "engine"},
+    "graph": {"errors", "command_line", "control", "model"},
     "domain_lease": {"errors"},
-    "smoke": {"errors", "program", "command_line", "engine", "control", "graph", "domain_lease"},
-    "pytest_plugin": {"errors", "program", "smoke"},
+    "smoke": {"errors", "command_line", "engine", "control", "graph", "domain_lease"},
+    "pytest_plugin": {"errors", "smoke"},
     "render": {"errors", "model", "interpreter", "language", "planner"},
     "commands": {
         "errors",
-        "program",
         "command_line",
         "command_help",
         "packages",
@@ -56,7 +55,7 @@ MAY_IMPORT = {
         "smoke",
         "render",
     },
-    "cli": {"errors", "program", "command_line", "command_help", "packages", "model", "control"},
+    "cli": {"errors", "commands", "command_line", "command_help", "packages", "model", "control"},
     "__main__": {"cli"},
     "__init__": set(),
 }

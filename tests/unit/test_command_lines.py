@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import os
 import shlex
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from launcher import cli
 from launcher.commands import args, control, doctor, launch, plan, run, smoke
 from launcher.control import verbs
 from launcher.errors import LauncherError, UsageError
@@ -46,19 +48,25 @@ def launched(monkeypatch) -> Any:
     """What `launch WORDS` would do: (verb, arguments, options, run options, time limit)."""
     seen: list[Any] = []
 
-    def note(verb: str, request: Any, options: Any, patience: Any) -> int:
-        flags = dict(request.options)
+    def note(verb: str, request: Any, options: Any = None) -> int:
+        flags = {name for name in ("lenient", "noninteractive") if getattr(request, name)}
         run_options = {} if options is None else differing(options, RunOptions())
-        seen.append((verb, dict(request.arguments), flags, run_options, patience.wall_s))
+        arguments = dict(request.arguments)
+        seen.append((verb, arguments, flags, run_options, request.time_limit.wall_s))
         return 0
 
-    monkeypatch.setattr(launch, "launch", lambda r, o, p: note("launch", r, o, p))
-    monkeypatch.setattr(plan, "show", lambda r, p: note("plan", r, None, p))
-
-    def listed(path: str, patience: Any) -> int:
-        seen.append(("args", path, patience.wall_s))
+    def listed(request: Any) -> int:
+        seen.append(("args", request.path, request.time_limit.wall_s))
         return 0
 
+    def planned(request: Any, *, as_json: bool = False) -> int:
+        note("plan", request)
+        if as_json:
+            seen[-1][2].add("json")
+        return 0
+
+    monkeypatch.setattr(launch, "launch", lambda request, options: note("launch", request, options))
+    monkeypatch.setattr(plan, "show", planned)
     monkeypatch.setattr(args, "show", listed)
 
     def read(verb: Any, words: list[str]) -> Any:
@@ -108,15 +116,12 @@ ONCE = ("x", RestartMode.ALWAYS)
 )
 def test_words_of_a_launch(launched, line, arguments, flags, run_options, monkeypatch):
     monkeypatch.setenv("OVERRIDE_LAUNCH_PROCESS_OUTPUT", "")
+    names = {"--lenient": "lenient", "-n": "noninteractive"}
     verb, found, options, found_run, wall_s = launched(launch, shlex.split(line))
     assert (verb, found, found_run, wall_s) == ("launch", arguments, run_options, 60.0)
-    assert short_names(options) == flags.keys()
-
-
-def short_names(options: Any) -> set[str]:
-    """The flags, those about launch configurations aside, as the table writes them."""
-    short = {"--debug": "-d", "--noninteractive": "-n", "--show-all-subprocesses-output": "-a"}
-    return {short.get(name, name) for name in options if not name.startswith("--launch-prefix")}
+    assert options == {names[flag] for flag in flags if flag in names}
+    is_all = os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] == "both"
+    assert is_all == ("-a" in flags)
 
 
 def test_options_about_processes_keep_their_order(launched):
@@ -148,14 +153,14 @@ def test_a_launch_may_show_the_plan(launched, word):
     [
         (f"{F} a:=1", set()),
         (f"--json {F} --lenient a:=1", {"--json", "--lenient"}),
-        (f"{F} --debug a:=1 -d", {"-d"}),
+        (f"{F} --debug a:=1 -d", set()),
         (f"{F} --json -- a:=1", {"--json"}),
     ],
 )
 def test_words_of_a_plan(launched, line, flags):
     verb, arguments, options, _, wall_s = launched(plan, line.split())
     assert (verb, arguments, wall_s) == ("plan", {"a": "1"}, 60.0)
-    assert short_names(options) == flags
+    assert {f"--{name}" for name in options} == flags
 
 
 def test_words_of_args(launched, folder):
@@ -232,10 +237,12 @@ def test_words_that_run_does_not_take(line):
 
 def called(line: str) -> tuple[tuple[str, ...], dict[str, Any], str | None, bool]:
     name, *words = shlex.split(line)
-    settings, rest = control.take_settings(name, words)
-    call = verbs.parse(verbs.find(name), rest)
-    assert call.verb.name == name
-    return call.names, dict(call.options), settings.run, settings.as_json
+    verb = verbs.find(name)
+    assert verb is not None
+    parsed = control.command_of(verb).parse(words)
+    call = verbs.call_of(verb, parsed)
+    assert call.verb is verb
+    return call.names, dict(call.options), parsed.run, parsed.json
 
 
 @pytest.mark.parametrize(
@@ -459,8 +466,8 @@ def test_words_that_doctor_does_not_take(line):
 def understood(verb: str, words: list[str]) -> tuple[str, dict[str, Any]]:
     """(the verb below, its options) that a ROS verb makes of its words."""
     module = importlib.import_module(f"launcher.commands.{verb}")
-    options = vars(module.build_parser().parse_args(words))
-    return options.pop("sub"), options
+    options = vars(module.COMMAND.parse(words))
+    return options["command"].name.rpartition(" ")[2], options
 
 
 BASE = {"domain": None, "spin_time": None, "json": False, "no_observer": False}
@@ -524,7 +531,7 @@ LISTED = {**BASE, "show_types": False, "include_hidden_topics": False, "count_to
 LISTED["verbose"] = False
 INFO = {**BASE, "verbose": False, "explain": False}
 NODE = {**BASE, "node_name": "/n", "include_hidden_nodes": False}
-PARAMS = {**NODE, "param_prefixes": [], "param_type": False}
+PARAMS = {**NODE, "param_prefixes": (), "param_type": False}
 CALL = {**BASE, "values": "", "stdin": False, "rate": None, "timeout": 30.0}
 SERVICES = {**BASE, "show_types": False, "count_services": False}
 SERVICES["include_hidden_services"] = False
@@ -788,5 +795,5 @@ def test_words_that_no_ros_verb_takes(line):
 
 @pytest.mark.parametrize("verb", ["topic", "node", "param", "service", "interface"])
 def test_a_ros_verb_alone_prints_its_help(verb, capsys):
-    assert importlib.import_module(f"launcher.commands.{verb}").main([]) == 0
+    assert cli.main([verb]) == 0
     assert capsys.readouterr().out.startswith(f"usage: python -m launcher {verb}")

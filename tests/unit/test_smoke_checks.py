@@ -9,17 +9,17 @@ import pytest
 import std_msgs.msg
 
 from launcher.commands import plan as planning
-from launcher.commands.launch import target
 from launcher.commands.launch.forecast import is_certain
-from launcher.commands.launch.time_limit import TimeLimit
+from launcher.commands.launch.target import LaunchRequest
 from launcher.control.names import Named
 from launcher.errors import UsageError
-from launcher.smoke import checks, options
+from launcher.smoke import checks
 from launcher.smoke.conditions import Conditions, Expression
 from launcher.smoke.forecast import Forecast, compare
 from launcher.smoke.loader import parse
 from launcher.smoke.script import Script
 from launcher.smoke.shapes import fault_of_expression, faults_of_fields
+from tests.unit.smoke_cases import expectation_of
 
 
 def told(text: str) -> list[str]:
@@ -117,7 +117,7 @@ GOOD = {
 @pytest.mark.parametrize(("text", "words"), BAD.values(), ids=BAD)
 def test_a_mistake_is_told_with_its_place_and_a_suggestion(text: str, words: tuple[str, ...]):
     (error,) = told(text)
-    assert all(word in error for word in target), error
+    assert all(word in error for word in words), error
 
 
 @pytest.mark.parametrize("text", GOOD.values(), ids=GOOD)
@@ -132,8 +132,8 @@ def test_a_misspelt_package_of_a_type_that_is_only_compared_is_a_warning():
 
 
 def test_an_option_of_the_command_line_is_told_by_its_words():
-    flag = options.expectation_of("--expect-message", "/a=m.dat == 1")
-    kind = options.expectation_of("--expect-topic", "/a=std_msgs/String")
+    flag = expectation_of("--expect-message", "/a=m.dat == 1")
+    kind = expectation_of("--expect-topic", "/a=std_msgs/String")
     (error,) = checks.of_script(Script(expectations=(flag, kind))).errors
     assert isinstance(error, UsageError)
     assert error.message.startswith("--expect-message /a=m.dat == 1: std_msgs/msg/String has no")
@@ -259,7 +259,6 @@ def test_a_plan_is_certain_unless_functions_are_told_what_happens(
 ):
     path = tmp_path / "x.launch.py"
     path.write_text(LAUNCH.replace("{more}", more), encoding="utf-8")
-    request = target.read([str(path)], verb="smoke", usage="")
-    plan = planning.evaluate(request, TimeLimit())
+    plan = planning.evaluate(LaunchRequest(str(path)))
     assert plan.error is None
     assert is_certain(plan) is certain

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke import options, quantities
+from launcher.smoke import quantities
 from launcher.smoke.conditions import Conditions, Expression
 from launcher.smoke.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.facts import Ending, Facts
@@ -18,6 +18,7 @@ from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
 from launcher.smoke.result import Judged, Result, worst
 from launcher.smoke.timeline import Strokes, Timeline
+from tests.unit.smoke_cases import expectation_of
 from tests.unit.smoke_facts import OVER, lines, running, seen, started
 
 # ---- how things are written
@@ -125,14 +126,14 @@ def test_conditions_look_into_lists_and_into_json():
     ],
 )
 def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[str, Any]):
-    found = options.expectation_of(flag, text)
+    found = expectation_of(flag, text)
     assert (found.kind, dict(found.values)) == (kind, values)
 
 
 @pytest.mark.parametrize(
     ("flag", "text", "words"),
     [
-        ("--expect-rate", "/a", "'='"),
+        ("--expect-rate", "/a", "'/a' is not TOPIC=RATE"),
         ("--expect-rate", "/a=fast", "no rate"),
         ("--expect-node", "/a=soon", "no time"),
         ("--expect-qos", "/a=reliabilty:reliable", "reliability"),
@@ -141,7 +142,7 @@ def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[
 )
 def test_a_bad_flag_is_told_by_its_name(flag: str, text: str, words: str):
     with pytest.raises(UsageError) as told:
-        options.expectation_of(flag, text)
+        expectation_of(flag, text)
     assert flag in told.value.render() and words in told.value.render()
 
 

@@ -1,4 +1,4 @@
-"""`TARGET [name:=value ...]`: run a launch file until its processes have ended."""
+"""`launch TARGET [name:=value ...]`: run a launch file until its processes have ended."""
 
 from __future__ import annotations
 
@@ -8,12 +8,19 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from launcher.commands.launch import target as command_line
-from launcher.commands.launch.target import LaunchRequest
-from launcher.commands.launch.time_limit import TimeLimit, limited
+from launcher.command_line import Command, option
+from launcher.commands import VERBS
+from launcher.commands.launch.options import RUN_OPTIONS, run_options
+from launcher.commands.launch.target import (
+    ABOUT_TARGET,
+    READING_OPTIONS,
+    SYNOPSIS,
+    TARGET,
+    LaunchRequest,
+)
+from launcher.commands.launch.time_limit import limited
 from launcher.errors import (
     ExitCode,
-    LauncherError,
     LaunchFileError,
     UsageError,
     exit_code_table,
@@ -25,114 +32,68 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.commands.launch.helpers import Helpers
+    from launcher.commands.launch.run_plan import RunStep
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
     from launcher.model.events import Effect, Event
 
-MOST_CHAPTERS = 2000  # of what a run did, for its plan; memory is bounded
+# What serves the control socket takes 15 ms to import; the first processes start meanwhile.
+HELPERS_DELAY_S = 0.05
+MAX_RECORDED_STEPS = 2000  # bounds the memory for the plan of a run
 
-SYNOPSIS = "usage: python -m launcher TARGET [name:=value ...] [options]"
-_USAGE = f"""{SYNOPSIS}
-       python -m launcher PACKAGE FILE [name:=value ...] [options]
+COMMAND = Command(
+    "launch",
+    VERBS["launch"],
+    arguments=(TARGET,),
+    synopsis=SYNOPSIS,
+    about=f"""\
+{ABOUT_TARGET} The word `launch` may be left out.
 
-TARGET is a launch file or the name of one: `system` for launch/system.launch.py.
-Ctrl-C stops everything in order: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL; pressed
-again it does not wait.
-
-instead of launching:
-  -s, --show-args      list the arguments (python -m launcher args)
-  -p, --print          show what would be started (python -m launcher plan)
-
-options:
-  --lenient            accept argument names that nothing declares or reads, as ROS 2 does
-  -n, --noninteractive the launch file is told that there is no terminal
-  -a, --show-all-subprocesses-output
-                       every process's output on the screen and in the log
-  --launch-prefix WORDS, --launch-prefix-filter REGEX
-                       put words in front of the commands (of those that match)
-{{run_help}}
-  --evaluation-timeout S
-                       how long reading the launch file may take; 0 for any time (default: 60 s,
-                       and 20 s of computing)
-  -d, --debug          show the traceback of an error"""
-
-# What steers a run takes 15 ms to import. Children are starting then, and some have ended already.
-ATTEND_AFTER_S = 0.05
-
-SHOW_ARGS = ("--show-args", "-s", "--show-arguments")
-PRINT = ("--print", "-p", "--print-description")
-LENIENT = ("--lenient",)
-NONINTERACTIVE = ("--noninteractive", "-n")
-SHOW_ALL = ("--show-all-subprocesses-output", "-a")
-PREFIX = ("--launch-prefix",)
-PREFIX_FILTER = ("--launch-prefix-filter",)
-PATIENCE = ("--evaluation-timeout",)
+Ctrl-C stops all processes in order: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL; press it
+again to skip a wait.""",
+    options=(
+        option(
+            "-s, --show-args, --show-arguments",
+            "list the arguments of the launch file, as `args` does",
+            name="show_args",
+        ),
+        option(
+            "-p, --print, --print-description",
+            "show what would be started, as `plan` does",
+            name="print_plan",
+        ),
+        option(
+            "-a, --show-all-subprocesses-output",
+            "send the output of every process to the screen and to the log",
+            name="show_all",
+        ),
+        *READING_OPTIONS,
+    ),
+    groups=(("options about the run", RUN_OPTIONS),),
+    epilog="\n".join(exit_code_table()),
+)
 
 
 def main(words: Sequence[str]) -> int:
     """Run the launch file that `words` name; the exit code."""
-    if command_line.wants_help(words):
-        print(usage())
-        return ExitCode.OK
-    options, rest = _take_run_options(words)
-    request = command_line.read(
-        rest,
-        verb="launch",
-        usage=SYNOPSIS,
-        flags=(SHOW_ARGS, PRINT, LENIENT, NONINTERACTIVE, SHOW_ALL),
-        valued=(PREFIX, PREFIX_FILTER, PATIENCE),
-    )
-    patience = TimeLimit.given(request.options.get(PATIENCE[0]))
-    if SHOW_ARGS[0] in request.options:
+    parsed = COMMAND.parse(words)
+    options = run_options(parsed)
+    request = LaunchRequest.of(parsed)
+    if parsed.show_args:
         from launcher.commands import args
 
-        return args.show(request.path, patience)
-    request = _with_prefix(request)
-    if SHOW_ALL[0] in request.options:
-        # ROS 2 hands this to whatever the launch file starts, too.
+        return args.show(request)
+    if parsed.show_all:
+        # Launch files hand the environment on to other launchers, as with ROS 2.
         os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
-    if PRINT[0] in request.options:
+    if parsed.print_plan:
         from launcher.commands import plan
 
-        return plan.show(request, patience)
-    return launch(request, options, patience)
+        return plan.show(request)
+    return launch(request, options)
 
 
-def usage() -> str:
-    """What `--help` prints."""
-    from launcher.commands.launch.options import HELP
-
-    return "\n".join([_USAGE.format(run_help=HELP), "", *exit_code_table()])
-
-
-def _take_run_options(words: Sequence[str]) -> tuple[RunOptions, list[str]]:
-    """(the options about the run in `words`, the words that are something else); UsageError."""
-    if any(word.startswith("-") for word in words):
-        from launcher.commands.launch.options import take_run_options
-
-        return take_run_options(words)
-    return RunOptions(), list(words)
-
-
-def _with_prefix(request: LaunchRequest) -> LaunchRequest:
-    """The request with the launch configurations that the prefix options stand for."""
-    prefix = request.options.get(PREFIX[0])
-    pattern = request.options.get(PREFIX_FILTER[0])
-    if prefix is None:
-        if pattern is not None:
-            raise UsageError(
-                "--launch-prefix must be specified if --launch-prefix-filter is provided"
-            )
-        return request
-    more = [("launch-prefix", prefix)]
-    if pattern is not None:
-        more.append(("launch-prefix-filter", pattern))
-    return LaunchRequest(
-        path=request.path, arguments=(*request.arguments, *more), options=request.options
-    )
-
-
-def launch(request: LaunchRequest, options: RunOptions, patience: TimeLimit) -> int:
+def launch(request: LaunchRequest, options: RunOptions) -> int:
     """Evaluate the launch file, then run what it describes."""
     from launcher import frontends
     from launcher.engine.runfolder import new_run_path
@@ -144,23 +105,23 @@ def launch(request: LaunchRequest, options: RunOptions, patience: TimeLimit) -> 
     with vocabulary(words) as session:
         # Launch files ask where the logs of their run are.
         session.log_dir = None if run_path is None else str(run_path)
-        with limited(patience, request.path):
+        with limited(request.time_limit, request.path):
             description = frontends.load(request.path)
-            if LENIENT[0] not in request.options and not _declares(description, request):
+            if not request.lenient and not _is_declared(request, description):
                 _refuse_unknown(request)
                 description = frontends.load(request.path)  # the plan has used the first one up
         interpreter = Interpreter(
             description,
             path=request.path,
             arguments=request.arguments,
-            noninteractive=NONINTERACTIVE[0] in request.options or not _has_terminal(),
+            noninteractive=request.noninteractive or not _has_terminal(),
         )
         try:
-            core = _SoundCore(interpreter, description, request, patience)
+            core = LaunchCore(interpreter, description, request)
             core.evaluate()
             core.refuse_domain()
             if options.required:
-                core.refuse_missing(options)
+                core.refuse_missing(options.required)
             code = _supervise(core, options, run_path, request)
         finally:
             interpreter.close()
@@ -174,23 +135,20 @@ def _has_terminal() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()
 
 
-# ---- before anything starts
-
-
-def _declares(description: LaunchDescription, request: LaunchRequest) -> bool:
-    """Whether all arguments are plainly declared, so that no dry run is needed to know them."""
+def _is_declared(request: LaunchRequest, description: LaunchDescription) -> bool:
+    """Whether the launch file declares all given arguments, so that no dry run is needed."""
     names = {name for name, _ in request.arguments}
     if not names:
         return True
     try:
         declared = description.get_launch_arguments()
     except Exception:
-        return True  # the run finds out, and says where
+        return True  # the run reports it, with its place
     return names <= {argument.name for argument in declared}
 
 
 def _refuse_unknown(request: LaunchRequest) -> None:
-    """An error if, as a dry run shows, nothing declares or reads one of the arguments."""
+    """LauncherError if a dry run shows that nothing declares or reads one of the arguments."""
     from launcher.commands.launch import mistakes
     from launcher.commands.launch.known_names import known_names
     from launcher.commands.launch.redirection import silence
@@ -209,30 +167,35 @@ def _refuse_unknown(request: LaunchRequest) -> None:
     raise mistakes.together(errors)
 
 
-class _SoundCore:
-    """The interpreter, whose start is limited in time and tells all mistakes at once."""
+class LaunchCore:
+    """An interpreter whose start is limited in time, and which records what the run did."""
 
     def __init__(
-        self,
-        interpreter: Interpreter,
-        description: LaunchDescription,
-        request: LaunchRequest,
-        patience: TimeLimit,
+        self, interpreter: Interpreter, description: LaunchDescription, request: LaunchRequest
     ) -> None:
         self._interpreter = interpreter
         self._description = description
         self._request = request
-        self._patience = patience
         self._effects: Sequence[Effect] = ()
-        self._story: list[tuple[float, int | None, Sequence[Effect]]] = []
+        # (time, process that ended or None, effects) of each step
+        self._steps: list[tuple[float, int | None, Sequence[Effect]]] = []
 
     def evaluate(self) -> None:
         """Visit the static part, before there is a run with files and processes; LauncherError."""
         try:
-            with limited(self._patience, self._request.path):
+            with limited(self._request.time_limit, self._request.path):
                 self._effects = self._interpreter.start()
         except LaunchFileError as fault:
-            raise self._explained(fault) from fault
+            from launcher.commands.launch import mistakes
+
+            errors = mistakes.of_launch_file(
+                fault,
+                self._description,
+                self._interpreter.context,
+                self._request.arguments,
+                os.environ,
+            )
+            raise mistakes.together(errors) from fault
 
     def refuse_domain(self) -> None:
         """UsageError if the environment names a ROS domain in which no node can start."""
@@ -243,7 +206,7 @@ class _SoundCore:
 
         ros_domain.refuse(word, self._effects)
 
-    def refuse_missing(self, options: RunOptions) -> None:
+    def refuse_missing(self, required: Sequence[str]) -> None:
         """UsageError if a required process is not started, and nothing could start it later."""
         from launcher.engine.unmatched import nearest
         from launcher.language.actions.process import TargetedHandler
@@ -254,39 +217,27 @@ class _SoundCore:
         harmless = (OnIncludeLaunchDescription, OnShutdown, TargetedHandler)
         if not all(isinstance(effect, (StartProcess, LogMessage)) for effect in self._effects):
             return  # a timer, a component
-        if any(type(one) not in harmless for one in self._interpreter.context._event_handlers):
+        if any(type(one) not in harmless for one in self._interpreter.event_handlers):
             return
         specs = [one.spec for one in self._effects if isinstance(one, StartProcess)]
-        for pattern in options.required:
+        for pattern in required:
             if not any(matches(pattern, spec) for spec in specs):
                 names = ", ".join(spec.name for spec in specs) or "none"
                 raise UsageError(
                     f"--required '{pattern}' fits no process{nearest(pattern, specs)}",
-                    hint=f"processes there are: {names}",
+                    hint=f"processes: {names}",
                 )
 
     def start(self) -> Sequence[Effect]:
         """The effects of the launch file's static part."""
-        self._story.append((time.monotonic(), None, self._effects))
+        self._steps.append((time.monotonic(), None, self._effects))
         return self._effects
-
-    def _explained(self, fault: LaunchFileError) -> LauncherError:
-        from launcher.commands.launch import mistakes
-
-        errors = mistakes.of_launch_file(
-            fault,
-            self._description,
-            self._interpreter.context,
-            self._request.arguments,
-            os.environ,
-        )
-        return mistakes.together(errors)
 
     def handle(self, event: Event) -> Sequence[Effect]:
         """The effects of what happened."""
         effects = self._interpreter.handle(event)
-        if effects and len(self._story) < MOST_CHAPTERS:
-            self._story.append((time.monotonic(), _ended_process(event), effects))
+        if effects and len(self._steps) < MAX_RECORDED_STEPS:
+            self._steps.append((time.monotonic(), _ended_process(event), effects))
         return effects
 
     def watches_output(self, process_id: int) -> bool:
@@ -294,18 +245,21 @@ class _SoundCore:
         return self._interpreter.watches_output(process_id)
 
     def plan(self) -> Mapping[str, Any]:
-        """The plan document of what was asked for so far."""
-        from launcher.commands.launch.run_plan import Chapter, run_document
+        """The plan document of the run so far."""
+        from launcher.commands.launch.run_plan import run_document
 
-        story = [Chapter(*chapter) for chapter in self._story]
-        return run_document(self._interpreter, self._request.path, story)
+        return run_document(self._interpreter, self._request.path, self._recorded())
 
     def plan_lines(self) -> Sequence[str]:
-        """The same for people."""
-        from launcher.commands.launch.run_plan import Chapter, run_text
+        """The same as a tree, line by line."""
+        from launcher.commands.launch.run_plan import run_text
 
-        story = [Chapter(*chapter) for chapter in self._story]
-        return run_text(self._interpreter, self._request.path, story)
+        return run_text(self._interpreter, self._request.path, self._recorded())
+
+    def _recorded(self) -> list[RunStep]:
+        from launcher.commands.launch.run_plan import RunStep
+
+        return [RunStep(*step) for step in self._steps]
 
 
 def _ended_process(event: Event) -> int | None:
@@ -316,7 +270,7 @@ def _ended_process(event: Event) -> int | None:
 
 
 def _supervise(
-    core: _SoundCore, options: RunOptions, run_path: Path | None, request: LaunchRequest
+    core: LaunchCore, options: RunOptions, run_path: Path | None, request: LaunchRequest
 ) -> ExitCode:
     from launcher.engine.reactor import Reactor
     from launcher.engine.screen import Screen, passes_colour, wants_colour
@@ -339,27 +293,27 @@ def _supervise(
         if not options.control:
             return supervisor.run()
         started = time.time()
-        company: list[Helpers] = []
+        opened: list[Helpers] = []
 
-        def attend() -> None:
+        def open_helpers() -> None:
             from launcher.commands.launch.helpers import Helpers
 
-            attendants = Helpers(
+            helpers = Helpers(
                 supervisor,
                 reactor=reactor,
                 screen=screen,
                 options=options,
                 environment=environment,
             )
-            company.append(attendants)
-            attendants.open(request, run_id=run_id, started=started)
+            opened.append(helpers)
+            helpers.open(request, run_id=run_id, started=started)
 
-        supervisor.on_begun = lambda: reactor.call_later(ATTEND_AFTER_S, attend)
+        supervisor.on_begun = lambda: reactor.call_later(HELPERS_DELAY_S, open_helpers)
         try:
             return supervisor.run()
         finally:
-            for attendants in company:
-                attendants.close()
+            for helpers in opened:
+                helpers.close()
 
 
 def _new_run_id() -> str:

@@ -1,4 +1,4 @@
-"""Helpers: what keeps a run company: its control socket, its ROS bridge, its console."""
+"""What runs beside the supervisor: the control socket, the ROS bridge, the console."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from launcher.engine.bridge_link import BridgeLink
     from launcher.engine.console_link import ConsoleLink
 
-CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
+CONSOLE_DELAY_S = 0.3  # leaves the processor to processes that are starting
 
 
 class Helpers:
-    """Opened when the first processes have been started, closed when all is over."""
+    """Opened when the first processes have been started, closed at the end of the run."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class Helpers:
         self._console: ConsoleLink | None = None
 
     def open(self, request: LaunchRequest, *, run_id: str, started: float) -> None:
-        """Listen, if that is possible; show the run to ROS and to a person, if that is wanted."""
+        """Open the socket, and then the bridge and the console if they are asked for."""
         identity = Identity(
             run_id=run_id,
             launcher=__version__,
@@ -61,11 +61,11 @@ class Helpers:
         if self._server is None:
             return
         if self._options.ros:
-            self._show_to_ros(self._server)
+            self._open_bridge(self._server)
         if self._options.console and self._screen.is_tty and os.isatty(0):
             self._reactor.call_later(CONSOLE_DELAY_S, self._open_console)
 
-    def _show_to_ros(self, server: Server) -> None:
+    def _open_bridge(self, server: Server) -> None:
         from launcher.engine.bridge_link import BridgeLink
 
         environment = dict(self._environment)
@@ -80,7 +80,7 @@ class Helpers:
         self._console.start()
 
     def close(self) -> None:
-        """Let the console show the end of the run, and say goodbye to all clients."""
+        """Close the console first, so that it shows the end of the run."""
         if self._console is not None:
             self._console.close()
         if self._bridge is not None:

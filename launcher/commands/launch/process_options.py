@@ -1,4 +1,4 @@
-"""Options about single processes: how they are stopped, and what the system grants them.
+"""Options about single processes: how they are stopped, and their limits.
 
 Each is read from a word `PATTERN=...` (or `PATTERN:...`), and is imported when it is used.
 """
@@ -12,68 +12,60 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
-from launcher.commands.launch.options import parse_restart, seconds
+from launcher.command_line import seconds
+from launcher.commands.launch.options import for_pattern, parse_restart
 from launcher.errors import UsageError
 from launcher.model.limits import UNLIMITED, Limits
-from launcher.model.options import RunOptions
-from launcher.model.record import replace
 from launcher.model.spec import StopPolicy
 
-_STOP_EXAMPLE = "for example: --stop 'robot_*=int:2,term:1'"
-_NICE_EXAMPLE = "for example: --nice 'robot_*=5'"
-_CPUS_EXAMPLE = "for example: --cpus 'robot_*=0,2-3'"
-_LIMIT_EXAMPLE = "for example: --limit 'robot_*:nofile=256,as=1G,core=0'"
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 _DEFAULT_WAIT_S = 5.0  # as in ROS 2
 _UNITS = {"": 1, "K": 1024, "M": 1024**2, "G": 1024**3}
 
 
-def parse_stop(word: str) -> tuple[str, StopPolicy]:
-    """`PATTERN=SIGNAL[:S],SIGNAL[:S],...`: what is sent, and how long it may take; UsageError."""
-    pattern, text = _split(word, "=", _STOP_EXAMPLE)
+@for_pattern("=", "--stop 'robot_*=int:2,term:1'")
+def parse_stop(text: str) -> StopPolicy:
+    """`SIGNAL[:S],SIGNAL[:S],...`: the signals, and how many seconds to wait after each."""
     polite: list[tuple[signal.Signals, float]] = []
     *steps, last = text.split(",")
     for step in (*steps, last):
         name, _, time = step.partition(":")
-        signum = _signal(name, word)
+        signum = _signal(name)
         if signum == signal.SIGKILL:
             if time or step is not last:
-                raise _wrong(word, "kill comes last and waits for nothing", _STOP_EXAMPLE)
+                raise ValueError("kill comes last and waits for nothing")
             break
-        polite.append((signum, _wait_s(time, word)))
-    return pattern, StopPolicy(polite=tuple(polite))
+        polite.append((signum, seconds(time) if time else _DEFAULT_WAIT_S))
+    return StopPolicy(polite=tuple(polite))
 
 
-def _signal(name: str, word: str) -> signal.Signals:
+def _signal(name: str) -> signal.Signals:
     full = name.strip().upper()
     full = full if full.startswith("SIG") else f"SIG{full}"
     if full not in signal.Signals.__members__:
         known = "int, term, quit, hup, usr1, kill"
-        raise _wrong(word, f"there is no signal '{name}', but {known} and more", _STOP_EXAMPLE)
+        raise ValueError(f"unknown signal '{name}'; there are {known} and more")
     return signal.Signals[full]
 
 
-def _wait_s(text: str, word: str) -> float:
-    try:
-        return seconds(text) if text else _DEFAULT_WAIT_S
-    except ValueError:
-        raise _wrong(word, f"'{text}' is no number of seconds", _STOP_EXAMPLE) from None
-
-
-def parse_nice(word: str) -> tuple[str, Limits]:
-    """`PATTERN=N` with N from -20 (first) to 19 (last); UsageError."""
-    pattern, text = _split(word, "=", _NICE_EXAMPLE)
+@for_pattern("=", "--nice 'robot_*=5'")
+def parse_nice(text: str) -> Limits:
+    """A niceness from -20 (highest priority) to 19."""
     try:
         nice = int(text)
     except ValueError:
         nice = 99
     if not -20 <= nice <= 19:
-        raise _wrong(word, "a niceness is a whole number from -20 to 19", _NICE_EXAMPLE)
-    return pattern, Limits(nice=nice)
+        raise ValueError("a niceness is a whole number from -20 to 19")
+    return Limits(nice=nice)
 
 
-def parse_cpus(word: str) -> tuple[str, Limits]:
-    """`PATTERN=0,2-3`: the processors that it may run on; UsageError."""
-    pattern, text = _split(word, "=", _CPUS_EXAMPLE)
+@for_pattern("=", "--cpus 'robot_*=0,2-3'")
+def parse_cpus(text: str) -> Limits:
+    """The processors that it may run on, as in `0,2-3`."""
     cpus: set[int] = set()
     for part in text.split(","):
         first, _, last = part.partition("-")
@@ -82,41 +74,39 @@ def parse_cpus(word: str) -> tuple[str, Limits]:
         except ValueError:
             found = range(0)
         if not found:
-            raise _wrong(word, f"'{part}' is no processor and no range", _CPUS_EXAMPLE)
+            raise ValueError(f"'{part}' is not a processor or a range of them")
         cpus.update(found[:MOST_CPUS])
     count = os.cpu_count() or MOST_CPUS
     if max(cpus) >= count:
-        raise _wrong(word, f"there are processors 0 to {count - 1}", _CPUS_EXAMPLE)
-    return pattern, Limits(cpus=tuple(sorted(cpus)))
+        raise ValueError(f"there are processors 0 to {count - 1}")
+    return Limits(cpus=tuple(sorted(cpus)))
 
 
 MOST_CPUS = 8192  # what the kernel can be built for
 
 
-def parse_limit(
-    word: str, *, most_granted: Callable[[str], int] | None = None
-) -> tuple[str, Limits]:
-    """`PATTERN:NAME=VALUE,...`; VALUE is a number with K, M, G or `unlimited`, or SOFT/HARD.
+@for_pattern(":", "--limit 'robot_*:nofile=256,as=1G,core=0'")
+def parse_limit(text: str, *, most_granted: Callable[[str], int] | None = None) -> Limits:
+    """`NAME=VALUE,...`; VALUE is a number with K, M, G or `unlimited`, or SOFT/HARD.
 
-    UsageError also for what is more than `most_granted` of a name says.
+    More than `most_granted` of a name returns is refused.
     """
-    pattern, text = _split(word, ":", _LIMIT_EXAMPLE)
     rlimits: dict[str, tuple[str, int, int]] = {}
     for part in text.split(","):
         name, _, value = part.partition("=")
         if name not in limit_names():
             known = ", ".join(limit_names())
-            raise _wrong(word, f"there is no limit '{name}', only {known}", _LIMIT_EXAMPLE)
+            raise ValueError(f"there is no limit '{name}'; there are {known}")
         soft, slash, hard = value.partition("/")
-        limits = _amount(soft, word), _amount(hard if slash else soft, word)
+        limits = _amount(soft), _amount(hard if slash else soft)
         if limits[1] != UNLIMITED and not 0 <= limits[0] <= limits[1]:
-            raise _wrong(word, f"in '{part}' the soft limit is above the hard one", _LIMIT_EXAMPLE)
+            raise ValueError(f"in '{part}' the soft limit is above the hard one")
         most = (most_granted or _most_granted)(name)
         if most != UNLIMITED and (limits[1] == UNLIMITED or limits[1] > most):
             problem = f"'{part}' is more than is allowed here: the hard limit is {most}"
-            raise _wrong(word, problem, _LIMIT_EXAMPLE)
+            raise ValueError(problem)
         rlimits[name] = (name, *limits)
-    return pattern, Limits(rlimits=tuple(rlimits.values()))
+    return Limits(rlimits=tuple(rlimits.values()))
 
 
 def _most_granted(name: str) -> int:
@@ -146,53 +136,39 @@ def limit_names() -> list[str]:
     return sorted(name[7:].lower() for name in dir(resource) if name.startswith("RLIMIT_"))
 
 
-def _amount(text: str, word: str) -> int:
+def _amount(text: str) -> int:
     if text == "unlimited":
         return UNLIMITED
     number, unit = (text[:-1], text[-1:].upper()) if text[-1:].isalpha() else (text, "")
     if unit not in _UNITS or not number.isascii() or not number.isdigit():
-        raise _wrong(word, f"'{text}' is no number, as 256, 1G or unlimited are", _LIMIT_EXAMPLE)
+        raise ValueError(f"'{text}' is not a number such as 256, 1G or unlimited")
     amount = int(number) * _UNITS[unit]
     if amount >= 1 << 63:
-        raise _wrong(word, f"'{text}' is more than there is", _LIMIT_EXAMPLE)
+        raise ValueError(f"'{text}' is too large")
     return amount
 
 
-def with_file(options: RunOptions, path: str) -> RunOptions:
-    """The options with the text of a YAML file, the names and the settings in it; UsageError."""
+def settings_of(path: str) -> list[tuple[str, Any]]:
+    """What a YAML file says, as pairs of a field of RunOptions and a value for it; UsageError."""
     from launcher.engine.budget_reader import names_in, settings_in, text_of
 
     text = text_of(path)
-    options = replace(
-        options,
-        budget_files=(*options.budget_files, (path, text)),
-        file_names=(*options.file_names, *names_in(text, path)),
-    )
+    found: list[tuple[str, Any]] = [("budget_files", (path, text))]
+    found += [("file_names", name) for name in names_in(text, path)]
     for setting in settings_in(text, path):
         mark = ":" if setting.key == "limit" else "="
-        word = f"{setting.pattern}{mark}{setting.value}"
+        field, parse = _SETTINGS[setting.key]
         try:
-            options = _with_setting(options, setting.key, word)
+            found.append((field, parse(f"{setting.pattern}{mark}{setting.value}")))
         except UsageError as error:
             raise setting.place.error(error.message, error.hint) from None
-    return options
+    return found
 
 
-def _with_setting(options: RunOptions, key: str, word: str) -> RunOptions:
-    if key == "restart":
-        return replace(options, restart=(*options.restart, parse_restart(word)))
-    if key == "stop":
-        return replace(options, stop=(*options.stop, parse_stop(word)))
-    parse = {"nice": parse_nice, "cpus": parse_cpus, "limit": parse_limit}[key]
-    return replace(options, limits=(*options.limits, parse(word)))
-
-
-def _split(word: str, mark: str, example: str) -> tuple[str, str]:
-    pattern, _, text = word.partition(mark)
-    if not pattern or not text:
-        raise UsageError(f"'{word}' is not NAME{mark}...", hint=example)
-    return pattern, text
-
-
-def _wrong(word: str, problem: str, example: str) -> UsageError:
-    return UsageError(f"in '{word}': {problem}", hint=example)
+_SETTINGS: dict[str, tuple[str, Callable[[str], Any]]] = {
+    "restart": ("restart", parse_restart),
+    "stop": ("stop", parse_stop),
+    "nice": ("limits", parse_nice),
+    "cpus": ("limits", parse_cpus),
+    "limit": ("limits", parse_limit),
+}

@@ -1,85 +1,88 @@
-"""Words: what a command line that names a launch file says."""
+"""The launch file that a command line names, its arguments, and the options about reading it."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
 
+from launcher.command_line import Parsed, option, seconds
+from launcher.commands.launch.time_limit import TimeLimit
 from launcher.errors import UsageError
 from launcher.frontends.arguments import split_words
 from launcher.frontends.locate import locate
 from launcher.model.record import Record
 
-DEBUG = ("--debug", "-d")
+SYNOPSIS = "TARGET [name:=value ...] [options]"
+ABOUT_TARGET = """\
+TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or PACKAGE FILE
+as with `ros2 launch`."""
+
+TARGET = option("[TARGET ...]", name="words")
+LENIENT = option("--lenient", "accept unknown names of launch arguments, as ROS 2 does")
+NONINTERACTIVE = option("-n, --noninteractive", "tell the launch file that there is no terminal")
+PREFIX = option("--launch-prefix WORDS", "put words in front of the commands")
+PREFIX_FILTER = option(
+    "--launch-prefix-filter REGEX", "with --launch-prefix: only in front of commands that match"
+)
+DEBUG = option("-d, --debug", "show the traceback of an error")
+MOST_SECONDS = 1e6
+
+
+def _limit(text: str) -> TimeLimit:
+    limit_s = seconds(text)
+    if limit_s > MOST_SECONDS:
+        raise ValueError(f"'{text}' is more than {MOST_SECONDS:.0f} s; 0 is no limit")
+    return TimeLimit(wall_s=limit_s, cpu_s=limit_s)
+
+
+EVALUATION_TIMEOUT = option(
+    "--evaluation-timeout S",
+    "how long reading the launch file may take; 0 for no limit (default: 60 s, and 20 s of "
+    "processor time)",
+    _limit,
+    TimeLimit(),
+    name="time_limit",
+)
+# What another launch can be started with, too.
+READING_OPTIONS = (
+    LENIENT,
+    NONINTERACTIVE,
+    PREFIX,
+    PREFIX_FILTER,
+    EVALUATION_TIMEOUT,
+    DEBUG,
+)
 
 
 class LaunchRequest(Record):
-    """The launch file, its arguments in order, and the options by their first spelling.
-
-    `options` holds "" for an option that takes no value.
-    """
+    """The launch file, its arguments in order, and how it is read."""
 
     path: str
-    arguments: tuple[tuple[str, str], ...]
-    options: Mapping[str, str]
+    arguments: tuple[tuple[str, str], ...] = ()
+    lenient: bool = False
+    noninteractive: bool = False
+    time_limit: TimeLimit = TimeLimit()
 
-
-def wants_help(words: Sequence[str]) -> bool:
-    """Whether the help is asked for."""
-    return "-h" in words or "--help" in words
-
-
-def read(
-    words: Sequence[str],
-    *,
-    verb: str,
-    usage: str,
-    flags: Sequence[tuple[str, ...]] = (),
-    valued: Sequence[tuple[str, ...]] = (),
-) -> LaunchRequest:
-    """The words with the launch file located; UsageError.
-
-    `flags` and `valued` are options with all their spellings; those of `valued` take the next
-    word, or what follows a `=`. Options may stand anywhere in front of a `--`.
-    """
-    spellings = {word: option[0] for option in (DEBUG, *flags, *valued) for word in option}
-    with_value = {option[0] for option in valued}
-    options: dict[str, str] = {}
-    plain: list[str] = []
-    rest = iter(words)
-    for word in rest:
-        if word == "--":
-            plain += rest
-        elif not _is_option(word):
-            plain.append(word)
-        else:
-            name, equals, value = word.partition("=")
-            option = spellings.get(name)
-            if option is None or (equals and option not in with_value):
-                raise _unknown(word, verb, list(spellings))
-            if option in with_value and not equals:
-                value = _value_after(name, next(rest, None))
-            options[option] = value
-    targets, arguments = split_words(plain)
-    if not targets:
-        raise UsageError("the launch file is missing", hint=usage)
-    path = str(locate(targets, os.environ))
-    return LaunchRequest(path=path, arguments=tuple(arguments), options=options)
-
-
-def _is_option(word: str) -> bool:
-    return word.startswith("-") and len(word) > 1
-
-
-def _value_after(option: str, word: str | None) -> str:
-    if word is None:
-        raise UsageError(f"{option} wants a value", hint=f"{option}=VALUE")
-    return word
-
-
-def _unknown(word: str, verb: str, known: Sequence[str]) -> UsageError:
-    import difflib
-
-    near = difflib.get_close_matches(word, known, n=1)
-    hint = f"did you mean {near[0]}?" if near else f"python -m launcher {verb} --help"
-    return UsageError(f"unknown option '{word}'", hint=hint)
+    @classmethod
+    def of(cls, parsed: Parsed) -> LaunchRequest:
+        """What the words of a command ask for, with the launch file located; UsageError."""
+        targets, arguments = split_words(parsed.words)
+        if not targets:
+            usage = f"usage: {parsed.command.usage}"
+            raise UsageError("the launch file is missing", hint=usage)
+        given = vars(parsed)
+        prefix, pattern = given.get("launch_prefix"), given.get("launch_prefix_filter")
+        if prefix is not None:
+            arguments.append(("launch-prefix", prefix))
+        if pattern is not None:
+            if prefix is None:
+                raise UsageError(
+                    "--launch-prefix must be specified if --launch-prefix-filter is provided"
+                )
+            arguments.append(("launch-prefix-filter", pattern))
+        return cls(
+            path=str(locate(targets, os.environ)),
+            arguments=tuple(arguments),
+            lenient=given.get("lenient", False),
+            noninteractive=given.get("noninteractive", False),
+            time_limit=parsed.time_limit,
+        )
