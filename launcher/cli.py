@@ -1,4 +1,4 @@
-"""The command line: a table of verbs; what is no verb is a launch target."""
+"""The command line: its first word is a verb, or else a launch target."""
 
 from __future__ import annotations
 
@@ -8,92 +8,17 @@ import os
 import sys
 from collections.abc import Sequence
 
+from launcher.command_line import HELP, HelpAsked
+from launcher.commands import ABSENT_VERBS, CONTROL_VERBS, VERBS
 from launcher.errors import (
     ExitCode,
     LauncherError,
     PackageNotFoundError,
     UsageError,
     exit_code_table,
-    nearest,
 )
-from launcher.model.record import Record
 from launcher.packages import ament_environment
-
-
-class Verb(Record):
-    """A verb's name, one line of help, and how it is called. Its module is imported when used.
-
-    `module` has `main(words: list[str]) -> int`.
-    """
-
-    name: str
-    usage: str
-    help: str
-
-    @property
-    def module(self) -> str:
-        """Where it is written."""
-        return f"launcher.commands.{self.name}"
-
-
-VERBS = (
-    Verb("launch", "TARGET [name:=value ...]", "run a launch file; `launch` may be left out"),
-    Verb("plan", "TARGET [name:=value ...]", "show what a launch file would start, and why"),
-    Verb("args", "TARGET", "list the arguments of a launch file"),
-    Verb("run", "PACKAGE EXECUTABLE [ARG ...]", "run one program of a package in this terminal"),
-    Verb("topic", "VERB ...", "look at topics, listen to them, measure and publish them"),
-    Verb("node", "VERB ...", "look at nodes"),
-    Verb("param", "VERB ...", "look at and set parameters of nodes"),
-    Verb("service", "VERB ...", "look at and call services"),
-    Verb("interface", "VERB ...", "look at the types of messages and services"),
-    Verb("doctor", "[--fix] [--json]", "find what is wrong on this machine, and mend it"),
-    Verb("smoke", "TARGET [name:=value ...]", "test a launch file: what is seen, what is left"),
-    Verb("graph", "[OPTIONS]", "show who talks to whom: tree, drawing, page, difference"),
-)
-
-# Verbs about a run that is going on: launcher.control.verbs has their table, which is not imported
-# on the way to the first process of a run.
-CONTROL_MODULE = "launcher.commands.control"
-CONTROL_VERBS = (
-    "ps",
-    "top",
-    "kill",
-    "stop",
-    "start",
-    "restart",
-    "pause",
-    "resume",
-    "mute",
-    "unmute",
-    "solo",
-    "level",
-    "grep",
-    "logs",
-    "info",
-    "send",
-    "events",
-    "quit",
-    "runs",
-)
-
-# Verbs of ros2cli that are not built; launcher.commands.absent says what there is instead.
-ABSENT_VERBS = (
-    "action",
-    "bag",
-    "component",
-    "control",
-    "daemon",
-    "extension_points",
-    "extensions",
-    "lifecycle",
-    "multicast",
-    "pkg",
-    "plugin",
-    "security",
-    "test",
-    "trace",
-    "wtf",
-)
+from launcher.text import did_you_mean, suggest
 
 
 def main(words: Sequence[str]) -> int:
@@ -104,17 +29,22 @@ def main(words: Sequence[str]) -> int:
     debug = _wants_traceback(words)
     try:
         return _dispatch(words)
+    except HelpAsked as asked:
+        from launcher.command_help import help_text
+
+        print(help_text(asked.command))
+        return ExitCode.OK
     except LauncherError as error:
         if debug:
             raise
         print(error.render(), file=sys.stderr)
         return error.exit_code
     except OSError as error:
-        # What we print cannot be written (a full disk); a reader that has gone is told above us.
+        # Output cannot be written (a full disk); __main__ handles a reader that has gone.
         if debug or isinstance(error, BrokenPipeError):
             raise
         if error.filename is None and _folder_is_gone():
-            gone = UsageError("the folder that you are in is no more", hint="cd to another one")
+            gone = UsageError("the current directory does not exist any more")
             print(gone.render(), file=sys.stderr)
             return gone.exit_code
         print(f"error: {error.strerror}: {error.filename or 'output'}", file=sys.stderr)
@@ -132,43 +62,43 @@ def _folder_is_gone() -> bool:
 def _wants_traceback(words: list[str]) -> bool:
     verb = words[0] if words else ""
     if verb == "run":
-        words = words[:2]  # what follows the executable is not ours to read
-    # As with `ros2 launch`; elsewhere -d is something else.
-    has_short = verb in ("plan", "args", "launch") or verb not in {v.name for v in VERBS} | set(
-        CONTROL_VERBS
-    )
+        words = words[:2]  # the rest are arguments of the executable
+    # As with `ros2 launch`; with other verbs -d is something else.
+    has_short = verb in ("plan", "args", "launch") or verb not in (*VERBS, *CONTROL_VERBS)
     return "--debug" in words or (has_short and "-d" in words)
 
 
 def _dispatch(words: list[str]) -> int:
     if words[:1] == ["help"]:  # as in the console
         words = _meant_by_help(words[1:])
-    if not words or words[0] in ("-h", "--help"):
+    if not words or words[0] in HELP.flags:
         print(overview())
         return ExitCode.OK if words else ExitCode.USAGE
-    if words[0] in ("--version", "-V"):
+    verb, *rest = words
+    if verb in ("--version", "-V"):
         print(importlib.import_module("launcher").__version__)
         return ExitCode.OK
-    if words[0].partition("=")[0] == "--run":
-        raise UsageError("--run goes behind the verb", hint="as in python -m launcher ps --run ID")
-    if words[0] in CONTROL_VERBS:
-        steered: int = importlib.import_module(CONTROL_MODULE).main(words)
-        return steered
-    verb = next((v for v in VERBS if v.name == words[0]), None)
-    if verb is None:
-        if words[0] in ABSENT_VERBS:
-            importlib.import_module("launcher.commands.absent").refuse(words)
-        verb, rest = VERBS[0], words
-    else:
-        rest = words[1:]
-    if verb is not VERBS[0]:
-        gc.enable()
+    if verb.partition("=")[0] == "--run":
+        raise UsageError(
+            "--run is an option of a verb", hint=f"for example: {_program()} ps --run ID"
+        )
+    if verb in CONTROL_VERBS:
+        return _run("control", words)
+    if verb in VERBS:
+        return _run(verb, rest)
+    if verb in ABSENT_VERBS:
+        importlib.import_module("launcher.commands.launch.absent_verbs").refuse(words)
     try:
-        code: int = importlib.import_module(verb.module).main(rest)
+        return _run("launch", words)
     except (UsageError, PackageNotFoundError) as error:
-        if rest is words:
-            _suggest_verb(words[0], error)
+        _suggest_verb(verb, error)
         raise
+
+
+def _run(module: str, words: list[str]) -> int:
+    if module != "launch":
+        gc.enable()
+    code: int = importlib.import_module(f"launcher.commands.{module}").main(words)
     return code
 
 
@@ -177,11 +107,10 @@ def _meant_by_help(words: list[str]) -> list[str]:
     if not words or words[0] == "help" or words[0].startswith("-"):
         return ["--help"]
     name = words[0]
-    names = [*(verb.name for verb in VERBS), *CONTROL_VERBS]
+    names = (*VERBS, *CONTROL_VERBS)
     if name not in (*names, *ABSENT_VERBS):
-        near = nearest(name, names)
-        hint = f"python -m launcher help {near}" if near else "python -m launcher help"
-        raise UsageError(f"there is no verb '{name}'", hint=hint)
+        hint = did_you_mean(name, names) or f"{_program()} help lists the verbs"
+        raise UsageError(f"unknown verb '{name}'", hint=hint)
     below = words[1:2] if name in _WITH_VERBS and not words[-1].startswith("-") else []
     return [name, *below, "--help"]
 
@@ -191,25 +120,32 @@ _WITH_VERBS = ("topic", "node", "param", "service", "interface")  # they have ve
 
 def _suggest_verb(word: str, error: LauncherError) -> None:
     """Add to what is wrong with a target that it looks like a misspelt verb."""
-    near = nearest(word, [*(v.name for v in VERBS), *CONTROL_VERBS])
-    if near is not None and f"'{word}'" in error.message:
-        meant = f"did you mean python -m launcher {near}?"
+    verb = suggest(word, (*VERBS, *CONTROL_VERBS))
+    if verb is not None and f"'{word}'" in error.message:
+        meant = f"did you mean `{_program()} {verb}`?"
         error.hint = f"{meant} ({error.hint})" if error.hint else meant
+
+
+def _program() -> str:
+    from launcher.program import program  # only help and hints need it
+
+    return program()
 
 
 def overview() -> str:
     """What `--help` prints: the verbs and the exit codes."""
+    name = _program()
     lines = [
-        "usage: python -m launcher TARGET [name:=value ...]",
-        "       python -m launcher VERB ...        (python -m launcher VERB --help tells more)",
+        f"usage: {name} TARGET [name:=value ...] [options]",
+        f"       {name} VERB ...",
         "",
         "TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or",
-        "PACKAGE FILE as with `ros2 launch`.",
+        f"PACKAGE FILE as with `ros2 launch`. {name} VERB --help lists the options of a verb.",
         "",
         "verbs:",
-        *(f"  {verb.name:9} {verb.help}" for verb in VERBS),
+        *(f"  {verb:9} {text}" for verb, text in VERBS.items()),
         "",
-        "verbs about a run that is going on, from any shell:",
+        "verbs about a running launch, from any shell:",
         *(f"  {name:9} {text}" for name, text in control_verbs()),
         "",
         *exit_code_table(),
@@ -218,11 +154,11 @@ def overview() -> str:
 
 
 def control_verbs() -> list[tuple[str, str]]:
-    """(name, one line of help) of the verbs about a run that is going on."""
+    """(name, one line of help) of the verbs about a running launch."""
     from launcher.control.verbs import VERBS as CONTROL
 
     table = [(verb.name, verb.help) for verb in CONTROL if verb.shell]
-    return [*table, ("runs", "list the runs that are going on")]
+    return [*table, ("runs", "list the running launches")]
 
 
-__all__ = ["VERBS", "UsageError", "Verb", "main", "overview"]
+__all__ = ["ABSENT_VERBS", "CONTROL_VERBS", "VERBS", "UsageError", "main", "overview"]

@@ -1,4 +1,4 @@
-"""The pytest plugin: the fixture `launched_system`, and what is shown of a system if a test fails.
+"""The pytest plugin: the fixture `launched_system`, and its part in the report of a failed test.
 
 ```python
 def test_the_monitor_misses_a_dead_robot(launched_system):
@@ -8,8 +8,7 @@ def test_the_monitor_misses_a_dead_robot(launched_system):
     fleet.wait_for_log("monitor", "robot_2 has not reported")
 ```
 
-pytest loads this module in every run, so it imports nothing that a run without launched systems
-would wait for.
+pytest loads this module in every run, so it imports the rest only when a system is launched.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from launcher.smoke.run.system import System
 
 TIMEOUT_S = 60.0
-REFUSAL_S = 2.0  # how long the reading of a launch file, which may be wrong, is waited for
+REFUSAL_S = 2.0  # longest wait for the launch file to be read, which may fail
 _LAST_LINES = 15  # of each process, in the report of a failed test
 ANY, LAUNCHER = "*", "launch"
 
@@ -116,40 +115,40 @@ class LaunchedSystem:
     def wait_until(
         self, fact: Callable[[], object], what: str, timeout_s: float | None = None
     ) -> None:
-        """Until something holds that has to be looked at; looked at whenever something is seen."""
+        """Until `fact()` is true; it is called whenever something is observed."""
         self.system.wait_for(lambda _: fact(), what, self._limit(timeout_s))
 
     def _limit(self, timeout_s: float | None) -> float:
         return self._timeout_s if timeout_s is None else timeout_s
 
-    # ---- steering
+    # ---- control
 
     def kill(self, process: str, signal: str = "SIGKILL") -> None:
         """Send a signal to its group from outside, as an accident would."""
         self.system.kill(process, signal)
 
     def stop(self, process: str) -> None:
-        """Let the launcher stop it, in order; it stays stopped."""
+        """Have the launcher stop it; it stays stopped."""
         self.system.stop_process(process)
 
     def start(self, process: str) -> None:
-        """Let the launcher start it again."""
+        """Have the launcher start it again."""
         self.system.start_process(process)
 
     def restart(self, process: str) -> None:
-        """Let the launcher stop it and start it again."""
+        """Have the launcher restart it."""
         self.system.restart_process(process)
 
     def pause(self, process: str) -> None:
-        """Let it stand still."""
+        """Suspend it (SIGSTOP)."""
         self.system.pause(process)
 
     def resume(self, process: str) -> None:
-        """Let it go on."""
+        """Resume it (SIGCONT)."""
         self.system.resume(process)
 
     def send(self, process: str, text: str) -> None:
-        """A line for its standard input."""
+        """Write a line to its standard input."""
         self.system.send(process, text)
 
     def publish(self, topic: str, type: str | None, value: Any) -> None:
@@ -173,19 +172,19 @@ class LaunchedSystem:
         self.system.set_parameter(node, name, value)
 
     def shutdown(self) -> Ending:
-        """Take the system down as Ctrl-C does, and see what is left. Again: the same answer."""
+        """Stop the system as Ctrl-C does; what is left behind is in the answer. May be repeated."""
         return self.system.stop()
 
-    # ---- looking
+    # ---- observations
 
     @property
     def facts(self) -> Facts:
-        """All that was seen up to now, frozen; times are seconds since the launcher started."""
+        """Everything observed so far; times are seconds since the launcher started."""
         return self.system.facts()
 
     @property
     def exit_code(self) -> int | None:
-        """The launcher's; None while it runs, or if it had to be killed."""
+        """The launcher's; None while it runs, or if it was killed."""
         return self.system.returncode
 
     def logs(self, process: str = ANY) -> list[str]:
@@ -204,16 +203,16 @@ class LaunchedSystem:
         return [message.content for message in self.facts.heard(topic)]
 
     def processes(self) -> dict[str, dict[str, Any]]:
-        """What the launcher says of each process now: `state`, `pid`, `restarts` and more."""
+        """The launcher's table of processes: `state`, `pid`, `restarts` and more."""
         return {row["name"]: row for row in self.system.ps()}
 
     @property
     def environment(self) -> Mapping[str, str]:
-        """The environment of the run, for other programs that shall see it."""
+        """The environment of the run, for other programs in its domain."""
         return self.system.environment
 
     def story(self) -> str:
-        """The last lines of each process, and how it stands, for people."""
+        """The last lines of each process and its state, as a report."""
         facts = self.facts
         parts = [
             f"python -m launcher {' '.join(self.system.words)}",
@@ -345,7 +344,7 @@ def _file_name(node_id: str) -> str:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add what the systems of a failed test said to its report."""
+    """Add the output of the systems of a failed test to its report."""
     report = yield
     if report.failed and _SYSTEMS in item.stash:
         item.stash[_FAILED] = True

@@ -1,1 +1,63 @@
-"""The verbs of the command line, one module each: `main(words) -> exit code`."""
+"""One module per verb: `main(words)` runs it and returns the exit code."""
+
+# Each verb with its line of help; a verb is the module `launcher.commands.VERB`.
+VERBS = {
+    "launch": "run a launch file; `launch` may be left out",
+    "plan": "show what a launch file would start, and why",
+    "args": "list the arguments of a launch file",
+    "run": "run one executable of a package in this terminal",
+    "topic": "list, inspect, print, measure and publish topics",
+    "node": "list and inspect nodes",
+    "param": "list, get and set parameters of nodes",
+    "service": "list and call services",
+    "interface": "show the installed types of messages, services and actions",
+    "doctor": "find what is wrong on this machine, and repair it",
+    "smoke": "test a launch file against expectations",
+    "graph": "show the ROS graph as a tree, a drawing or data",
+}
+
+# Verbs about a running launch. Their table is in launcher.control.verbs, which is not imported on
+# the way to the first process of a run; their module is launcher.commands.control.
+CONTROL_VERBS = (
+    "ps",
+    "top",
+    "kill",
+    "stop",
+    "start",
+    "restart",
+    "pause",
+    "resume",
+    "mute",
+    "unmute",
+    "solo",
+    "level",
+    "grep",
+    "logs",
+    "info",
+    "send",
+    "events",
+    "quit",
+    "runs",
+)
+
+# Verbs of ros2cli that do not exist here, with an alternative.
+ABSENT_VERBS = {
+    "action": "topic list and service list list the parts of an action, "
+    "with --include-hidden-topics and --include-hidden-services",
+    "bag": "PROGRAM topic echo TOPIC --json > FILE saves messages, one a line",
+    "component": "a launch file loads components (ComposableNodeContainer, LoadComposableNodes)",
+    "control": None,
+    "daemon": "there is no daemon; every verb looks for itself",
+    "extension_points": None,
+    "extensions": None,
+    "lifecycle": "PROGRAM service call /NODE/get_state lifecycle_msgs/srv/GetState, "
+    "and change_state with ChangeState",
+    "multicast": None,
+    "pkg": "PROGRAM run PACKAGE lists the executables of a package, "
+    "interface list the types of all",
+    "plugin": None,
+    "security": None,
+    "test": "PROGRAM smoke TARGET tests a launch file",
+    "trace": None,
+    "wtf": "PROGRAM doctor",
+}

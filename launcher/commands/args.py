@@ -1,44 +1,46 @@
-"""`args TARGET`: the arguments that a launch file takes, in `ros2 launch --show-args`' words."""
+"""`args TARGET`: list the arguments of a launch file, as `ros2 launch --show-args` prints them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from launcher.commands import words as command_line
-from launcher.commands.patience import Patience, limited
-from launcher.commands.quiet import say, stdout_to_stderr
+from launcher.command_line import Command
+from launcher.commands import VERBS
+from launcher.commands.launch.redirection import say, stdout_to_stderr
+from launcher.commands.launch.target import (
+    ABOUT_TARGET,
+    DEBUG,
+    EVALUATION_TIMEOUT,
+    TARGET,
+    LaunchRequest,
+)
+from launcher.commands.launch.time_limit import limited
 from launcher.errors import ExitCode
 
-USAGE = """usage: python -m launcher args TARGET [--debug]
-       python -m launcher args PACKAGE FILE
-
-Lists the arguments of the launch file and of the files that it includes.
-
-options:
-  --evaluation-timeout S  how long loading may take; 0 for any time (default: 60 s, and 20 s of
-                          computing)
-  --debug                 show the traceback of an error"""
-
-PATIENCE = ("--evaluation-timeout",)
+COMMAND = Command(
+    "args",
+    VERBS["args"],
+    arguments=(TARGET,),
+    synopsis="TARGET [options]",
+    about=f"Lists the arguments of the launch file and of what it includes.\n\n{ABOUT_TARGET}",
+    options=(EVALUATION_TIMEOUT, DEBUG),
+)
 
 
 def main(words: Sequence[str]) -> int:
     """List the arguments of the launch file that `words` name; the exit code."""
-    if command_line.wants_help(words):
-        say(USAGE)
-        return ExitCode.OK
-    request = command_line.read(words, verb="args", usage=USAGE.splitlines()[0], valued=(PATIENCE,))
-    return show(request.path, Patience.given(request.options.get(PATIENCE[0])))
+    return show(LaunchRequest.of(COMMAND.parse(words)))
 
 
-def show(path: str, patience: Patience) -> int:
+def show(request: LaunchRequest) -> int:
     """List the arguments of a launch file; LaunchFileError if it cannot be loaded."""
     from launcher import frontends
     from launcher.language.compat import vocabulary
     from launcher.language.diagnostics import faults
     from launcher.render.arguments import describe_arguments
 
-    with stdout_to_stderr(), limited(patience, path), vocabulary([path]):
+    path = request.path
+    with stdout_to_stderr(), limited(request.time_limit, path), vocabulary([path]):
         description = frontends.load(path)
         try:
             text = describe_arguments(description.get_launch_arguments())

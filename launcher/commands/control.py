@@ -1,4 +1,4 @@
-"""`ps`, `top`, `kill`, `stop`, `logs` and so on: a running run, from any other shell."""
+"""`ps`, `top`, `kill`, `stop`, `logs` and so on: control a running launch from another shell."""
 
 from __future__ import annotations
 
@@ -6,118 +6,60 @@ import json
 import os
 import sys
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from launcher.command_help import sentence
+from launcher.command_line import DEBUG, Command, Parsed, option
 from launcher.control import verbs
 from launcher.control.client import Connection
 from launcher.control.format import event_line, log_line
-from launcher.control.runs import AnyRun, SilentRun, all_runs, find_run
+from launcher.control.runs import AnyRun, all_runs, find_run
 from launcher.control.verbs import Call, Verb
-from launcher.errors import ExitCode, UsageError
-from launcher.model.record import Record
+from launcher.errors import ExitCode
 
 WIDE = 1000  # columns of a table that goes into a pipe
-RUNS_USAGE = "runs [--json]"
-COMMON = """\
-  --run ID             which run, where there are several: its id, pid or target, or the
-                       beginning of one of them
-  --json               for programs: one JSON object, or one a line
-  -h, --help           this text"""
 NAMES = """\
 NAME is a process (`robot_2-4`), its label (`robot_2`), its node (`/fleet/robot_2`), a pattern of
-these (`robot_*`), or a namespace, which means all below it (`/fleet`)."""
+these (`robot_*`), or a namespace, which means everything below it (`/fleet`)."""
 
 
-class Settings(Record):
-    """The words that every command takes."""
+def _run_id(text: str) -> str:
+    if not text:
+        raise ValueError("the id of a run is missing")
+    return text
 
-    run: str | None = None
-    as_json: bool = False
+
+COMMON = (
+    option("--run ID", "id, pid or target of the run, or the beginning of one of these", _run_id),
+    option("--json", "print one JSON object, or one a line"),
+    DEBUG,
+)
+RUNS = Command("runs", "list the running launches", options=COMMON, synopsis="[--json]")
+
+
+def command_of(verb: Verb) -> Command:
+    """The command of a verb in a shell."""
+    about = sentence(verb.help) + (f"\n\n{NAMES}" if verb.names != "none" else "")
+    return verb.command(in_shell=True, about=about, common=COMMON)
 
 
 def main(words: Sequence[str]) -> int:
-    """Carry out the command that `words[0]` names; the exit code."""
+    """Run the verb `words[0]`; the exit code."""
     name, *rest = words
     verb = verbs.find(name)
-    if _wants_help(rest):
-        print(usage(name, verb))
-        return ExitCode.OK
-    settings, rest = take_settings(name, rest)
     if verb is None:
-        return _runs(settings, rest)
-    call = verbs.parse(verb, rest)
+        return _runs(RUNS.parse(rest))
+    options = command_of(verb).parse(rest)
+    call = verbs.call_of(verb, options)
     looks = name in verbs.LOOKING
-    with find_run(settings.run, _complain, looks=looks).connect() as connection:
+    with find_run(options.run, _complain, looks=looks).connect() as connection:
         try:
-            return _SHOWS.get(name, _tell)(connection, call, settings)
+            return _SHOWS.get(name, _tell)(connection, call, options)
         except KeyboardInterrupt:
             if verb.streams:
                 return ExitCode.OK  # nothing else ends it
             raise
-
-
-def usage(name: str, verb: Verb | None) -> str:
-    """What `--help` prints."""
-    if verb is None:
-        return f"usage: python -m launcher {RUNS_USAGE}\n\nList the runs that are going on."
-    head, about, *options = verbs.manual(verb)
-    lines = [
-        f"{head.replace('usage: ', 'usage: python -m launcher ')} [--run ID] [--json]",
-        "",
-        about,
-    ]
-    if verb.names != "none":
-        lines += ["", NAMES]
-    lines += ["", "options:", *options]
-    return "\n".join([*lines, COMMON])
-
-
-def _wants_help(words: Sequence[str]) -> bool:
-    before = words[: words.index("--")] if "--" in words else words
-    return any(word in ("-h", "--help") for word in before)
-
-
-def take_settings(name: str, words: Sequence[str]) -> tuple[Settings, list[str]]:
-    """(what every command takes, wherever it stands before `--`; the other words); UsageError."""
-    run, as_json = None, False
-    rest: list[str] = []
-    queue = deque(words)
-    while queue and queue[0] != "--":
-        word = queue.popleft()
-        if word == "--run" or word.startswith("--run="):
-            run = _run_meant(word, queue)
-        elif word == "--json":
-            as_json = True
-        elif word != "--debug":
-            rest.append(word)
-    return Settings(run=run, as_json=as_json), _with_text(name, rest, list(queue))
-
-
-def _run_meant(word: str, queue: deque[str]) -> str:
-    _, has_value, value = word.partition("=")
-    if not has_value and queue and not queue[0].startswith("--"):
-        value = queue.popleft()
-    if not value:
-        raise UsageError("--run needs the id of a run", hint="python -m launcher runs")
-    return value
-
-
-def _with_text(name: str, rest: list[str], behind: list[str]) -> list[str]:
-    """The words as the verb reads them: those of a text, which may look like options, behind `--`.
-
-    `-5` is a text as good as any; `--ru` was meant as an option, UsageError.
-    """
-    verb = verbs.find(name)
-    if verb is None or verb.text is None or not rest:
-        return [*rest, *behind]
-    meant, *text = rest
-    for word in text:
-        if word.startswith("--"):
-            hint = f"usage: {verb.usage}; a text with '{word}' goes behind --"
-            raise UsageError(f"{name} has no option '{word}'", hint=hint)
-    return [meant, "--", *text, *behind[1:]]
 
 
 def _complain(text: str) -> None:
@@ -128,35 +70,24 @@ def _print_json(document: Mapping[str, Any]) -> None:
     print(json.dumps(document), flush=True)
 
 
-def _runs(settings: Settings, words: Sequence[str]) -> int:
-    if words:
-        raise UsageError(f"runs takes no '{words[0]}'", hint=f"usage: {RUNS_USAGE}")
+def _runs(options: Parsed) -> int:
     found = [_as_document(run) for run in all_runs(_complain)]
-    if settings.as_json:
+    if options.json:
         _print_json({"runs": found})
     elif found:
         _print_table(_run_table(found))
     else:
-        print("no run of yours is going on")
+        print("no active run")
     return ExitCode.OK
 
 
 def _as_document(run: AnyRun) -> dict[str, Any]:
-    known = {"id": run.run_id, "pid": run.pid, "socket": str(run.path), "problem": None}
-    if isinstance(run, SilentRun):
-        return {**dict.fromkeys(_ABOUT), **known, "problem": run.problem}
-    return {
-        **known,
-        "target": run.target,
-        "arguments": list(run.arguments),
-        "started": run.started,
-        "log_dir": run.log_dir,
-        "domain_id": run.domain_id,
-        "processes": list(run.processes),
-    }
+    known = {"id": run.run_id, "pid": run.pid, "socket": str(run.path)}
+    return {**known, **{key: getattr(run, key, None) for key in _ABOUT}}
 
 
-_ABOUT = ("target", "arguments", "started", "log_dir", "domain_id", "processes")
+# None for a run that does not answer, which has a problem instead.
+_ABOUT = ("problem", "target", "arguments", "started", "log_dir", "domain_id", "processes")
 
 
 def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
@@ -185,16 +116,16 @@ def _print_table(table: Any) -> None:
 
 
 def _width() -> int:
-    """Through a pipe, nothing is left out: whoever reads it wants the whole."""
+    """Into a pipe, nothing is cut."""
     return (os.get_terminal_size(1).columns or 80) if sys.stdout.isatty() else WIDE
 
 
 # ---- one way to show each kind of answer
 
 
-def _tell(connection: Connection, call: Call, settings: Settings) -> int:
+def _tell(connection: Connection, call: Call, options: Parsed) -> int:
     reply = connection.ask(call.verb.name, call.names, **call.options)
-    if settings.as_json:
+    if options.json:
         _print_json(reply.result)
     else:
         print("\n".join(reply.text))
@@ -203,38 +134,30 @@ def _tell(connection: Connection, call: Call, settings: Settings) -> int:
     return ExitCode.OK if is_done else ExitCode.PROCESS_FAILED
 
 
-def _quit(connection: Connection, call: Call, settings: Settings) -> int:
-    code = _tell(connection, call, settings)
+def _quit(connection: Connection, call: Call, options: Parsed) -> int:
+    code = _tell(connection, call, options)
     connection.wait_for_end()
-    if not settings.as_json:
+    if not options.json:
         print("the run has ended")
     return code
 
 
-def _ps(connection: Connection, call: Call, settings: Settings) -> int:
-    result = connection.ask("ps", call.names).result
-    if settings.as_json:
-        _print_json(result)
-    else:
-        from launcher.console.tables import process_table
+def _ps(connection: Connection, call: Call, options: Parsed) -> int:
+    from launcher.console.tables import about, process_table, several
 
-        _print_table(process_table(result["processes"], _width()))
+    result = connection.ask(call.verb.name, call.names).result
+    found = result["processes"]
+    if options.json:
+        _print_json(result)
+    elif call.verb.name == "ps":
+        _print_table(process_table(found, _width()))
+    else:
+        _print_table(several([about(one) for one in found]))
     return ExitCode.OK
 
 
-def _info(connection: Connection, call: Call, settings: Settings) -> int:
-    result = connection.ask("info", call.names).result
-    if settings.as_json:
-        _print_json(result)
-    else:
-        from launcher.console.tables import about, several
-
-        _print_table(several([about(one) for one in result["processes"]]))
-    return ExitCode.OK
-
-
-def _top(connection: Connection, call: Call, settings: Settings) -> int:
-    if settings.as_json:
+def _top(connection: Connection, call: Call, options: Parsed) -> int:
+    if options.json:
         for result in connection.follow("top", call.names, **call.options):
             _print_json(result)
     elif sys.stdout.isatty() and os.environ.get("TERM") != "dumb":
@@ -242,7 +165,7 @@ def _top(connection: Connection, call: Call, settings: Settings) -> int:
         from launcher.engine.output.stdout import wants_colour
 
         LiveTop(connection, call, colour=wants_colour(1, os.environ)).run()
-    elif call.options:  # `-f` or `-p`: who asks for more than one look gets it
+    elif call.options:  # `-f` or `-p`
         for look in connection.follow("top", call.names, **call.options):
             _print_in_order(look.get("processes", ()))
     else:
@@ -257,37 +180,23 @@ def _print_in_order(found: Sequence[Mapping[str, Any]]) -> None:
     _print_table(process_table(Top().sorted(found), _width()))
 
 
-def _logs(connection: Connection, call: Call, settings: Settings) -> int:
-    _print_all(connection, call, "lines", log_line, settings)
-    return ExitCode.OK
-
-
-def _events(connection: Connection, call: Call, settings: Settings) -> int:
-    _print_all(connection, call, "events", event_line, settings)
-    return ExitCode.OK
-
-
-def _print_all(
-    connection: Connection,
-    call: Call,
-    key: str,
-    as_line: Callable[[Mapping[str, Any]], str],
-    settings: Settings,
-) -> None:
+def _lines(connection: Connection, call: Call, options: Parsed) -> int:
+    key, as_line = ("lines", log_line) if call.verb.name == "logs" else ("events", event_line)
     items: Iterable[dict[str, Any]]
     if call.options.get("follow"):
         items = connection.follow(call.verb.name, call.names, **call.options)
     else:
         items = connection.ask(call.verb.name, call.names, **call.options).result[key]
     for item in items:
-        print(json.dumps(item) if settings.as_json else as_line(item), flush=True)
+        print(json.dumps(item) if options.json else as_line(item), flush=True)
+    return ExitCode.OK
 
 
-_SHOWS: dict[str, Callable[[Connection, Call, Settings], int]] = {
+_SHOWS: dict[str, Callable[[Connection, Call, Parsed], int]] = {
     "ps": _ps,
-    "info": _info,
+    "info": _ps,
     "top": _top,
-    "logs": _logs,
-    "events": _events,
+    "logs": _lines,
+    "events": _lines,
     "quit": _quit,
 }

@@ -1,4 +1,4 @@
-"""`doctor [--fix] [--json]`: what on this machine is wrong for ROS, and what to do about it."""
+"""`doctor`: find what is wrong on this machine, and repair it."""
 
 from __future__ import annotations
 
@@ -6,39 +6,42 @@ import json
 import os
 from collections.abc import Sequence
 
+from launcher.command_line import DEBUG, Command, option
+from launcher.commands import VERBS
 from launcher.doctor.checks import check_all
 from launcher.doctor.collect import collect
 from launcher.doctor.facts import Finding, Level
 from launcher.doctor.repairs import repair
-from launcher.errors import ExitCode, UsageError
+from launcher.errors import ExitCode
 
-USAGE = """usage: python -m launcher doctor [--fix] [--json]
-
+COMMAND = Command(
+    "doctor",
+    VERBS["doctor"],
+    about="""\
 Checks the wheels and their environment, the limits of the system, and what killed runs have
-left. It changes nothing without --fix.
-
-options:
-  --fix      stop processes whose launcher is gone, free stale shared memory, then check again
-  --json     one JSON object instead of text
-
-exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line"""
+left. It changes nothing without --fix.""",
+    options=(
+        option(
+            "--fix",
+            "stop processes whose launcher is gone, remove their shared memory, and check again",
+        ),
+        option("--json", "print one JSON object"),
+        DEBUG,
+    ),
+    epilog="exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line",
+)
 
 
 def main(words: Sequence[str]) -> int:
-    """Check, and mend if asked; the exit code tells how it is afterwards."""
-    if "-h" in words or "--help" in words:
-        print(USAGE)
-        return ExitCode.OK
-    unknown = [word for word in words if word not in ("--fix", "--json", "--debug")]
-    if unknown:
-        raise UsageError(f"doctor does not know '{unknown[0]}'", hint=USAGE.splitlines()[0])
+    """Check, and repair if asked; the exit code is about the state afterwards."""
+    options = COMMAND.parse(words)
     facts = collect(os.environ)
     done: list[str] = []
-    if "--fix" in words:
+    if options.fix:
         done = repair(facts)
         facts = collect(os.environ)
     findings = check_all(facts)
-    print(as_json(findings, done) if "--json" in words else as_text(findings, done))
+    print(as_json(findings, done) if options.json else as_text(findings, done))
     is_well = all(finding.level is not Level.PROBLEM for finding in findings)
     return ExitCode.OK if is_well else ExitCode.PROCESS_FAILED
 

@@ -1,23 +1,17 @@
-"""`graph`: who talks to whom, as a tree, a drawing or data; what has changed since a saved one."""
+"""`graph`: the ROS graph as a tree, a drawing or data, and its differences from a saved one."""
 
 from __future__ import annotations
 
+import functools
 import time
-from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from launcher.command_line import Parsed, option
+from launcher.commands import VERBS
 from launcher.errors import ExitCode, LauncherError
-from launcher.ros.verb import (
-    Parser,
-    add_common,
-    dispatch,
-    print_json,
-    seconds,
-    settled_observer,
-    warn,
-)
+from launcher.ros.verb import dispatch, print_json, ros_command, seconds, settled_observer, warn
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -25,44 +19,7 @@ if TYPE_CHECKING:
     from launcher.ros.snapshot.graph import TopicGraph
 
 
-def main(words: Sequence[str]) -> int:
-    """Show the graph; the exit code (1 with --diff if something differs)."""
-    return dispatch(build_parser(), {"graph": _graph}, words)
-
-
-def build_parser() -> Parser:
-    """The options."""
-    parser = Parser(prog="python -m launcher graph", description="Show who talks to whom.")
-    parser.set_defaults(sub="graph")
-    add_common(parser)
-    _add_filters(parser)
-    shape = parser.add_mutually_exclusive_group()
-    shape.add_argument("--dot", action="store_true", help="print the source for Graphviz")
-    shape.add_argument("--mermaid", action="store_true", help="print a flowchart for Markdown")
-    shape.add_argument("--svg", metavar="FILE", help="draw it")
-    shape.add_argument("--html", metavar="FILE", help="draw it on a page with pan and zoom")
-    shape.add_argument("--watch", action="store_true", help="print every change until Ctrl-C")
-    shape.add_argument("--diff", metavar="FILE", help="compare with a saved --json; 1 if different")
-    parser.add_argument("--period", type=seconds, default=0.5, metavar="S", help="of --watch (0.5)")
-    return parser
-
-
-def _add_filters(parser: Parser) -> None:
-    parser.add_argument(
-        "--mode",
-        choices=("nodes", "active", "all"),
-        default="all",
-        help="nodes alone, topics that connect two sides, or all topics (default)",
-    )
-    parser.add_argument("--include", metavar="RE", help="only names like this, with neighbours")
-    parser.add_argument("--exclude", metavar="RE", help="no names like this")
-    parser.add_argument(
-        "--debug-topics", action="store_true", help="/rosout and /parameter_events as well"
-    )
-    parser.add_argument("--hidden", action="store_true", help="names with a part _like_this")
-
-
-def _graph(options: Namespace) -> int:
+def _graph(options: Parsed) -> int:
     from launcher.ros.draw.filter import Filter, Mode
     from launcher.ros.verb import graph_snapshot
 
@@ -86,13 +43,13 @@ def _graph(options: Namespace) -> int:
     return ExitCode.OK
 
 
-def _saved(options: Namespace) -> TopicGraph | None:
+def _saved(options: Parsed) -> TopicGraph | None:
     from launcher.ros.snapshot import diff
 
     return None if options.diff is None else diff.load(options.diff)
 
 
-def _show(snapshot: TopicGraph, chosen: Filter, options: Namespace, domain_id: int) -> None:
+def _show(snapshot: TopicGraph, chosen: Filter, options: Parsed, domain_id: int) -> None:
     if options.json:
         from launcher.ros.snapshot.diff import to_document
 
@@ -109,7 +66,7 @@ def _show(snapshot: TopicGraph, chosen: Filter, options: Namespace, domain_id: i
         print(to_tree(snapshot, chosen.mode), end="")
 
 
-def _draw(snapshot: TopicGraph, chosen: Filter, options: Namespace, domain_id: int) -> None:
+def _draw(snapshot: TopicGraph, chosen: Filter, options: Parsed, domain_id: int) -> None:
     from launcher.ros.draw.dot import to_dot, to_html, to_svg
 
     dot = to_dot(snapshot, chosen.mode)
@@ -132,7 +89,7 @@ def _write(path: str, text: str) -> None:
     warn(f"wrote {path}")
 
 
-def _diff(before: TopicGraph, after: TopicGraph, options: Namespace) -> int:
+def _diff(before: TopicGraph, after: TopicGraph, options: Parsed) -> int:
     from launcher.ros.snapshot.diff import difference
 
     lines = difference(before, after)
@@ -144,7 +101,7 @@ def _diff(before: TopicGraph, after: TopicGraph, options: Namespace) -> int:
     return ExitCode.PROCESS_FAILED if lines else ExitCode.OK
 
 
-def _watch(observer: Observer, chosen: Filter, options: Namespace) -> int:
+def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
     from launcher.ros.draw.tree import to_tree
     from launcher.ros.snapshot.diff import difference
     from launcher.ros.topics.streams import until_interrupted
@@ -160,3 +117,30 @@ def _watch(observer: Observer, chosen: Filter, options: Namespace) -> int:
                 say(f"{time.strftime('%H:%M:%S')} {line}")
             before = after
     return ExitCode.OK
+
+
+COMMAND = ros_command(
+    "graph",
+    VERBS["graph"],
+    _graph,
+    option(
+        "--mode MODE",
+        "only nodes, topics that connect two sides, or all topics",
+        default="all",
+        choices=("nodes", "active", "all"),
+    ),
+    option("--include RE", "only matching names and their neighbours"),
+    option("--exclude RE", "no matching names"),
+    option("--debug-topics", "/rosout and /parameter_events as well"),
+    option("--hidden", "hidden names as well"),
+    option("--dot", "print the source for Graphviz"),
+    option("--mermaid", "print a flowchart for Markdown"),
+    option("--svg FILE", "write a drawing"),
+    option("--html FILE", "write a page with pan and zoom"),
+    option("--watch", "print every change until Ctrl-C"),
+    option("--diff FILE", "compare with the output of --json; exit code 1 if different"),
+    option("--period S", "time between two looks of --watch", seconds, 0.5),
+    exclusive=(("dot", "mermaid", "svg", "html", "watch", "diff"),),
+)
+
+main = functools.partial(dispatch, COMMAND)

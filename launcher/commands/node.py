@@ -1,47 +1,27 @@
-"""`node VERB ...`: which nodes there are, what they use, and which process each one is."""
+"""`node VERB ...`: list and inspect nodes, and find their processes."""
 
 from __future__ import annotations
 
-from argparse import Namespace
-from collections.abc import Callable, Sequence
+import functools
 
+from launcher.command_line import Command, Parsed, option
+from launcher.commands import VERBS
 from launcher.errors import ExitCode
 from launcher.ros.verb import (
-    Parser,
-    add_verb,
     dispatch,
     domain_option,
-    parser_of,
     print_json,
+    ros_command,
     seconds,
     settled_observer,
+    show,
     warn,
 )
 
-
-def main(words: Sequence[str]) -> int:
-    """Run one `node` command; the exit code."""
-    return dispatch(build_parser(), _RUN, words)
+ALL = option("-a, --all", "hidden nodes as well")
 
 
-def build_parser() -> Parser:
-    """The options of every sub-verb."""
-    parser, table = parser_of("node", "Look at nodes.")
-    sub = add_verb(table, "list", "names of all nodes")
-    sub.add_argument("-a", "--all", action="store_true", help="hidden ones as well")
-    sub.add_argument("-c", "--count-nodes", action="store_true", help="only how many there are")
-    sub = add_verb(table, "info", "what a node publishes, subscribes to and serves")
-    sub.add_argument("node_name", metavar="NAME", help="full name of the node")
-    sub.add_argument("--include-hidden", action="store_true", help="hidden names as well")
-    sub = add_verb(table, "ps", "which process each node is, and whether it answers")
-    sub.add_argument("-a", "--all", action="store_true", help="hidden nodes as well")
-    sub.add_argument(
-        "--patience", type=seconds, default=1.0, metavar="S", help="for the answer of a node (1)"
-    )
-    return parser
-
-
-def _list(options: Namespace) -> int:
+def _list(options: Parsed) -> int:
     from launcher.ros import nodes
     from launcher.ros.verb import graph_snapshot
 
@@ -56,7 +36,7 @@ def _list(options: Namespace) -> int:
     return ExitCode.OK
 
 
-def _info(options: Namespace) -> int:
+def _info(options: Parsed) -> int:
     from launcher.ros import nodes
     from launcher.ros.verb import graph_snapshot
 
@@ -75,7 +55,7 @@ def _info(options: Namespace) -> int:
     return ExitCode.OK
 
 
-def _ps(options: Namespace) -> int:
+def _ps(options: Parsed) -> int:
     from dataclasses import asdict
 
     from launcher.ros.discovery.graph_socket import snapshot_of_run
@@ -88,11 +68,36 @@ def _ps(options: Namespace) -> int:
         found = rows(caller, hidden=options.all, patience_s=options.patience)
     if look is not None:
         found = with_ghosts(found, look.ghosts)
-    if options.json:
-        print_json([asdict(row) for row in found])
-    else:
-        print(to_table(found))
+    show(options, [asdict(row) for row in found], [to_table(found)])
     return ExitCode.OK
 
 
-_RUN: dict[str, Callable[[Namespace], int]] = {"list": _list, "info": _info, "ps": _ps}
+COMMAND = Command(
+    "node",
+    VERBS["node"],
+    commands=(
+        ros_command(
+            "node list",
+            "list nodes",
+            _list,
+            ALL,
+            option("-c, --count-nodes", "print only the number of nodes"),
+        ),
+        ros_command(
+            "node info",
+            "show the publishers, subscriptions and services of a node",
+            _info,
+            option("NAME", "full name of the node", name="node_name"),
+            option("--include-hidden", "hidden names as well"),
+        ),
+        ros_command(
+            "node ps",
+            "show the process of each node, and whether the node answers",
+            _ps,
+            ALL,
+            option("--patience S", "wait S seconds for the answer of a node", seconds, 1.0),
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

@@ -1,21 +1,22 @@
-"""`param VERB ...`: parameters of running nodes."""
+"""`param VERB ...`: list, get and set parameters of running nodes."""
 
 from __future__ import annotations
 
 import contextlib
-from argparse import Namespace
-from collections.abc import Callable, Iterator, Sequence
+import functools
+import itertools
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from launcher.command_line import Command, Parsed, option
+from launcher.commands import VERBS
 from launcher.errors import ExitCode, UsageError
 from launcher.ros.verb import (
-    Parser,
-    add_verb,
     dispatch,
     observing,
-    parser_of,
-    print_json,
+    ros_command,
     settled_observer,
+    show,
     spin_time_s,
     warn,
 )
@@ -25,41 +26,12 @@ if TYPE_CHECKING:
     from launcher.ros.snapshot.graph import GraphSnapshot
 
 
-def main(words: Sequence[str]) -> int:
-    """Run one `param` command; the exit code."""
-    return dispatch(build_parser(), _RUN, words)
-
-
-def build_parser() -> Parser:
-    """The options of every sub-verb."""
-    parser, table = parser_of("param", "Look at and set parameters.")
-    sub = _add(table, "list", "names of parameters", node_count="?")
-    sub.add_argument("--param-prefixes", nargs="+", default=[], metavar="PREFIX")
-    sub.add_argument("--param-type", action="store_true", help="their types as well")
-    sub = _add(table, "get", "value of a parameter")
-    sub.add_argument("parameter_name", metavar="PARAMETER")
-    sub.add_argument("--hide-type", action="store_true", help="the value alone")
-    sub = _add(table, "set", "set parameters")
-    sub.add_argument("pairs", nargs="+", metavar="PARAMETER VALUE")
-    sub.add_argument("--atomic", action="store_true", help="all or none")
-    sub = _add(table, "describe", "type, description and limits of parameters")
-    sub.add_argument("parameter_names", nargs="+", metavar="PARAMETER")
-    _add(table, "dump", "all parameters of a node as a parameter file")
-    sub = _add(table, "load", "set the parameters of a node from a parameter file")
-    sub.add_argument("parameter_file", metavar="FILE")
-    sub.add_argument("--use-wildcard", action="store_true", help="those under /** as well")
-    return parser
-
-
-def _add(table: Any, name: str, help_text: str, node_count: str | None = None) -> Parser:
-    sub = add_verb(table, name, help_text)
-    sub.add_argument("node_name", nargs=node_count, metavar="NODE")
-    sub.add_argument("--include-hidden-nodes", action="store_true", help="hidden ones as well")
-    return sub
+NODE = option("NODE", name="node_name")
+HIDDEN = option("--include-hidden-nodes", "hidden nodes as well")
 
 
 @contextlib.contextmanager
-def _asking(options: Namespace) -> Iterator[tuple[ServiceCaller, str]]:
+def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
     """A caller, and the full name of the node that the options name."""
     from launcher.ros.services import ServiceCaller, full_node, require_node
 
@@ -80,30 +52,26 @@ def _asking(options: Namespace) -> Iterator[tuple[ServiceCaller, str]]:
         yield caller, require_node(observer, options.node_name, spin_time_s(options))
 
 
-def _list(options: Namespace) -> int:
+def _list(options: Parsed) -> int:
     if options.node_name is None:
         return _list_all(options)
     with _asking(options) as (caller, node):
         names = _names(caller, node, options)
-    if options.json:
-        print_json({node: names})
-        return ExitCode.OK
-    for name in names:
-        print(f"  {name}")
+    show(options, {node: names}, (f"  {name}" for name in names))
     return ExitCode.OK
 
 
-def _names(caller: ServiceCaller, node: str, options: Namespace) -> list[str]:
+def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
     from launcher.ros import parameters
 
-    names = parameters.list_names(caller, node, options.param_prefixes)
+    names = parameters.list_names(caller, node, list(options.param_prefixes))
     if not options.param_type or not names:
         return names
     types = parameters.declared_types(caller, node, names)
     return [f"{name} (type: {parameters.type_name(types[name])})" for name in names]
 
 
-def _list_all(options: Namespace) -> int:
+def _list_all(options: Parsed) -> int:
     from launcher.ros.nodes import visible_names
     from launcher.ros.services import NoAnswerError, ServiceCaller
 
@@ -118,17 +86,12 @@ def _list_all(options: Namespace) -> int:
             except NoAnswerError as error:
                 warn(f"Exception while calling service of node '{node}': {error.message}")
                 code = ExitCode.PROCESS_FAILED
-    if options.json:
-        print_json(found)
-        return code
-    for node, parameters in found.items():
-        print(f"{node}:")
-        for name in parameters:
-            print(f"  {name}")
+    lines = ([f"{node}:", *(f"  {name}" for name in found[node])] for node in found)
+    show(options, found, itertools.chain.from_iterable(lines))
     return code
 
 
-def _get(options: Namespace) -> int:
+def _get(options: Parsed) -> int:
     from launcher.ros import parameters
 
     name = options.parameter_name
@@ -139,15 +102,13 @@ def _get(options: Namespace) -> int:
     if not values:
         print("Parameter not set.")
         return ExitCode.OK
-    if options.json:
-        kind = parameters.type_name(values[0].type)
-        print_json({"name": name, "type": kind, "value": parameters.plain_value(values[0])})
-    else:
-        print(parameters.value_text(values[0], hide_type=options.hide_type))
+    value, kind = values[0], parameters.type_name(values[0].type)
+    document = {"name": name, "type": kind, "value": parameters.plain_value(value)}
+    show(options, document, [parameters.value_text(value, hide_type=options.hide_type)])
     return ExitCode.OK
 
 
-def _set(options: Namespace) -> int:
+def _set(options: Parsed) -> int:
     from launcher.ros import parameters
 
     if len(options.pairs) % 2:
@@ -183,22 +144,20 @@ def _say(result: Any, done: str, failing: str) -> int:
     return ExitCode.PROCESS_FAILED
 
 
-def _describe(options: Namespace) -> int:
+def _describe(options: Parsed) -> int:
     from launcher.ros import parameters
     from launcher.ros.messages.to_yaml import to_plain
 
     with _asking(options) as (caller, node):
         found = parameters.describe(caller, node, options.parameter_names)
-    if options.json:
-        documents = [to_plain(descriptor) for descriptor in found]
-        print_json([{**d, "type": parameters.type_name(d["type"])} for d in documents])
-        return ExitCode.OK
-    for descriptor in found:
-        print("\n".join(parameters.descriptor_lines(descriptor)))
+    documents = [to_plain(descriptor) for descriptor in found]
+    named = [{**one, "type": parameters.type_name(one["type"])} for one in documents]
+    lines = (parameters.descriptor_lines(descriptor) for descriptor in found)
+    show(options, named, itertools.chain.from_iterable(lines))
     return ExitCode.OK
 
 
-def _dump(options: Namespace) -> int:
+def _dump(options: Parsed) -> int:
     from launcher.ros import parameters
     from launcher.ros.messages.to_yaml import dump
 
@@ -206,14 +165,11 @@ def _dump(options: Namespace) -> int:
         names = parameters.list_names(caller, node)
         values = [parameters.plain_value(v) for v in parameters.get(caller, node, names)]
     document = parameters.dump_document(node, dict(zip(names, values, strict=True)))
-    if options.json:
-        print_json(document)
-    else:
-        print(dump(document, sort=True))
+    show(options, document, [dump(document, sort=True)])
     return ExitCode.OK
 
 
-def _load(options: Namespace) -> int:
+def _load(options: Parsed) -> int:
     from launcher.ros import parameters
 
     with _asking(options) as (caller, node):
@@ -237,11 +193,58 @@ def _load(options: Namespace) -> int:
     return code
 
 
-_RUN: dict[str, Callable[[Namespace], int]] = {
-    "list": _list,
-    "get": _get,
-    "set": _set,
-    "describe": _describe,
-    "dump": _dump,
-    "load": _load,
-}
+COMMAND = Command(
+    "param",
+    VERBS["param"],
+    commands=(
+        ros_command(
+            "param list",
+            "list parameters",
+            _list,
+            option("[NODE]", name="node_name"),
+            HIDDEN,
+            option(
+                "--param-prefixes PREFIX ...", "only parameters below these prefixes", default=()
+            ),
+            option("--param-type", "show their types"),
+        ),
+        ros_command(
+            "param get",
+            "print the value of a parameter",
+            _get,
+            NODE,
+            option("PARAMETER", name="parameter_name"),
+            HIDDEN,
+            option("--hide-type", "print the value only"),
+        ),
+        ros_command(
+            "param set",
+            "set parameters",
+            _set,
+            NODE,
+            option("PARAMETER VALUE ...", name="pairs"),
+            HIDDEN,
+            option("--atomic", "set all or none"),
+        ),
+        ros_command(
+            "param describe",
+            "show the type, the description and the limits of parameters",
+            _describe,
+            NODE,
+            option("PARAMETER ...", name="parameter_names"),
+            HIDDEN,
+        ),
+        ros_command("param dump", "print the parameters of a node as a file", _dump, NODE, HIDDEN),
+        ros_command(
+            "param load",
+            "set the parameters of a node from a file",
+            _load,
+            NODE,
+            option("FILE", name="parameter_file"),
+            HIDDEN,
+            option("--use-wildcard", "those below /** as well"),
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

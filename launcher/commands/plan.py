@@ -1,4 +1,4 @@
-"""`plan TARGET [name:=value ...]`: what a launch file would do. Nothing is started."""
+"""`plan TARGET [name:=value ...]`: show what a launch file would start. Nothing is started."""
 
 from __future__ import annotations
 
@@ -6,69 +6,73 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.commands import words as command_line
-from launcher.commands.patience import Patience, limited
-from launcher.commands.quiet import say, stdout_to_stderr
+from launcher.command_line import Command, option
+from launcher.commands import VERBS
+from launcher.commands.launch.redirection import say, stdout_to_stderr
+from launcher.commands.launch.target import (
+    ABOUT_TARGET,
+    DEBUG,
+    EVALUATION_TIMEOUT,
+    LENIENT,
+    SYNOPSIS,
+    TARGET,
+    LaunchRequest,
+)
+from launcher.commands.launch.time_limit import limited
 from launcher.errors import ExitCode, LauncherError, LaunchFileError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.planner import Plan
 
-USAGE = """usage: python -m launcher plan TARGET [name:=value ...] [--json] [--lenient] [--debug]
-       python -m launcher plan PACKAGE FILE [name:=value ...]
+COMMAND = Command(
+    "plan",
+    VERBS["plan"],
+    arguments=(TARGET,),
+    synopsis=SYNOPSIS,
+    about=f"""\
+Shows which processes would be started when, with which command line, and why. Functions and
+commands of the launch file are executed, as when it is launched.
 
-Starts nothing and shows what would be started when, with which command line, and why. Functions
-and commands of the launch file do run, as they do when it is launched.
-
-options:
-  --json                  the plan as one JSON object; exit code 0 also where the file fails
-  --lenient               accept argument names that nothing declares or reads, as ROS 2 does
-  --evaluation-timeout S  how long the launch file may take; 0 for any time (default: 60 s,
-                          and 20 s of computing)
-  --debug                 show the traceback of an error"""
-
-JSON = ("--json",)
-LENIENT = ("--lenient",)
-PATIENCE = ("--evaluation-timeout",)
+{ABOUT_TARGET}""",
+    options=(
+        option(
+            "--json", "print the plan as one JSON object; exit code 0 also if the launch file fails"
+        ),
+        LENIENT,
+        EVALUATION_TIMEOUT,
+        DEBUG,
+    ),
+)
 
 
 def main(words: Sequence[str]) -> int:
     """Plan the launch file that `words` name; the exit code."""
-    if command_line.wants_help(words):
-        say(USAGE)
-        return ExitCode.OK
-    request = command_line.read(
-        words,
-        verb="plan",
-        usage=USAGE.splitlines()[0],
-        flags=(JSON, LENIENT),
-        valued=(PATIENCE,),
-    )
-    return show(request, Patience.given(request.options.get(PATIENCE[0])))
+    parsed = COMMAND.parse(words)
+    return show(LaunchRequest.of(parsed), as_json=parsed.json)
 
 
-def show(request: command_line.Request, patience: Patience) -> int:
+def show(request: LaunchRequest, *, as_json: bool = False) -> int:
     """Print the plan of the request; LauncherError below it for what is wrong."""
-    plan = evaluate(request, patience)
+    plan = evaluate(request)
     errors = mistakes_of(plan, request)
-    if JSON[0] in request.options:
+    if as_json:
         _show_document(plan, errors)
         return ExitCode.OK
     _show_tree(plan)
     if not errors:
         return ExitCode.OK
-    from launcher.commands.mistakes import together
+    from launcher.commands.launch.mistakes import together
 
     raise together(errors) from (plan.error.fault if plan.error else None)
 
 
-def evaluate(request: command_line.Request, patience: Patience) -> Plan:
+def evaluate(request: LaunchRequest) -> Plan:
     """The plan; what the launch file prints goes to standard error."""
     from launcher.planner import Plan, PlanError, make_plan
 
     try:
-        with stdout_to_stderr(), limited(patience, request.path):
+        with stdout_to_stderr(), limited(request.time_limit, request.path):
             return make_plan(request.path, request.arguments)
     except LaunchFileError as fault:
         # It had to be interrupted; how far it came is not known.
@@ -80,16 +84,16 @@ def evaluate(request: command_line.Request, patience: Patience) -> Plan:
         return plan
 
 
-def mistakes_of(plan: Plan, request: command_line.Request) -> list[LauncherError]:
+def mistakes_of(plan: Plan, request: LaunchRequest) -> list[LauncherError]:
     """Everything that is wrong with the launch file and its arguments."""
     unknown = [name for name, _ in request.arguments if name not in plan.known_names]
     if plan.error is None and not unknown:
         return []
-    from launcher.commands import mistakes
-    from launcher.commands.known import known_names
+    from launcher.commands.launch import mistakes
+    from launcher.commands.launch.known_names import known_names
 
     errors: list[LauncherError] = []
-    if unknown and plan.description is not None and LENIENT[0] not in request.options:
+    if unknown and plan.description is not None and not request.lenient:
         with stdout_to_stderr():
             known = known_names(plan)
         errors += mistakes.unknown_names(request.arguments, known, plan.declared)

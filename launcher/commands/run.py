@@ -1,4 +1,4 @@
-"""`run PACKAGE EXECUTABLE [ARG ...]`: one program of a package, in this terminal."""
+"""`run PACKAGE EXECUTABLE [ARG ...]`: run one executable of a package in this terminal."""
 
 from __future__ import annotations
 
@@ -6,14 +6,27 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.errors import ExitCode, UsageError
+from launcher.command_line import DEBUG, Command, option
+from launcher.commands import VERBS
+from launcher.errors import UsageError
 from launcher.packages import executables, find_executable
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import NoReturn
 
-USAGE = "usage: python -m launcher run PACKAGE EXECUTABLE [ARG ...]"
+COMMAND = Command(
+    "run",
+    VERBS["run"],
+    arguments=(
+        option("PACKAGE"),
+        option("[EXECUTABLE]"),
+        option("[ARG ...]", default=(), name="words", count="..."),
+    ),
+    synopsis="PACKAGE EXECUTABLE [ARG ...]",
+    about="All words after EXECUTABLE are its arguments, --ros-args included.",
+    options=(DEBUG,),
+)
 
 
 def main(words: Sequence[str]) -> int:
@@ -21,23 +34,15 @@ def main(words: Sequence[str]) -> int:
 
     `ros2 run` stays in between and swallows signals (CONFORMANCE 2.3), so we do not.
     """
-    words = list(words[1:] if words[:1] == ["--debug"] else words)
-    if words and words[0] in ("-h", "--help"):
-        print(f"{USAGE}\n\nWhat follows EXECUTABLE goes to it, --ros-args included.")
-        return ExitCode.OK
-    if not words:
-        raise UsageError("the package and the executable are missing", hint=USAGE)
-    for word, what in zip(words, ("a package", "an executable"), strict=False):
-        if not word or word.startswith(os.sep) or ".." in word.split(os.sep):
-            raise UsageError(f"'{word}' is not the name of {what}", hint=USAGE)
-    if len(words) == 1:
-        names = ", ".join(executables(words[0], os.environ)) or "none"
-        raise UsageError("the executable is missing", hint=f"executables of {words[0]}: {names}")
-    package, executable, *arguments = words
-    program = find_executable(package, executable, os.environ)
-    if arguments[:1] == ["--"]:
-        arguments = arguments[1:]
-    _become([str(program), *arguments])
+    parsed = COMMAND.parse(words)
+    package, executable = parsed.package, parsed.executable
+    for word, what in ((package, "a package"), (executable, "an executable")):
+        if word is not None and (not word or word[0] == os.sep or ".." in word.split(os.sep)):
+            raise UsageError(f"'{word}' is not the name of {what}", hint=f"usage: {COMMAND.usage}")
+    if executable is None:
+        names = ", ".join(executables(package, os.environ)) or "none"
+        raise UsageError("the executable is missing", hint=f"executables of {package}: {names}")
+    _become([str(find_executable(package, executable, os.environ)), *parsed.words])
 
 
 def _become(argv: list[str]) -> NoReturn:

@@ -1,24 +1,24 @@
-"""`service VERB ...`: which services there are, and calling them."""
+"""`service VERB ...`: list and call services."""
 
 from __future__ import annotations
 
+import functools
 import json
 import sys
 import time
-from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from launcher.command_line import Command, Parsed, number, option
+from launcher.commands import VERBS
 from launcher.errors import ExitCode
 from launcher.ros.verb import (
-    Parser,
-    add_verb,
     dispatch,
     observing,
-    parser_of,
-    print_json,
     require_rate,
+    ros_command,
     seconds,
+    show,
     spin_time_s,
 )
 
@@ -29,41 +29,13 @@ if TYPE_CHECKING:
 _CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
 
 
-def main(words: Sequence[str]) -> int:
-    """Run one `service` command; the exit code."""
-    return dispatch(build_parser(), _RUN, words)
+NAME = option("NAME", name="service_name")
+TYPE = option("TYPE", name="service_type")
+COUNT = option("-c, --count-services", "print only their number")
+HIDDEN = option("--include-hidden-services", "hidden services as well")
 
 
-def build_parser() -> Parser:
-    """The options of every sub-verb."""
-    parser, table = parser_of("service", "Look at and call services.")
-    sub = add_verb(table, "list", "names of all services")
-    sub.add_argument("-t", "--show-types", action="store_true", help="their types as well")
-    sub.add_argument("-c", "--count-services", action="store_true", help="only how many")
-    sub.add_argument("--include-hidden-services", action="store_true", help="hidden ones, too")
-    sub = add_verb(table, "type", "type of a service")
-    sub.add_argument("service_name", metavar="NAME")
-    sub = add_verb(table, "find", "services of a type")
-    sub.add_argument("service_type", metavar="TYPE")
-    sub.add_argument("-c", "--count-services", action="store_true", help="only how many")
-    sub.add_argument("--include-hidden-services", action="store_true", help="hidden ones, too")
-    _add_call(table)
-    return parser
-
-
-def _add_call(table: Any) -> None:
-    sub = add_verb(table, "call", "call a service")
-    sub.add_argument("service_name", metavar="NAME")
-    sub.add_argument("service_type", metavar="TYPE")
-    sub.add_argument("values", nargs="?", default="", metavar="YAML", help="of the request")
-    sub.add_argument("--stdin", action="store_true", help="read the YAML from stdin")
-    sub.add_argument("-r", "--rate", type=float, metavar="HZ", help="again and again")
-    sub.add_argument(
-        "--timeout", type=seconds, default=30.0, metavar="S", help="longest wait for an answer (30)"
-    )
-
-
-def _services(options: Namespace, *, hidden: bool) -> dict[str, list[str]]:
+def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
     from launcher.ros.snapshot.graph import is_hidden
     from launcher.ros.verb import graph_snapshot
 
@@ -71,29 +43,24 @@ def _services(options: Namespace, *, hidden: bool) -> dict[str, list[str]]:
     return {name: types for name, types in found.items() if hidden or not is_hidden(name)}
 
 
-def _list(options: Namespace) -> int:
+def _list(options: Parsed) -> int:
     found = _services(options, hidden=options.include_hidden_services)
-    if options.json:
-        print_json([{"name": name, "types": types} for name, types in found.items()])
-    elif options.count_services:
-        print(len(found))
-    else:
-        for name, types in found.items():
-            print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+    lines: Iterable[object] = found
+    if options.count_services:
+        lines = [len(found)]
+    elif options.show_types:
+        lines = (f"{name} [{', '.join(types)}]" for name, types in found.items())
+    show(options, [{"name": name, "types": types} for name, types in found.items()], lines)
     return ExitCode.OK
 
 
-def _type(options: Namespace) -> int:
+def _type(options: Parsed) -> int:
     types = _services(options, hidden=True).get(options.service_name, [])
-    if options.json:
-        print_json({"name": options.service_name, "types": types})
-    else:
-        for type_name in types:
-            print(type_name)
+    show(options, {"name": options.service_name, "types": types}, types)
     return ExitCode.OK if types else ExitCode.PROCESS_FAILED
 
 
-def _find(options: Namespace) -> int:
+def _find(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import full_type, warn_if_unknown
 
     known = _services(options, hidden=options.include_hidden_services)
@@ -101,15 +68,11 @@ def _find(options: Namespace) -> int:
     found = [name for name, types in known.items() if kind in types]
     if not found:
         warn_if_unknown(kind)
-    if options.json:
-        print_json(found)
-    else:
-        for line in [len(found)] if options.count_services else found:
-            print(line)
+    show(options, found, [len(found)] if options.count_services else found)
     return ExitCode.OK
 
 
-def _call(options: Namespace) -> int:
+def _call(options: Parsed) -> int:
     from launcher.ros.messages.from_yaml import fill, parse
     from launcher.ros.messages.interfaces import load
     from launcher.ros.services import ServiceCaller
@@ -133,7 +96,7 @@ def _call(options: Namespace) -> int:
             time.sleep(max(0.0, started + 1.0 / options.rate - time.monotonic()))
 
 
-def _await_service(caller: ServiceCaller, kind: Any, options: Namespace) -> None:
+def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     """Wait for the service; VerbError if it is there with another type."""
     from launcher.ros.errors import VerbError
 
@@ -171,7 +134,7 @@ def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:
     return known()
 
 
-def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Namespace) -> None:
+def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) -> None:
     from launcher.ros.messages.to_yaml import to_json_plain, to_plain
 
     if not options.json:
@@ -183,9 +146,32 @@ def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Namespac
         print(f"response:\n{answer!r}\n", flush=True)
 
 
-_RUN: dict[str, Callable[[Namespace], int]] = {
-    "list": _list,
-    "type": _type,
-    "find": _find,
-    "call": _call,
-}
+COMMAND = Command(
+    "service",
+    VERBS["service"],
+    commands=(
+        ros_command(
+            "service list",
+            "list services",
+            _list,
+            option("-t, --show-types", "show their types"),
+            COUNT,
+            HIDDEN,
+        ),
+        ros_command("service type", "print the type of a service", _type, NAME),
+        ros_command("service find", "list the services of a type", _find, TYPE, COUNT, HIDDEN),
+        ros_command(
+            "service call",
+            "call a service",
+            _call,
+            NAME,
+            TYPE,
+            option("[YAML]", "the request", default="", name="values"),
+            option("--stdin", "read the YAML from stdin"),
+            option("-r, --rate HZ", "repeat the call at this rate", number),
+            option("--timeout S", "wait S seconds for the response", seconds, 30.0),
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

@@ -1,211 +1,166 @@
-"""`smoke TARGET [name:=value ...]`: bring a system up, look at it, take it down, tell the truth."""
+"""`smoke TARGET [name:=value ...]`: start a system, check what is expected of it, and stop it."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import sys
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from launcher.commands import words as command_line
-from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
-from launcher.commands.run_options import HELP as RUN_HELP
-from launcher.commands.run_options import take_run_options
+from launcher.command_line import Command, Option, Parsed, count, option
+from launcher.commands import VERBS
+from launcher.commands.launch.options import RUN_OPTIONS, run_options
+from launcher.commands.launch.target import (
+    ABOUT_TARGET,
+    READING_OPTIONS,
+    SYNOPSIS,
+    TARGET,
+    LaunchRequest,
+)
 from launcher.engine.output.stdout import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke import flags
-from launcher.smoke.expect.expectation import Expectation
-from launcher.smoke.expect.fields import near
 from launcher.smoke.expect.quantities import DURATION
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
+from launcher.smoke.options import EXPECTATIONS
 from launcher.smoke.preflight import checks, forecast, loader
 
 if TYPE_CHECKING:
     from launcher.smoke.run.session import Session
 
-USAGE = f"""usage: python -m launcher smoke TARGET [name:=value ...] [options]
 
-Starts the launch file in a ROS domain of its own, looks whether what is expected is seen, stops
-it, and looks what is left. docs/smoke.md tells how expectations are written.
+def _path(text: str) -> Path:
+    if not text.strip():
+        raise ValueError("a path is missing")
+    return Path(text)
 
-options:
-  --for S              watch for S seconds once it is ready (default: as the expectations need)
-  --expect FILE        the expectations (default: NAME.expect.yaml beside the launch file)
-  --no-file            only the expectations that options give
-  --ready-within S     give up if the system is not ready by then
-  --artifacts DIR      keep the evidence there: logs, events, plan, graph, report
-  --junit FILE         the results for CI servers
-  --github             annotations for a workflow of GitHub
-  --repeat N           N runs, and a report of what is flaky
-  --baseline FILE      fail on regressions; written if it is not there
-  --update-baseline    write the baseline anew
-  --chaos TEXT         'kill one of robot_* every 5 s'; --seed N chooses the same again
-  --schema             print the JSON Schema of files of expectations
 
-expectations:
-{flags.HELP}
-
-What else is an option of the launcher (--restart, --lenient ...) is handed on.
-
-exit codes: 0 all met, 1 a process died unasked or had to be killed, 2 bad command line or file,
-3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT"""
-
-_VALUED = (
-    "--for",
-    "--expect",
-    "--ready-within",
-    "--artifacts",
-    "--junit",
-    "--repeat",
-    "--baseline",
-    "--chaos",
-    "--seed",
+OPTIONS = (
+    option(
+        "--for S",
+        "watch for S seconds once the system is ready (default: as the expectations need)",
+        DURATION.parse,
+        name="for_s",
+    ),
+    option(
+        "--expect FILE",
+        "file of expectations (default: NAME.expect.yaml beside the launch file)",
+        repeat="once",
+    ),
+    option("--no-file", "use no file, only the expectations of options"),
+    option(
+        "--ready-within S",
+        "exit with 124 if the system is not ready after S seconds",
+        DURATION.parse,
+        name="ready_within_s",
+    ),
+    option("--artifacts DIR", "keep logs, events, plan, graph and report in DIR", _path),
+    option("--junit FILE", "write a JUnit report", _path),
+    option("--github", "print annotations for GitHub workflows"),
+    option("--repeat N", "run N times, and report what is flaky", lambda word: count(word, 1), 1),
+    option(
+        "--baseline FILE",
+        "fail on regressions against FILE, which is written if it does not exist",
+        _path,
+    ),
+    option("--update-baseline", "write the baseline again"),
+    option(
+        "--chaos TEXT",
+        "cause failures, as in 'kill one of robot_* every 5 s'",
+        chaos_type().parse,
+        repeat="once",
+    ),
+    option("--seed N", "with --chaos: repeat its choices", count),
+    option("--schema", "print the JSON Schema of files of expectations"),
 )
-_ONCE = ("--expect", "--chaos")  # of the others the last one counts
-_PLAIN = ("--no-file", "--github", "--update-baseline", "--schema")
-_LAUNCHER_PLAIN = (LENIENT, NONINTERACTIVE)
-_LAUNCHER_VALUED = (PREFIX, PREFIX_FILTER, PATIENCE)
+COMMAND = Command(
+    "smoke",
+    VERBS["smoke"],
+    arguments=(TARGET,),
+    synopsis=SYNOPSIS,
+    about=f"""\
+Starts the launch file in a ROS domain of its own, checks the expectations, stops it, and checks
+what is left behind. Expectations are described in docs/smoke.md.
 
-
-class _Words:
-    """What the command line says: our options, expectations, and the rest."""
-
-    def __init__(self) -> None:
-        self.values: dict[str, str] = {}
-        self.expectations: list[Expectation] = []
-        self.rest: list[str] = []
-
-    def read(self, words: Sequence[str]) -> None:
-        """Sort the words; UsageError."""
-        queue = deque(words)
-        while queue:
-            word = queue.popleft()
-            name, has_value, value = word.partition("=")
-            if name in _PLAIN and not has_value:
-                self.values[name] = ""
-            elif name in flags.PLAIN:
-                self.expectations.append(flags.expectation_of(name, value))
-            elif name in (*_VALUED, *flags.VALUED):
-                if not has_value:
-                    if not queue:
-                        raise UsageError(f"{name} needs a value", hint=USAGE.splitlines()[0])
-                    value = queue.popleft()
-                self._take(name, value)
-            else:
-                self.rest.append(word)
-
-    def _take(self, name: str, value: str) -> None:
-        if name in flags.VALUED:
-            self.expectations.append(flags.expectation_of(name, value))
-        elif name in _ONCE and name in self.values:
-            raise UsageError(f"{name} is there twice: '{self.values[name]}' and '{value}'")
-        else:
-            self.values[name] = value
-
-    def has(self, name: str) -> bool:
-        """Whether an option is given."""
-        return name in self.values
-
-    def path(self, name: str) -> Path | None:
-        """The path that an option names; UsageError for an empty one, which would mean here."""
-        if name not in self.values:
-            return None
-        if not self.values[name].strip():
-            raise UsageError(f"{name} needs a path")
-        return Path(self.values[name])
-
-    def seconds(self, name: str) -> float | None:
-        """The time that an option gives; UsageError."""
-        found: float | None = _parsed(name, DURATION.parse, self.values.get(name))
-        return found
-
-    def count(self, name: str, default: int, least: int = 0) -> int:
-        """The number that an option gives; UsageError."""
-        text = self.values.get(name)
-        if text is None:
-            return default
-        if not text.isdecimal() or int(text) < least:
-            raise UsageError(f"{name} takes a number from {least} on, not '{text}'")
-        return int(text)
-
-
-def _parsed(name: str, parse: Any, text: str | None) -> Any:
-    if text is None:
-        return None
-    try:
-        return parse(text)
-    except ValueError as error:
-        raise UsageError(f"{name}: {error}", hint=getattr(error, "hint", None)) from None
+{ABOUT_TARGET}""",
+    options=OPTIONS,
+    groups=(
+        ("expectations", EXPECTATIONS),
+        ("options about the launch file", READING_OPTIONS),
+        ("options about the run", RUN_OPTIONS),
+    ),
+    epilog="""\
+exit codes: 0 all met, 1 a process died unexpectedly or was killed, 2 bad command line or file,
+3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT""",
+)
+# What the command line hands on, and what a file may add to it.
+LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *RUN_OPTIONS))
 
 
 def main(words: Sequence[str]) -> int:
-    """One smoke command; the exit code."""
-    if command_line.wants_help(words):
-        print(USAGE)
-        return ExitCode.OK
-    given = _Words()
-    given.read(words)
-    if given.has("--schema"):
+    parsed = COMMAND.read(words)
+    if parsed.schema:
         return _print_schema()
     try:
-        session = _session(given)
+        if parsed.problem is not None:
+            raise parsed.problem
+        session = _session(parsed)
     except LauncherError as error:
-        _tell_refusal(given, error)
+        _report_refusal(parsed, error)
         raise
     return session.run()
 
 
-def _session(given: _Words) -> Session:
-    """What is to be run; LauncherError for everything that is wrong beforehand."""
-    _refuse_mistyped(given.rest)
-    _, launch_words = take_run_options(given.rest)
-    request = command_line.read(
-        launch_words,
-        verb="smoke",
-        usage=USAGE.splitlines()[0],
-        flags=_LAUNCHER_PLAIN,
-        valued=_LAUNCHER_VALUED,
-    )
-    script = _script(given, request.path)
+def _words_for(parsed: Parsed, options: Sequence[Option]) -> list[str]:
+    """The words that are arguments, or belong to one of the options."""
+    given = (words for one, words, _ in parsed.given if one is None or one in options)
+    return [word for words in given for word in words]
+
+
+def _session(parsed: Parsed) -> Session:
+    """The session that the words ask for; LauncherError."""
+    run_options(parsed)
+    request = LaunchRequest.of(parsed)
+    script = _script(parsed, request.path)
     more = {n: v for n, v in script.arguments.items() if n not in dict(request.arguments)}
     arguments = [f"{name}:={value}" for name, value in more.items()]
-    words = (*given.rest, *arguments, *script.options)
+    words = (*_words_for(parsed, LAUNCH.options), *arguments, *script.options)
     from launcher.smoke.run.session import Options, Session
 
     options = Options(
         words=words,
         target=Path(request.path).name,
-        junit=given.path("--junit"),
-        artifacts=given.path("--artifacts"),
-        github=given.has("--github"),
-        repeat=given.count("--repeat", 1, least=1),
-        baseline=given.path("--baseline"),
-        update_baseline=given.has("--update-baseline"),
+        junit=parsed.junit,
+        artifacts=parsed.artifacts,
+        github=parsed.github,
+        repeat=parsed.repeat,
+        baseline=parsed.baseline,
+        update_baseline=parsed.update_baseline,
     )
-    _refuse_what_cannot_be(script, take_run_options(words)[1])
+    launch = LAUNCH.parse(words)
+    run_options(launch)
+    _refuse_what_cannot_be(script, _words_for(launch, READING_OPTIONS))
     options.refuse_unwritable()
     return Session(script, options, colour=wants_colour(1, os.environ))
 
 
-def _tell_refusal(given: _Words, error: LauncherError) -> None:
-    """A server that reads reports learns from them why there was no run, not what was before."""
+def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
+    """Put the error into the reports, so that a CI server does not show those of the last run."""
     from launcher.smoke.reports import github, junit
 
-    path = given.path("--junit")
-    if path is not None:
+    if parsed.junit is not None:
+        name = Path(parsed.words[0]).name if parsed.words else "smoke"
         with contextlib.suppress(OSError):  # that may be what is wrong
-            junit.write_refusal(path, error, Path(given.rest[0]).name if given.rest else "smoke")
-    if given.has("--github"):
+            junit.write_refusal(parsed.junit, error, name)
+    if parsed.github:
         print("\n".join(github.refusal(error)))
 
 
 def _refuse_what_cannot_be(script: Script, words: Sequence[str]) -> None:
-    """What can be known to be wrong before anything is started; LauncherError."""
+    """LauncherError for mistakes that can be found before anything is started."""
     found = [checks.of_script(script)]
     if any(forecast.mentions(script)):
         foreseen = forecast.ask(words)
@@ -217,18 +172,6 @@ def _refuse_what_cannot_be(script: Script, words: Sequence[str]) -> None:
         raise checks.together(errors)
 
 
-def _refuse_mistyped(rest: Sequence[str]) -> None:
-    """A near miss of one of our options would be told as an option of the launcher."""
-    known = [*_VALUED, *_PLAIN, *flags.VALUED, *flags.PLAIN]
-    theirs = {word for option in (*_LAUNCHER_PLAIN, *_LAUNCHER_VALUED) for word in option}
-    for word in rest:
-        name = word.partition("=")[0]
-        hint = near(name, known) or ""
-        is_theirs = name in theirs or name in RUN_HELP
-        if name.startswith("--") and hint.startswith("did") and not is_theirs:
-            raise UsageError(f"unknown option '{name}'", hint=hint)
-
-
 def _print_schema() -> int:
     import json
 
@@ -238,33 +181,30 @@ def _print_schema() -> int:
     return ExitCode.OK
 
 
-def _script(given: _Words, launch_file: str) -> Script:
+def _script(parsed: Parsed, launch_file: str) -> Script:
     """From the file and the options; an option wins."""
     script = Script()
-    path = given.values.get("--expect")
-    if path is None and not given.has("--no-file"):
+    path = parsed.expect
+    if path is None and not parsed.no_file:
         found = loader.beside(launch_file)
         path = None if found is None else str(found)
     if path is not None:
         script = loader.load(path)
-    script = replace(script, expectations=(*script.expectations, *given.expectations))
-    for_s, ready_s = given.seconds("--for"), given.seconds("--ready-within")
-    if for_s is not None:
-        script = replace(script, for_s=for_s)
-    if ready_s is not None:
-        script = replace(script, ready_within_s=ready_s)
-    chaos = _chaos(given, script)
-    script = script if chaos is None else replace(script, chaos=chaos)
+    script = replace(script, expectations=(*script.expectations, *parsed.expectations))
+    if parsed.for_s is not None:
+        script = replace(script, for_s=parsed.for_s)
+    if parsed.ready_within_s is not None:
+        script = replace(script, ready_within_s=parsed.ready_within_s)
+    script = replace(script, chaos=_chaos(parsed, script))
     if not script.expectations:
-        print("smoke: nothing is expected but that no process dies", file=sys.stderr)
+        print("smoke: no expectation except that no process dies", file=sys.stderr)
     return script
 
 
-def _chaos(given: _Words, script: Script) -> Chaos | None:
-    chaos: Chaos | None = _parsed("--chaos", chaos_type().parse, given.values.get("--chaos"))
-    chaos = chaos or script.chaos
-    if given.has("--seed"):
-        if chaos is None:
-            raise UsageError("--seed decides about --chaos, which is missing")
-        chaos = replace(chaos, seed=given.count("--seed", 0))
-    return chaos
+def _chaos(parsed: Parsed, script: Script) -> Chaos | None:
+    chaos: Chaos | None = parsed.chaos or script.chaos
+    if parsed.seed is None:
+        return chaos
+    if chaos is None:
+        raise UsageError("--seed needs --chaos")
+    return replace(chaos, seed=parsed.seed)

@@ -1,193 +1,64 @@
-"""`topic VERB ...`: what is on the topics, without ros2cli and without a daemon."""
+"""`topic VERB ...`: list, inspect, print, measure and publish topics."""
 
 from __future__ import annotations
 
-import argparse
+import functools
 import math
-from argparse import Namespace
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Iterable
 
+from launcher.command_line import Command, Option, Parsed, count, number, option
+from launcher.commands import VERBS
 from launcher.errors import ExitCode, UsageError
-from launcher.ros.topics.qos import add_qos_options
-from launcher.ros.verb import (
-    Parser,
-    add_verb,
-    dispatch,
-    parser_of,
-    print_json,
-    require_rate,
-    seconds,
-)
+from launcher.ros.topics.qos import QOS_OPTIONS
+from launcher.ros.verb import dispatch, print_json, require_rate, ros_command, seconds, show
 
 _MOST = 2**31 - 1
 
 
-def main(words: Sequence[str]) -> int:
-    """Run one `topic` command; the exit code."""
-    return dispatch(build_parser(), _RUN, words)
-
-
-def build_parser() -> Parser:
-    """The options of every sub-verb."""
-    parser, table = parser_of("topic", "Look at topics.")
-    for add in (_add_list, _add_info, _add_echo, _add_hz, _add_bw, _add_delay, _add_pub):
-        add(table)
-    sub = add_verb(table, "type", "type of a topic")
-    sub.add_argument("topic_name", metavar="NAME")
-    sub = add_verb(table, "find", "topics of a type")
-    sub.add_argument("topic_type", metavar="TYPE")
-    sub.add_argument("-c", "--count-topics", action="store_true", help="only how many there are")
-    sub.add_argument("--include-hidden-topics", action="store_true", help="hidden ones, too")
-    return parser
-
-
-def _add_list(table: Any) -> None:
-    sub = add_verb(table, "list", "names of all topics")
-    sub.add_argument("-t", "--show-types", action="store_true", help="their types as well")
-    sub.add_argument("-v", "--verbose", action="store_true", help="who uses them, by direction")
-    sub.add_argument("-c", "--count-topics", action="store_true", help="only how many there are")
-    sub.add_argument(
-        "--include-hidden-topics", action="store_true", help="those with a part _like_this, too"
-    )
-
-
-def _add_info(table: Any) -> None:
-    sub = add_verb(table, "info", "type of a topic, its publishers and subscriptions")
-    sub.add_argument("topic_name", metavar="NAME", help="full name of the topic")
-    sub.add_argument("-v", "--verbose", action="store_true", help="each endpoint with its QoS")
-    sub.add_argument(
-        "--explain", action="store_true", help="which pairs do not match, why, and what to change"
-    )
-
-
-def _add_echo(table: Any) -> None:
-    sub = add_verb(table, "echo", "print the messages of topics")
-    sub.add_argument(
-        "words", nargs="+", metavar="NAME", help="topics; after a single one its TYPE may follow"
-    )
-    sub.add_argument("--once", action="store_true", help="end after the first message")
-    sub.add_argument("--timeout", type=seconds, metavar="S", help="end after S s of silence")
-    sub.add_argument("--field", metavar="A.B[0]", help="only this field")
-    sub.add_argument(
-        "--filter", metavar="EXPR", help="only messages (or fields) m for which this is true"
-    )
-    sub.add_argument("--csv", action="store_true", help="values separated by commas")
-    sub.add_argument("-f", "--full-length", action="store_true", help="cut nothing")
-    sub.add_argument(
-        "-l", "--truncate-length", type=_count, default=128, metavar="N", help="cut after N (128)"
-    )
-    sub.add_argument("--no-arr", action="store_true", help="sizes in place of arrays")
-    sub.add_argument("--no-str", action="store_true", help="lengths in place of strings")
-    sub.add_argument("--flow-style", action="store_true", help="each message on one line")
-    sub.add_argument("--raw", action="store_true", help="bytes as they come")
-    sub.add_argument(
-        "-i", "--include-message-info", action="store_true", help="times and numbers before each"
-    )
-    sub.add_argument("--no-lost-messages", action="store_true", help="accepted, without effect")
-    add_qos_options(sub)
-
-
-def _add_hz(table: Any) -> None:
-    sub = add_verb(table, "hz", "how often messages arrive")
-    sub.add_argument("topic_names", nargs="+", metavar="NAME")
-    _add_window(sub, 10000)
-    sub.add_argument("--filter", metavar="EXPR", help="count only messages m for which it is true")
-    sub.add_argument("--wall-time", action="store_true", help="accepted: it always is")
-    sub.add_argument("--for", dest="for_s", type=seconds, metavar="S", help="end after S seconds")
-    sub.add_argument(
-        "--min", dest="min_hz", type=float, metavar="HZ", help="with --for: exit 1 below this rate"
-    )
-    add_qos_options(sub)
-
-
-def _add_bw(table: Any) -> None:
-    sub = add_verb(table, "bw", "how many bytes arrive")
-    sub.add_argument("topic_name", metavar="NAME")
-    _add_window(sub, 100)
-    sub.add_argument("--for", dest="for_s", type=seconds, metavar="S", help="end after S seconds")
-    add_qos_options(sub)
-
-
-def _add_delay(table: Any) -> None:
-    sub = add_verb(table, "delay", "how old messages are, by the stamps in their headers")
-    sub.add_argument("topic_name", metavar="NAME")
-    _add_window(sub, 10000)
-    sub.add_argument("--for", dest="for_s", type=seconds, metavar="S", help="end after S seconds")
-    add_qos_options(sub)
-
-
-def _add_window(sub: Parser, default: int) -> None:
-    sub.add_argument(
-        "-w", "--window", type=_positive, default=default, metavar="N", help=f"messages ({default})"
-    )
-
-
-def _add_pub(table: Any) -> None:
-    sub = add_verb(table, "pub", "publish messages")
-    sub.add_argument("topic_name", metavar="NAME")
-    sub.add_argument("message_type", metavar="TYPE")
-    sub.add_argument("values", nargs="?", default="", metavar="YAML", help='"field: value"')
-    sub.add_argument("--stdin", action="store_true", help="read the YAML from stdin")
-    sub.add_argument("-r", "--rate", type=float, default=1.0, metavar="HZ", help="(1)")
-    sub.add_argument("-p", "--print", type=_positive, default=1, metavar="N", help="say each Nth")
-    times = sub.add_mutually_exclusive_group()
-    times.add_argument("-1", "--once", action="store_true", help="one message")
-    times.add_argument("-t", "--times", type=_positive, metavar="N", help="N messages")
-    sub.add_argument(
-        "-w",
-        "--wait-matching-subscriptions",
-        type=_count,
-        metavar="N",
-        help="wait for N subscriptions (1 with --once and --times, otherwise 0)",
-    )
-    sub.add_argument(
-        "--keep-alive", type=seconds, default=0.1, metavar="S", help="stay after the last (0.1)"
-    )
-    add_qos_options(sub)
-
-
 def _positive(word: str) -> int:
-    value = int(word) if word.isdecimal() else 0
-    if not 1 <= value <= _MOST:
-        raise argparse.ArgumentTypeError("value must be a positive integer")
-    return value
+    return _number(word, 1, "value must be a positive integer")
 
 
-def _count(word: str) -> int:
-    if not word.isdecimal() or int(word) > _MOST:
-        raise argparse.ArgumentTypeError("value must be non-negative integer")
-    return int(word)
+def _natural(word: str) -> int:
+    return _number(word, 0, "value must be non-negative integer")
 
 
-def _list(options: Namespace) -> int:
+def _number(word: str, least: int, problem: str) -> int:
+    """A whole number; ValueError with the text of ros2cli."""
+    try:
+        return count(word, least, _MOST)
+    except ValueError:
+        raise ValueError(problem) from None
+
+
+NAME = option("NAME", name="topic_name")
+NAMES = option("NAME ...", name="topic_names")
+HIDDEN = option("--include-hidden-topics", "hidden topics as well")
+COUNT = option("-c, --count-topics", "print only the number of topics")
+FOR = option("--for S", "end after S seconds", seconds, name="for_s")
+QOS = (("QoS", QOS_OPTIONS),)
+
+
+def _window(default: int) -> Option:
+    return option("-w, --window N", "number of messages to average over", _positive, default)
+
+
+def _list(options: Parsed) -> int:
     from launcher.ros.topics import listing
     from launcher.ros.verb import graph_snapshot
 
     found = listing.listed(graph_snapshot(options), hidden=options.include_hidden_topics)
-    if options.json:
-        print_json(
-            [
-                {
-                    "name": topic.name,
-                    "types": list(topic.types),
-                    "publishers": topic.publishers,
-                    "subscriptions": topic.subscriptions,
-                }
-                for topic in found
-            ]
-        )
-    elif options.count_topics:
-        print(len(found))
+    lines: Iterable[object] = (one.label if options.show_types else one.name for one in found)
+    if options.count_topics:
+        lines = [len(found)]
     elif options.verbose:
-        print("\n".join(listing.verbose_listing(found)))
-    else:
-        for topic in found:
-            print(topic.label if options.show_types else topic.name)
+        lines = ["\n".join(listing.verbose_listing(found))]
+    fields = ("name", "types", "publishers", "subscriptions")
+    show(options, [{field: getattr(one, field) for field in fields} for one in found], lines)
     return ExitCode.OK
 
 
-def _info(options: Namespace) -> int:
+def _info(options: Parsed) -> int:
     from launcher.ros.snapshot.qos_matching import explain, mismatches
     from launcher.ros.topics import listing
     from launcher.ros.verb import graph_snapshot
@@ -203,7 +74,7 @@ def _info(options: Namespace) -> int:
     return ExitCode.OK
 
 
-def _type(options: Namespace) -> int:
+def _type(options: Parsed) -> int:
     from launcher.ros.topics import listing
     from launcher.ros.verb import graph_snapshot
 
@@ -213,15 +84,11 @@ def _type(options: Namespace) -> int:
         from launcher.ros.topics.listener import full_topic
 
         full_topic(name)  # VerbError if it cannot be one
-    if options.json:
-        print_json({"name": options.topic_name, "types": types})
-    else:
-        for type_name in types:
-            print(type_name)
+    show(options, {"name": options.topic_name, "types": types}, types)
     return ExitCode.OK if types else ExitCode.PROCESS_FAILED
 
 
-def _find(options: Namespace) -> int:
+def _find(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import full_type, warn_if_unknown
     from launcher.ros.topics import listing
     from launcher.ros.verb import graph_snapshot
@@ -230,15 +97,11 @@ def _find(options: Namespace) -> int:
     found = listing.of_type(graph_snapshot(options), kind, hidden=hidden)
     if not found:
         warn_if_unknown(kind)
-    if options.json:
-        print_json(found)
-    else:
-        for line in [len(found)] if options.count_topics else found:
-            print(line)
+    show(options, found, [len(found)] if options.count_topics else found)
     return ExitCode.OK
 
 
-def _echo(options: Namespace) -> int:
+def _echo(options: Parsed) -> int:
     from launcher.ros.topics.streams import echo
 
     options.topic_names, options.message_type = _topics_and_type(options.words)
@@ -248,13 +111,13 @@ def _echo(options: Namespace) -> int:
 
 
 def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
-    """The topics and, behind a single topic, its type: the word with a slash inside only."""
+    """The topics, and the type that may follow a single one (it has a slash inside only)."""
     if len(words) == 2 and "/" in words[1] and not words[1].startswith("/"):
         return words[:1], words[1]
     return words, None
 
 
-def _hz(options: Namespace) -> int:
+def _hz(options: Parsed) -> int:
     from launcher.ros.topics.streams import hz
 
     if options.min_hz is not None and not math.isfinite(options.min_hz):
@@ -264,33 +127,129 @@ def _hz(options: Namespace) -> int:
     return hz(options)
 
 
-def _bw(options: Namespace) -> int:
+def _bw(options: Parsed) -> int:
     from launcher.ros.topics.streams import bw
 
     return bw(options)
 
 
-def _delay(options: Namespace) -> int:
+def _delay(options: Parsed) -> int:
     from launcher.ros.topics.streams import delay
 
     return delay(options)
 
 
-def _pub(options: Namespace) -> int:
+def _pub(options: Parsed) -> int:
     from launcher.ros.topics.publish import publish
 
     require_rate(options.rate)
     return publish(options)
 
 
-_RUN: dict[str, Callable[[Namespace], int]] = {
-    "list": _list,
-    "info": _info,
-    "echo": _echo,
-    "hz": _hz,
-    "bw": _bw,
-    "delay": _delay,
-    "pub": _pub,
-    "type": _type,
-    "find": _find,
-}
+COMMAND = Command(
+    "topic",
+    VERBS["topic"],
+    commands=(
+        ros_command(
+            "topic list",
+            "list topics",
+            _list,
+            option("-t, --show-types", "show their types"),
+            option("-v, --verbose", "group them by direction, with the number of users"),
+            COUNT,
+            HIDDEN,
+        ),
+        ros_command(
+            "topic info",
+            "show the type, the publishers and the subscriptions of a topic",
+            _info,
+            NAME,
+            option("-v, --verbose", "show each endpoint with its QoS"),
+            option("--explain", "explain which pairs do not match, and why"),
+        ),
+        ros_command(
+            "topic echo",
+            "print the messages of topics",
+            _echo,
+            option("NAME ...", "topics; the TYPE of a single one may follow", name="words"),
+            option("--once", "end after the first message"),
+            option("--timeout S", "end after S s without one", seconds),
+            option("--field A.B[0]", "print only this field"),
+            option("--filter EXPR", "only messages m for which this is true"),
+            option("--csv", "print values separated by commas"),
+            option("-f, --full-length", "do not truncate"),
+            option(
+                "-l, --truncate-length N",
+                "truncate arrays, bytes and strings after N",
+                _natural,
+                128,
+            ),
+            option("--no-arr", "print the sizes of arrays only"),
+            option("--no-str", "print the lengths of strings only"),
+            option("--flow-style", "print each message on one line"),
+            option("--raw", "print the serialized bytes"),
+            option("-i, --include-message-info", "print timestamps and sequence numbers"),
+            option("--no-lost-messages", "accepted as by ros2, without effect"),
+            groups=QOS,
+        ),
+        ros_command(
+            "topic hz",
+            "measure the rate of messages",
+            _hz,
+            NAMES,
+            _window(10000),
+            option("--filter EXPR", "count only messages m for which it is true"),
+            option("--wall-time", "accepted as by ros2: always so"),
+            FOR,
+            option("--min HZ", "with --for: exit code 1 below HZ", number, name="min_hz"),
+            groups=QOS,
+        ),
+        ros_command("topic bw", "measure the bandwidth", _bw, NAME, _window(100), FOR, groups=QOS),
+        ros_command(
+            "topic delay",
+            "measure the age of messages by their headers",
+            _delay,
+            NAME,
+            _window(10000),
+            FOR,
+            groups=QOS,
+        ),
+        ros_command(
+            "topic pub",
+            "publish messages",
+            _pub,
+            NAME,
+            option("TYPE", name="message_type"),
+            option("[YAML]", '"field: value"', default="", name="values"),
+            option("--stdin", "read the YAML from stdin"),
+            option("-r, --rate HZ", "rate", number, 1.0),
+            option("-p, --print N", "print each Nth", _positive, 1),
+            option("-1, --once", "publish one message"),
+            option("-t, --times N", "publish N messages", _positive),
+            option(
+                "-w, --wait-matching-subscriptions N",
+                "wait for N subscriptions (default: 1 with --once and --times, otherwise 0)",
+                _natural,
+            ),
+            option(
+                "--keep-alive S",
+                "stay for S seconds after the last message",
+                seconds,
+                0.1,
+            ),
+            groups=QOS,
+            exclusive=(("once", "times"),),
+        ),
+        ros_command("topic type", "print the type of a topic", _type, NAME),
+        ros_command(
+            "topic find",
+            "list the topics of a type",
+            _find,
+            option("TYPE", name="topic_type"),
+            COUNT,
+            HIDDEN,
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

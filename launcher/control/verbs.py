@@ -1,137 +1,150 @@
-"""Verbs: the one table of what a person can ask of a running run, and how its words are read."""
+"""The verbs about a running launch: one table for requests of programs and for command lines."""
 
 from __future__ import annotations
 
 import math
 import signal
-from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from launcher.errors import UsageError, nearest
+from launcher import command_line
+from launcher.command_line import Command, HelpAsked, Option, Parsed, option
+from launcher.errors import UsageError
 from launcher.model.record import Record
-
-
-class Option(Record):
-    """An option of a verb. `kind`: flag, text, count, seconds or signal.
-
-    `name` is its name in a request, `flags` are its words on a command line, of which a flag sets
-    `value`. Without flags it is an argument of the verb, or for programs alone.
-    """
-
-    name: str
-    kind: str
-    help: str
-    flags: tuple[str, ...] = ()
-    metavar: str = ""
-    value: bool = True
+from launcher.text import did_you_mean
 
 
 class Verb(Record):
-    """A verb: how it is written, and what it takes.
+    """A verb: its usage says what it takes, without options that have no flags on a command line.
 
-    `names` says how many processes it wants: none, one, some (at least one) or any (none stands
-    for all). `argument` is the option that the first word gives (it may be left out where
-    `argument_optional`), `text` the one that all words behind the name give. `streams`: with the
-    option `follow` it does not end. `shell`: it is a command of its own, too.
+    `streams`: with the option `follow` it does not end. `shell`: it is a command of its own, too.
     """
 
-    name: str
     usage: str
     help: str
-    names: str = "none"
     options: tuple[Option, ...] = ()
-    argument: str | None = None
-    argument_optional: bool = False
-    text: str | None = None
     streams: bool = False
     shell: bool = True
+
+    @property
+    def name(self) -> str:
+        """The first word of the usage."""
+        return self.usage.partition(" ")[0]
+
+    @property
+    def names(self) -> str:
+        """How many processes: none, one, some (at least one) or any (none stands for all)."""
+        if "[NAME ...]" in self.usage:
+            return "any"
+        if "NAME ..." in self.usage:
+            return "some"
+        return "one" if " NAME" in self.usage else "none"
+
+    @property
+    def argument(self) -> str | None:
+        """The option that the first word gives, which may be left out."""
+        return next((one.name for one in self.options if not one.flags and one != TEXT), None)
+
+    @property
+    def text(self) -> str | None:
+        """The option that all words behind the name give."""
+        return TEXT.name if TEXT in self.options else None
 
     def option(self, name: str) -> Option | None:
         """The option with this name in requests."""
         return next((option for option in self.options if option.name == name), None)
 
+    def command(
+        self, *, in_shell: bool = False, about: str = "", common: tuple[Option, ...] = ()
+    ) -> Command:
+        """How its words are read: in the console, or in a shell with `common` options."""
+        arguments = [option(f"[{self.argument.upper()}]")] if self.argument else []
+        if self.names != "none":
+            arguments.append(option("[NAME]" if self.text else "[NAME ...]", name="names"))
+        if self.text:
+            # A shell's options may stand between the words of a text.
+            arguments.append(option("TEXT", count="text" if in_shell else "..."))
+        usage = f"{self.usage} [--run ID] [--json]" if in_shell else self.usage
+        return Command(
+            self.name,
+            self.help,
+            arguments=tuple(arguments),
+            options=tuple(option for option in self.options if option.flags),
+            groups=(("options of all verbs about a run", common),) if common else (),
+            synopsis=usage.removeprefix(self.name).strip(),
+            about=about,
+            shorthand=_signal_shorthand if SIGNAL in self.options else None,
+            in_shell=in_shell,
+        )
 
-FOLLOW = Option("follow", "flag", "go on with what comes", ("-f", "--follow"))
-SIGNAL = Option("signal", "signal", "exactly this signal, once", ("-s", "--signal"), "SIGNAL")
-LINES = Option("lines", "count", "the last N lines (100)", ("-n", "--lines"), "N")
-PERIOD = Option("period_s", "seconds", "seconds between two looks (1)", ("-p", "--period"), "S")
-NEW = Option("history", "flag", "only what comes from now on", ("--new",), value=False)
-LEVEL = Option("level", "text", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
-PATTERN = Option("pattern", "text", "a regular expression")
-TEXT = Option("text", "text", "a line for its standard input")
-TOPIC = Option("topic", "text", "the verb that is meant")
+
+def _period(text: str) -> float:
+    value = command_line.seconds(text)
+    if not value:
+        raise ValueError(f"'{text}' is not a number of seconds above 0")
+    return value
+
+
+FOLLOW = option("-f, --follow", "print what comes, until the run ends")
+SIGNAL = option("-s, --signal SIGNAL", "send exactly this signal, once", kind="signal")
+LINES = option(
+    "-n, --lines N", "print the last N lines (default: 100)", command_line.count, kind="count"
+)
+PERIOD = option(
+    "-p, --period S",
+    "seconds between two samples (default: 1)",
+    _period,
+    name="period_s",
+    kind="seconds",
+)
+NEW = option("--new", "only events from now on", name="history", value=False)
+LEVEL = option("LEVEL", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
+PATTERN = option("PATTERN", "a regular expression")
+TEXT = option("TEXT", "a line for its standard input")
+TOPIC = option("TOPIC", "a verb")
 
 VERBS = (
-    Verb("ps", "ps [NAME ...]", "list processes with state, restarts, CPU and memory", "any"),
-    Verb("top", "top [NAME ...]", "the same, live", "any", (FOLLOW, PERIOD), streams=True),
+    Verb("ps [NAME ...]", "list processes with state, restarts, CPU and memory"),
+    Verb("top [NAME ...]", "list processes live", (FOLLOW, PERIOD), streams=True),
+    Verb("kill NAME ... [-s SIGNAL]", "stop processes, or send them exactly one signal", (SIGNAL,)),
+    Verb("stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL"),
+    Verb("start NAME ...", "start processes that have ended"),
+    Verb("restart NAME ...", "stop processes and start them again"),
+    Verb("pause NAME ...", "suspend processes (SIGSTOP)"),
+    Verb("resume NAME ...", "resume suspended processes (SIGCONT)"),
+    Verb("mute NAME ...", "hide the output of processes; log files get it"),
+    Verb("unmute [NAME ...]", "show the output of processes again, and end `solo`"),
+    Verb("solo NAME ...", "show the output of these processes only"),
     Verb(
-        "kill",
-        "kill NAME ... [-s SIGNAL]",
-        "stop processes, or send them exactly one signal",
-        "some",
-        (SIGNAL,),
-    ),
-    Verb("stop", "stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL", "some"),
-    Verb("start", "start NAME ...", "start processes that have ended", "some"),
-    Verb("restart", "restart NAME ...", "stop processes and start them again", "some"),
-    Verb("pause", "pause NAME ...", "let processes stand still (SIGSTOP)", "some"),
-    Verb("resume", "resume NAME ...", "let paused processes go on (SIGCONT)", "some"),
-    Verb("mute", "mute NAME ...", "show nothing of processes; their files go on", "some"),
-    Verb("unmute", "unmute [NAME ...]", "show them again, and end `solo`", "any"),
-    Verb("solo", "solo NAME ...", "show these processes alone", "some"),
-    Verb(
-        "level",
         "level [LEVEL [NAME ...]]",
-        "show only lines of this level and above; ALL shows all; alone: what is shown",
-        "any",
+        "show only lines of LEVEL and above; without it, print the level",
         (LEVEL,),
-        argument="level",
-        argument_optional=True,
     ),
     Verb(
-        "grep",
-        "grep [PATTERN [NAME ...]]",
-        "show only lines in which this is found; without it, all",
-        "any",
-        (PATTERN,),
-        argument="pattern",
-        argument_optional=True,
+        "grep [PATTERN [NAME ...]]", "show only lines that match; without PATTERN, all", (PATTERN,)
     ),
     Verb(
-        "logs",
         "logs [NAME ...] [-n N] [-f]",
-        "the last lines of processes, whatever is shown of them",
-        "any",
+        "print the last lines of processes, hidden ones too",
         (LINES, FOLLOW),
         streams=True,
     ),
-    Verb("info", "info NAME ...", "all that is known of a process", "some"),
-    Verb("send", "send NAME TEXT", "a line for its standard input", "one", (TEXT,), text="text"),
+    Verb("info NAME ...", "show everything known about processes"),
+    Verb("send NAME TEXT", "send a line to the standard input of a process", (TEXT,)),
     Verb(
-        "events",
         "events [-f] [--new]",
-        "starts, ends, restarts, signals and resources",
-        options=(FOLLOW, NEW),
+        "print starts, exits, restarts, signals and resources",
+        (FOLLOW, NEW),
         streams=True,
     ),
-    Verb("plan", "plan", "what the launch file has asked for so far", shell=False),
-    Verb("quit", "quit", "stop everything and end the run"),
-    Verb(
-        "help",
-        "help [VERB]",
-        "this table, or how one verb is used",
-        options=(TOPIC,),
-        argument="topic",
-        argument_optional=True,
-        shell=False,
-    ),
+    Verb("plan", "show what the launch file has done so far", shell=False),
+    Verb("quit", "stop everything and end the run"),
+    Verb("help [VERB]", "show this table, or how one verb is used", (TOPIC,), shell=False),
 )
 
 
-ALIASES = {"exit": "quit", "?": "help"}  # what people type into any prompt
-HELP_FLAGS = ("-h", "--help")
-LOOKING = frozenset({"ps", "top", "logs", "info", "events"})  # they change nothing
+ALIASES = {"exit": "quit", "?": "help"}  # as in other prompts
+LOOKING = frozenset({"ps", "top", "logs", "info", "events"})  # read-only
 
 
 class Call(Record):
@@ -163,20 +176,16 @@ def known(name: str) -> Verb:
     verb = find(name)
     if verb is None:
         names = [one.name for one in VERBS]
-        near = nearest(name, names)
-        hint = f"there are {', '.join(names)}" if near is None else f"did you mean {near}?"
-        raise BadCallError("unknown-verb", f"there is no verb '{name}'", hint)
+        hint = did_you_mean(name, names) or f"there are {', '.join(names)}"
+        raise BadCallError("unknown-verb", f"unknown verb '{name}'", hint)
     return verb
 
 
 def manual(verb: Verb) -> list[str]:
-    """How a verb is used: what `VERB --help` says of it alone, line by line."""
-    lines = [f"usage: {verb.usage}", f"{verb.help[0].upper()}{verb.help[1:]}."]
-    for option in verb.options:
-        if option.flags:
-            words = ", ".join(option.flags) + (f" {option.metavar}" if option.metavar else "")
-            lines.append(f"  {words:<20} {option.help}")
-    return lines
+    """How a verb is used in the console, line by line."""
+    from launcher.command_help import help_text
+
+    return help_text(verb.command()).split("\n")
 
 
 # ---- from a program
@@ -195,17 +204,10 @@ def check(name: str, names: Sequence[str], options: Mapping[str, Any]) -> Call:
             )
         if value is not None:
             checked[key] = _checked(verb, option, value)
-    for needed in (verb.text, None if verb.argument_optional else verb.argument):
-        if needed is not None and needed not in checked:
-            raise BadCallError(
-                "bad-option", f"{name} needs {_named(verb, needed)}", f"usage: {verb.usage}"
-            )
+    if verb.text is not None and verb.text not in checked:
+        problem = f"{name} needs TEXT: {TEXT.help}"
+        raise BadCallError("bad-option", problem, f"usage: {verb.usage}")
     return Call(verb, tuple(names), checked)
-
-
-def _named(verb: Verb, name: str) -> str:
-    option = verb.option(name)
-    return name if option is None else f"{name.upper()}: {option.help}"
 
 
 def _check_names(verb: Verb, names: Sequence[str]) -> None:
@@ -238,8 +240,8 @@ def _checked(verb: Verb, option: Option, value: Any) -> Any:
 
 _MEANT = {
     "flag": "true or false",
-    "text": "a text",
-    "count": "a whole number, not negative",
+    "text": "a string",
+    "count": "a whole number of at least 0",
     "seconds": "a number of seconds above 0",
     "signal": "a signal",
 }
@@ -256,81 +258,41 @@ def signal_number(word: str) -> int:
         if spelling in signal.Signals.__members__:
             return int(signal.Signals[spelling])
     names = [one.name for one in signal.Signals]
-    near = nearest(name, names) or nearest(f"SIG{name}", names)
-    hint = f"there are {', '.join(names)}" if near is None else f"did you mean {near}?"
-    raise BadCallError("bad-option", f"there is no signal '{word}'", hint)
+    hint = did_you_mean(name, names) or did_you_mean(f"SIG{name}", names)
+    known = f"there are {', '.join(names)}"
+    raise BadCallError("bad-option", f"unknown signal '{word}'", hint or known)
 
 
 # ---- from a person
 
 
 def parse(verb: Verb, words: Iterable[str]) -> Call:
-    """The call that the words behind a verb stand for; UsageError."""
-    queue = deque(words)
-    plain: list[str] = []
-    options: dict[str, Any] = {}
-    while queue:
-        word = queue.popleft()
-        if word == "--" or (plain and verb.text is not None):
-            plain += queue if word == "--" else [word, *queue]
-            break
-        if word in HELP_FLAGS:
-            return check("help", (), {TOPIC.name: verb.name})
-        if word.startswith("-") and len(word) > 1:
-            _take(verb, word, queue, options)
-        else:
-            plain.append(word)
-    if verb.argument is not None and plain:
-        options[verb.argument] = plain.pop(0)
-    if verb.text is not None and len(plain) > 1:
-        options[verb.text] = " ".join(plain[1:])
-        del plain[1:]
+    """The call that the words behind a verb stand for in the console; UsageError."""
     try:
-        return check(verb.name, plain, options)
+        return call_of(verb, verb.command().parse(list(words)))
+    except HelpAsked:
+        return check("help", (), {TOPIC.name: verb.name})
+
+
+def call_of(verb: Verb, parsed: Parsed) -> Call:
+    """The call that parsed words stand for; UsageError."""
+    given = vars(parsed)
+    options = {one.name: value for one, _, value in parsed.given if one in verb.options}
+    if verb.argument is not None and given[verb.argument] is not None:
+        options[verb.argument] = given[verb.argument]
+    if verb.text is not None and given[verb.text]:
+        options[verb.text] = " ".join(given[verb.text])
+    names = given.get("names") or []
+    try:
+        return check(verb.name, [names] if isinstance(names, str) else names, options)
     except BadCallError as error:
         raise UsageError(error.message, hint=error.hint) from None
 
 
-def _take(verb: Verb, word: str, queue: deque[str], options: dict[str, Any]) -> None:
-    flag, has_value, value = word.partition("=")
-    option = next((one for one in verb.options if flag in one.flags), None)
-    if option is None and SIGNAL in verb.options and _is_signal(word[1:]):
-        options[SIGNAL.name] = word[1:]  # `kill -9`, `kill -TERM`: fingers know it
-        return
-    if option is None or (has_value and option.kind == "flag"):
-        is_name = verb.names != "none" and len(word) > 2 and not word.startswith("--")
-        behind = "; a name that begins with '-' goes behind --" if is_name else ""
-        raise UsageError(f"{verb.name} has no option '{word}'", hint=f"usage: {verb.usage}{behind}")
-    if option.kind == "flag":
-        options[option.name] = option.value
-        return
-    if not has_value:
-        if not queue:
-            raise UsageError(f"{flag} needs a value: {option.metavar}", hint=f"usage: {verb.usage}")
-        value = queue.popleft()
-    options[option.name] = _from_text(option, flag, value)
-
-
-def _is_signal(word: str) -> bool:
+def _signal_shorthand(word: str) -> tuple[Option, str] | None:
+    """`-9` and `-TERM`, as with kill; a number that is no signal is refused later."""
     try:
-        signal_number(word)
+        signal_number(word[1:])
     except BadCallError:
-        return word.isdecimal()  # it is meant as one, and is told to be none
-    return True
-
-
-def _from_text(option: Option, flag: str, text: str) -> Any:
-    read = {"count": int, "seconds": float}.get(option.kind, str)
-    try:
-        return _within(option, read(text))
-    except ValueError:
-        raise UsageError(f"{flag} is {_MEANT[option.kind]}, not '{text}'") from None
-
-
-def _within(option: Option, value: Any) -> Any:
-    """The value; ValueError if it is too small, or no number that one can wait for."""
-    if option.kind == "count" and value < 0:
-        raise ValueError
-    if option.kind == "seconds" and not (value > 0 and math.isfinite(value)):
-        raise ValueError
-    return value
+        return (SIGNAL, word[1:]) if word[1:].isdecimal() else None
+    return SIGNAL, word[1:]

@@ -20,7 +20,6 @@ from launcher.engine.logs.run_directory import log_root
 from launcher.engine.monitor import shared_memory
 from launcher.text import escape
 
-DISTRIBUTION = "group_gp1"  # which contains the launcher
 MARKERS = Path("share/ament_index/resource_index/packages")
 # A prefix with one of these is another ROS, not a workspace on top of the wheels.
 CORE_PACKAGES = ("rcl", "rcl_interfaces", "rclpy", "rmw_implementation", "std_msgs")
@@ -140,8 +139,9 @@ def prefixes(text: str, wheels_prefix: str) -> tuple[Prefix, ...]:
 
 def installed_version() -> str | None:
     """The version installed by pip or colcon; an egg-info in a source tree does not count."""
-    for distribution in metadata.distributions(name=DISTRIBUTION):
-        if distribution.read_text("RECORD") is not None:
+    for distribution in metadata.distributions():
+        points = distribution.entry_points.select(group="pytest11", name="launcher")
+        if points and distribution.read_text("RECORD") is not None:
             return distribution.version
     return None
 

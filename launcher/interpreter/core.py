@@ -30,6 +30,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.event import BaseEventHandler
+
 _STREAMS = {
     "stdout": process_events.ProcessStdout,
     "stderr": process_events.ProcessStderr,
@@ -88,6 +90,11 @@ class Interpreter:
         self.context._host = self.host
         self.context.register_event_handler(OnIncludeLaunchDescription())
         self.context.register_event_handler(OnShutdown(on_shutdown=self._on_shutdown))
+
+    @property
+    def event_handlers(self) -> Sequence[BaseEventHandler]:
+        """Those that are registered now."""
+        return tuple(self.context._event_handlers)
 
     @property
     def warnings(self) -> Sequence[Quirk]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import json
 import math
 import os
 import signal
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NoReturn, TextIO, cast
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, TextIO, cast
 
+from launcher import command_line
+from launcher.command_line import DEBUG, Command, Option, Parsed, option
 from launcher.errors import ExitCode, UsageError
 from launcher.text import count, escape_controls
 
@@ -20,56 +21,60 @@ if TYPE_CHECKING:
     from launcher.ros.snapshot.graph import GraphSnapshot
 
 
-class Parser(argparse.ArgumentParser):
-    """An argument parser that raises UsageError instead of printing and exiting."""
-
-    def error(self, message: str) -> NoReturn:
-        raise UsageError(message, hint=f"{self.prog} --help")
-
-
-def parser_of(verb: str, description: str) -> tuple[Parser, Any]:
-    """The parser of a verb and the table that takes its sub-verbs (see `add_verb`)."""
-    parser = Parser(prog=f"python -m launcher {verb}", description=description)
-    table = parser.add_subparsers(dest="sub", metavar="VERB", parser_class=Parser)
-    return parser, table
+def seconds(word: str) -> float:
+    """A time below thirty years; ValueError."""
+    value = command_line.seconds(word)
+    if value >= 1e9:
+        raise ValueError(f"'{word}' is not a number of seconds")
+    return value
 
 
-def add_verb(table: Any, name: str, help_text: str) -> Parser:
-    """One sub-verb with the options that all have."""
-    parser: Parser = table.add_parser(name, help=help_text, description=help_text)
-    add_common(parser)
-    return parser
+DOMAIN_OPTIONS = (
+    option("-d, --domain ID", "ROS domain (default: ROS_DOMAIN_ID)"),
+    option(
+        "--spin-time S",
+        "longest wait until the graph is complete and quiet (default: 3.5)",
+        seconds,
+    ),
+    option("--json", "print JSON"),
+    DEBUG,
+    option("--no-observer", "do not ask the observer of a run with --ros"),
+    option("--no-daemon", "accepted as by ros2, without effect"),
+)
 
 
-def add_common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-d", "--domain", metavar="ID", help="ROS domain (default: ROS_DOMAIN_ID)")
-    parser.add_argument(
-        "--spin-time",
-        type=seconds,
-        metavar="S",
-        help="longest wait until the graph is complete and quiet (default 3.5)",
+def ros_command(
+    name: str,
+    help_text: str,
+    run: Callable[[Parsed], int],
+    *entries: Option,
+    groups: tuple[tuple[str, tuple[Option, ...]], ...] = (),
+    exclusive: tuple[tuple[str, ...], ...] = (),
+) -> Command:
+    """A command with these arguments and options, and those that all ROS verbs have."""
+    return Command(
+        name,
+        help_text,
+        arguments=tuple(one for one in entries if not one.flags),
+        options=tuple(one for one in entries if one.flags),
+        groups=(*groups, ("options of all ROS verbs", DOMAIN_OPTIONS)),
+        exclusive=exclusive,
+        abbreviations=True,
+        run=run,
     )
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    parser.add_argument("--no-observer", action="store_true", help="do not ask the bridge of a run")
-    parser.add_argument("--no-daemon", action="store_true", help="accepted and ignored")
 
 
-def dispatch(
-    parser: Parser, run: Mapping[str, Callable[[argparse.Namespace], int]], words: Sequence[str]
-) -> int:
-    """Parse and run a sub-verb, or print the help. SIGTERM ends it like Ctrl-C."""
+def dispatch(command: Command, words: Sequence[str]) -> int:
+    """Parse the words and run the command. SIGTERM ends it like Ctrl-C."""
     _refuse_undecodable(words)
-    options = parser.parse_args(list(words))
-    if options.sub is None:
-        parser.print_help()
-        return ExitCode.OK
+    options = command.parse(words)
     # an orderly end removes our node from the graph and our shared memory from the disk
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.default_int_handler)
     try:
         with escaped_output():
-            return run[options.sub](options)
+            assert options.command.run is not None
+            return options.command.run(options)
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
 
@@ -84,14 +89,6 @@ def _refuse_undecodable(words: Sequence[str]) -> None:
                 raise UsageError(f"not UTF-8: {word!a}") from None
 
 
-def seconds(word: str) -> float:
-    """A time that is not negative, for argparse."""
-    value = float(word)
-    if not 0 <= value < 1e9:
-        raise argparse.ArgumentTypeError(f"not a time in seconds: '{word}'")
-    return value
-
-
 def require_rate(rate_hz: float) -> None:
     """UsageError for a rate in Hz that is not positive, or means a period above 30 years."""
     if rate_hz <= 0:
@@ -100,21 +97,21 @@ def require_rate(rate_hz: float) -> None:
         raise UsageError(f"no rate in Hz: {rate_hz}")
 
 
-def domain_option(options: argparse.Namespace) -> int:
+def domain_option(options: Parsed) -> int:
     """The domain of `-d`, or that of the environment."""
     from launcher.ros.discovery.domains import domain_of, environment_domain
 
     return environment_domain() if options.domain is None else domain_of(options.domain, "-d")
 
 
-def spin_time_s(options: argparse.Namespace) -> float:
+def spin_time_s(options: Parsed) -> float:
     """The longest time that discovery may take."""
     from launcher.ros.discovery.domains import SPIN_TIME_S
 
     return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
 
 
-def graph_snapshot(options: argparse.Namespace) -> GraphSnapshot:
+def graph_snapshot(options: Parsed) -> GraphSnapshot:
     """The graph, from the quickest source there is; warns if it is empty or incomplete.
 
     1. The bridge of a run, if one is on the domain. 2. The discovery messages, read directly.
@@ -131,7 +128,7 @@ def graph_snapshot(options: argparse.Namespace) -> GraphSnapshot:
         return observer.graph_snapshot()
 
 
-def _read_graph(options: argparse.Namespace) -> GraphSnapshot | None:
+def _read_graph(options: Parsed) -> GraphSnapshot | None:
     """None where only a whole DDS stack can look."""
     from launcher.ros.discovery import domains
     from launcher.ros.discovery.reader import UnsupportedDiscovery, read_graph
@@ -149,7 +146,7 @@ def _read_graph(options: argparse.Namespace) -> GraphSnapshot | None:
 
 @contextlib.contextmanager
 def observing(
-    options: argparse.Namespace,
+    options: Parsed,
     enough: Callable[[GraphSnapshot], object] = lambda graph: False,
     *,
     listens: bool = False,
@@ -176,7 +173,7 @@ def observing(
 
 
 @contextlib.contextmanager
-def settled_observer(options: argparse.Namespace) -> Iterator[Observer]:
+def settled_observer(options: Parsed) -> Iterator[Observer]:
     """An observer that knows the whole graph; warns if it is empty or incomplete."""
     from launcher.ros.discovery.completeness import settle
 
@@ -204,6 +201,15 @@ def warn(text: str) -> None:
     """A line on stderr, so that stdout stays what ros2cli prints."""
     sys.stdout.flush()
     print(text, file=sys.stderr, flush=True)
+
+
+def show(options: Parsed, document: Any, lines: Iterable[object]) -> None:
+    """Print the document with --json, the lines without."""
+    if options.json:
+        print_json(document)
+        return
+    for line in lines:
+        print(line)
 
 
 def print_json(document: Any) -> None:

@@ -97,7 +97,7 @@ def test_a_misspelt_argument_is_refused_before_anything_starts(world: World):
         check=False,
     )
     assert done.returncode == 2
-    assert "did you mean enable_debug?" in done.stderr
+    assert "did you mean 'enable_debug'?" in done.stderr
     assert done.stdout == ""
     assert not Path(world.env["ROS_LOG_DIR"]).exists()
 

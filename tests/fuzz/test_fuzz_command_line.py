@@ -82,7 +82,7 @@ ARGUMENTS = [
     "mode:=\x1b[2J",
 ]
 TARGETS = ["a.launch.py", "./a.launch.py", "gone.launch.py", ".", "..", "/", "", "a", "rclpy"]
-NO_VERB = [[verb.name] for verb in VERBS if verb.name not in ("launch", "plan", "args")]
+NO_VERB = [[verb] for verb in VERBS if verb not in ("launch", "plan", "args")]
 
 words = st.one_of(
     st.sampled_from(OPTIONS),

@@ -77,7 +77,7 @@ def test_tab_completes_verbs_names_and_signals(bench: Bench):
     glass.type("res\t")
     glass.wait_until(lambda: "restart  resume" in glass.text, "what there is")
     glass.type("\t\t")
-    glass.wait_until(lambda: "let paused processes go on (SIGCONT)" in glass.rows, "what it is")
+    glass.wait_until(lambda: "resume suspended processes (SIGCONT)" in glass.rows, "what it is")
     glass.type("\x15kill mo\t")
     glass.wait_until(lambda: "> kill monitor" in glass.text, "the whole name")
     glass.type("\x15kill -s SIGTE\t")

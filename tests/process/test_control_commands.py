@@ -81,7 +81,7 @@ def test_without_a_run_that_is_said(steering: SteeringBench):
         done = run.shell("ps")
         assert done.returncode == 1
         assert "no active run" in done.stderr
-        assert run.shell("runs").stdout == "no run of yours is going on\n"
+        assert run.shell("runs").stdout == "no active run\n"
         assert json.loads(run.shell("runs", "--json").stdout) == {"runs": []}
 
 
@@ -212,11 +212,11 @@ def test_a_verb_is_explained_and_fingers_are_understood(steering: SteeringBench)
         assert run.shell("help", "kill").stdout == manual
         assert run.shell("help").stdout == run.shell("--help").stdout
         early = run.shell("--run", run.socket.stem, "ps")
-        assert early.returncode == 2 and "--run goes behind the verb" in early.stderr
+        assert early.returncode == 2 and "--run is an option of a verb" in early.stderr
         silent = run.shell("send", "cat")
         assert "send needs TEXT: a line for its standard input" in silent.stderr
         assert "did you mean" not in run.shell("bogus").stderr
-        assert "did you mean python -m launcher start?" in run.shell("strat").stderr
+        assert "did you mean `python -m launcher start`?" in run.shell("strat").stderr
         assert "the name of the launch file is empty" in run.shell("").stderr
         for words in (("-9", "cat"), ("-KILL", "cat")):
             assert run.shell("kill", *words).stdout.startswith("cat-1 ended in ")

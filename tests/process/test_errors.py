@@ -193,7 +193,7 @@ def test_all_unknown_and_missing_arguments_are_told_before_anything_starts(desk:
         done = desk.call(*words, "mapp:=1", "speed:=2")
         assert done.returncode == 2
         for text in (
-            "unknown launch argument 'mapp'\nhint: did you mean map?",
+            "unknown launch argument 'mapp'\nhint: did you mean 'map'?",
             "unknown launch argument 'speed'",
             "the required argument 'map' is not given",
             "the required argument 'robot' is not given",
@@ -309,10 +309,10 @@ def test_surprises_are_told_at_launch_once_each(desk: Desk):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["lunch", "x"], "hint: did you mean python -m launcher launch?"),
-        (["tpoic", "list"], "hint: did you mean python -m launcher topic?"),
-        (["docter"], "hint: did you mean python -m launcher doctor?"),
-        (["kil", "robot_1"], "hint: did you mean python -m launcher kill?"),
+        (["lunch", "x"], "hint: did you mean `python -m launcher launch`?"),
+        (["tpoic", "list"], "hint: did you mean `python -m launcher topic`?"),
+        (["docter"], "hint: did you mean `python -m launcher doctor`?"),
+        (["kil", "robot_1"], "hint: did you mean `python -m launcher kill`?"),
         (["warehouse"], "hint: names are searched in launch/ here and in the folders above"),
     ],
 )
@@ -344,5 +344,5 @@ def test_in_a_folder_that_was_removed_that_is_what_is_said(tmp_path: Path):
         timeout=60,
         check=False,
     )
-    said = "error: the folder that you are in is no more\nhint: cd to another one\n"
+    said = "error: the current directory does not exist any more\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", said)

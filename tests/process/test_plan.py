@@ -127,7 +127,7 @@ def test_the_document_has_an_unknown_argument_as_ros_2_takes_it_and_says_so(desk
     done = desk.call("plan", "--json", file, "sped:=2")
     assert done.returncode == 0
     assert json.loads(done.stdout)["declared"] == {"speed": "1"}
-    assert "did you mean speed?" in done.stderr
+    assert "did you mean 'speed'?" in done.stderr
 
 
 def test_colour_is_for_terminals(desk: Desk):

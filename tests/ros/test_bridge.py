@@ -278,7 +278,7 @@ def test_what_a_killed_bridge_had_in_shared_memory_is_freed(run: Steered, monito
 def test_ros_without_a_socket_is_a_usage_error(domain, tmp_path):
     with run_of(domain, tmp_path, SLEEPERS, "--no-control") as run:
         assert run.exit_code() == 2
-        assert "--ros steers the run by its socket" in run.screen
+        assert "--ros needs the control socket" in run.screen
 
 
 def test_the_observer_of_a_run_sees_what_a_look_of_our_own_sees(

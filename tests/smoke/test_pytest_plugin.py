@@ -131,7 +131,7 @@ def test_a_system_is_waited_for_steered_and_looked_at(folder: pytest.Pytester):
     ("launch", "told"),
     [
         ('"three.launch.py"', "three.launch.py"),
-        ('"two.launch.py", wrod="something"', "did you mean word?"),
+        ('"two.launch.py", wrod="something"', "did you mean 'word'?"),
     ],
     ids=["no such file", "a misspelt argument"],
 )

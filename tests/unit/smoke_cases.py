@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.smoke.expect.expectation import Outcome
+from launcher.command_line import Command
+from launcher.smoke.expect.expectation import Expectation, Outcome
 from launcher.smoke.observe.facts import Answer
+from launcher.smoke.options import EXPECTATIONS
 from tests.unit.smoke_facts import EMPTY, lines, verdict
 
 STEPS = {"steps": {"kill": 5.0}}
@@ -43,3 +45,10 @@ def answers(name: str, *found: Answer) -> dict[str, Any]:
 
 def log(*found: str, **options: Any) -> dict[str, Any]:
     return {"lines": lines(*found, **options)}
+
+
+def expectation_of(flag: str, text: str) -> Expectation:
+    """The expectation that an option of the command line stands for; UsageError."""
+    (found,) = Command("", "", options=EXPECTATIONS).parse([f"{flag}={text}"]).expectations
+    assert isinstance(found, Expectation)
+    return found

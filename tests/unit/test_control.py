@@ -157,14 +157,14 @@ def test_words_that_make_no_sense_are_told_with_the_usage_or_what_there_is(line:
 @pytest.mark.parametrize(
     ("line", "message", "hint"),
     [
-        ("kill robot -99", "there is no signal '99'", "there are SIGHUP"),
-        ("kill robot -s SIGUSR9", "there is no signal 'SIGUSR9'", "did you mean SIGUSR"),
-        ("kill robot -s kil", "there is no signal 'kil'", "did you mean SIGKILL?"),
-        ("stop -dash", "stop has no option '-dash'", "a name that begins with '-' goes behind --"),
-        ("top -n 3", "top has no option '-n'", "usage: top [NAME ...]"),
-        ("logs -n -3", "-n is a whole number, not negative, not '-3'", ""),
-        ("top -p 0", "-p is a number of seconds above 0, not '0'", ""),
-        ("top -p nan", "-p is a number of seconds above 0, not 'nan'", ""),
+        ("kill robot -99", "unknown signal '99'", "there are SIGHUP"),
+        ("kill robot -s SIGUSR9", "unknown signal 'SIGUSR9'", "did you mean 'SIGUSR"),
+        ("kill robot -s kil", "unknown signal 'kil'", "did you mean 'SIGKILL'?"),
+        ("stop -dash", "unknown option '-dash'", "an argument that begins with '-' goes behind --"),
+        ("top -n 3", "unknown option '-n'", "usage: top [NAME ...]"),
+        ("logs -n -3", "-n: '-3' is not a whole number of at least 0", ""),
+        ("top -p 0", "-p: '0' is not a number of seconds above 0", ""),
+        ("top -p nan", "-p: 'nan' is not a number of seconds", ""),
     ],
 )
 def test_a_mistake_is_told_in_the_words_that_were_typed(line: str, message: str, hint: str):

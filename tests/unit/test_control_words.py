@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from launcher.commands.control import Settings, take_settings
+from launcher.commands.control import command_of
 from launcher.control.runs import all_runs
-from launcher.control.verbs import VERBS, parse
+from launcher.control.verbs import VERBS, Call, call_of, find
 from launcher.errors import UsageError
 
 # What each verb that a shell knows may be given, without the options of all verbs.
@@ -26,15 +26,21 @@ WORDS = {
 )
 
 
+def read(name: str, words: list[str]) -> tuple[Call, str | None, bool]:
+    """(the call, --run, --json) of the words behind a verb."""
+    verb = find(name)
+    assert verb is not None
+    parsed = command_of(verb).parse(words)
+    return call_of(verb, parsed), parsed.run, parsed.json
+
+
 @pytest.mark.parametrize("verb", [one for one in VERBS if one.shell], ids=lambda one: one.name)
 def test_options_of_all_verbs_are_taken_wherever_they_stand(verb):
     words = WORDS[verb.name].split()
-    alone = parse(verb, take_settings(verb.name, words)[1])
+    alone, *_ = read(verb.name, words)
     for settings in (["--run", "4711", "--json"], ["--json", "--run=4711"]):
         for mixed in ([*settings, *words], [*words[:1], *settings, *words[1:]], words + settings):
-            taken, rest = take_settings(verb.name, mixed)
-            assert taken == Settings(run="4711", as_json=True), mixed
-            assert parse(verb, rest) == alone, mixed
+            assert read(verb.name, mixed) == (alone, "4711", True), mixed
 
 
 @pytest.mark.parametrize(
@@ -49,25 +55,22 @@ def test_options_of_all_verbs_are_taken_wherever_they_stand(verb):
     ],
 )
 def test_a_text_with_dashes_goes_behind_two_of_them(line, text):
-    verb = next(one for one in VERBS if one.name == "send")
-
-    call = parse(verb, take_settings("send", line.split())[1])
-
+    call, *_ = read("send", line.split())
     assert (call.names, call.options) == (("a",), {"text": text})
 
 
 @pytest.mark.parametrize(
     ("name", "line", "says"),
     [
-        ("send", "a text --ru x", "send has no option '--ru'"),
-        ("ps", "--run", "--run needs the id of a run"),
-        ("ps", "--run=", "--run needs the id of a run"),
-        ("send", "a text --run --json", "--run needs the id of a run"),
+        ("send", "a text --ru x", "unknown option '--ru'"),
+        ("ps", "--run", "--run needs a value: ID"),
+        ("ps", "--run=", "--run: the id of a run is missing"),
+        ("send", "a text --run --json", "--run needs a value: ID"),
     ],
 )
 def test_what_was_meant_as_an_option_is_no_text_and_no_run(name, line, says):
     with pytest.raises(UsageError, match=says):
-        take_settings(name, line.split())
+        read(name, line.split())
 
 
 def test_sockets_of_killed_runs_are_told_in_one_line(tmp_path: Path, monkeypatch):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.command_help import help_text
 from launcher.commands import args, launch, plan
 from launcher.language.actions import timer
 from launcher.language.compat import vocabulary
@@ -62,6 +63,6 @@ def test_every_class_of_the_vocabulary_stands_in_the_document(module: str):
 @pytest.mark.parametrize("option", ["--lenient", "--json", "--evaluation-timeout", "--debug"])
 def test_options_on_launch_files_stand_in_the_document_and_in_the_help(option: str):
     assert option in TEXT
-    assert option in plan.USAGE
-    assert option == "--json" or option in launch.usage()
-    assert option not in ("--debug", "--evaluation-timeout") or option in args.USAGE
+    assert option in help_text(plan.COMMAND)
+    assert option == "--json" or option in help_text(launch.COMMAND)
+    assert option not in ("--debug", "--evaluation-timeout") or option in help_text(args.COMMAND)

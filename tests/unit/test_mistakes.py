@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.commands import mistakes
+from launcher.commands.launch import mistakes
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
 from launcher.planner import make_plan
 
@@ -41,12 +41,12 @@ def unknown(*names: str, known=(), declared=()) -> list[LauncherError]:
 def test_a_misspelt_argument_is_told_with_the_nearest_name():
     (error,) = unknown("enable_debgu", known=["start_robot_2", "enable_debug"])
     assert isinstance(error, UsageError)
-    assert error.hint == "did you mean enable_debug?"
+    assert error.hint == "did you mean 'enable_debug'?"
 
 
 def test_an_argument_without_a_near_name_is_told_with_those_that_are_declared():
     (error,) = unknown("nonsense", known=["mode", "ros_namespace"], declared=["mode"])
-    assert error.hint == "arguments there are: mode; --lenient accepts any name"
+    assert error.hint == "known arguments: mode; --lenient accepts any name"
 
 
 def test_each_unknown_argument_is_an_error_and_known_ones_are_not():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from launcher.commands.ros_domain import is_domain, refuse
+from launcher.commands.launch.ros_domain import is_domain, refuse
 from launcher.errors import UsageError
 from launcher.model.events import StartProcess
 from launcher.model.spec import ProcessSpec, RosIdentity

@@ -5,8 +5,9 @@ import signal
 
 import pytest
 
-from launcher.commands.process_options import parse_cpus, parse_limit, parse_stop
-from launcher.commands.run_options import HELP, parse_restart, take_run_options
+from launcher.command_line import Command, option
+from launcher.commands.launch.options import RUN_OPTIONS, parse_restart, run_options
+from launcher.commands.launch.process_options import parse_cpus, parse_limit, parse_stop
 from launcher.engine.monitor.housekeeping import judge_for
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions, matches
@@ -19,6 +20,11 @@ from launcher.model.spec import (
     RosIdentity,
     StopPolicy,
 )
+
+
+def read(words: list[str]) -> RunOptions:
+    """The options about the run that a command line names."""
+    return run_options(Command("", "", (option("[WORD ...]"),), RUN_OPTIONS).parse(words))
 
 
 def spec(name: str, node_name: str | None = None) -> ProcessSpec:
@@ -44,16 +50,16 @@ def test_a_whole_restart_policy_is_read():
 @pytest.mark.parametrize(
     ("word", "says"),
     [
-        ("robot_2", "never, on-failure, always"),
+        ("robot_2", "it is not NAME=..."),
         ("robot_2=sometimes", "never, on-failure, always"),
-        ("=always", "never, on-failure, always"),
-        ("a=always,maximum=3", "there is no 'maximum'"),
+        ("=always", "it is not NAME=..."),
+        ("a=always,maximum=3", "unknown setting 'maximum'"),
         ("a=always,max=three", "'max=three' is not a whole number"),
         ("a=always,max=1e9", "'max=1e9' is not a whole number"),
         ("a=always,max=-1", "'max=-1' is not a whole number"),
         ("a=always,max=1,window=3,max=2", "'max' is given twice"),
         ("a=always,backoff=5..1", "'backoff=5..1' is not two .* the second not below the first"),
-        ("a=always,delay=1,backoff=1..5", "'delay' and 'backoff' both say"),
+        ("a=always,delay=1,backoff=1..5", "'delay' and 'backoff' exclude"),
         ("a=always,delay=inf", "'delay=inf' is not a number"),
         ("a=always,backoff=1", "'backoff=1' is not two numbers"),
     ],
@@ -82,10 +88,9 @@ def test_the_last_policy_that_matches_counts():
     assert options.adapt(spec("robot_1-1")).argv == ("robot_1",)
 
 
-def test_options_are_taken_wherever_they_stand_and_the_rest_is_left():
+def test_options_are_taken_wherever_they_stand():
     words = ["--timeout", "2.5", "system", "--required=robot_*", "a:=1", "--no-log-files"]
-    options, rest = take_run_options([*words, "--restart", "x=always", "--debug"])
-    assert rest == ["system", "a:=1", "--debug"]
+    options = read([*words, "--restart", "x=always"])
     assert (options.timeout_s, options.required, options.log_files) == (2.5, ("robot_*",), False)
     assert options.restart[0][1].mode is RestartMode.ALWAYS
     assert not options.exit_when_any_dies
@@ -94,24 +99,7 @@ def test_options_are_taken_wherever_they_stand_and_the_rest_is_left():
 @pytest.mark.parametrize("words", [["--timeout"], ["--timeout", "soon"], ["--restart"]])
 def test_an_option_without_a_good_value_is_refused(words):
     with pytest.raises(UsageError):
-        take_run_options(words)
-
-
-def test_every_option_stands_in_the_help():
-    words = {line.split()[0] for line in HELP.splitlines() if line.startswith("  --")}
-    for word in words:
-        value = {
-            "--restart": ["x=always"],
-            "--timeout": ["1"],
-            "--required": ["x"],
-            "--budget": ["x:fds=9"],
-            "--budgets": ["/dev/null"],
-            "--stop": ["x=int:2"],
-            "--nice": ["x=1"],
-            "--stagger": ["1"],
-            "--max-starting": ["1"],
-        }.get(word, [])
-        assert take_run_options([word, *value])[1] == []
+        read(words)
 
 
 # ---- options about single processes
@@ -165,7 +153,7 @@ def test_a_limit_above_what_is_granted_is_refused_with_that(text):
 
 def test_what_the_kernel_grants_to_nobody_is_refused_on_the_command_line():
     with pytest.raises(UsageError, match="'nofile=unlimited' is more than is allowed here"):
-        take_run_options(["--limit", "x:nofile=unlimited"])
+        read(["--limit", "x:nofile=unlimited"])
 
 
 def test_processors_are_read_as_a_list_with_ranges():
@@ -194,12 +182,12 @@ def test_processors_are_read_as_a_list_with_ranges():
 )
 def test_a_wrong_word_about_a_process_is_refused(words):
     with pytest.raises(UsageError):
-        take_run_options(words)
+        read(words)
 
 
 def test_of_several_limits_the_later_says_what_it_says_and_leaves_the_rest():
     words = ["--limit", "*:nofile=9,core=0", "--nice", "robot_*=5", "--limit", "robot_1:nofile=7"]
-    options, _ = take_run_options([*words, "--stop", "robot_1=term:3"])
+    options = read([*words, "--stop", "robot_1=term:3"])
     adapted = options.adapt(spec("robot_1-1"))
     assert adapted.limits == Limits(nice=5, rlimits=(("nofile", 7, 7), ("core", 0, 0)))
     assert adapted.stop.steps[0] == (TERM, 3.0)
@@ -214,10 +202,10 @@ def test_a_file_says_what_the_options_say(tmp_path):
         "robot_*: {memory: 200M, restart: 'on-failure,max=5', stop: 'int:2', nice: 5}\n"
         "robot_1:\n  cpus: 0\n  limit: nofile=256,core=0\n"
     )
-    from_file, _ = take_run_options(["--budgets", str(file)])
+    from_file = read(["--budgets", str(file)])
     words = ["--restart", "robot_*=on-failure,max=5", "--stop", "robot_*=int:2"]
     limits = ["--nice", "robot_*=5", "--cpus", "robot_1=0", "--limit", "robot_1:nofile=256,core=0"]
-    from_words, _ = take_run_options([*words, *limits])
+    from_words = read([*words, *limits])
     names = (("robot_*", f"{file}:1"), ("robot_1", f"{file}:2"))
     files = ((str(file), file.read_text()),)
     assert from_file == replace(from_words, budget_files=files, file_names=names)
@@ -230,7 +218,7 @@ def test_a_file_that_is_a_pipe_is_read_once_and_of_several_each_counts(tmp_path)
     os.close(write_end)
     (tmp_path / "other.yaml").write_text("b: {fds: 9}")
     words = ["--budgets", f"/dev/fd/{read_end}", "--budgets", str(tmp_path / "other.yaml")]
-    options, _ = take_run_options(words)
+    options = read(words)
     os.close(read_end)
     assert [budget.pattern for budget in judge_for(options).budgets] == ["a", "b"]
 
@@ -242,5 +230,5 @@ def test_a_mistake_in_the_file_is_told_with_its_line(tmp_path, line, says):
     file = tmp_path / "budgets.yaml"
     file.write_text(f"robot_*:\n  memory: 1G\n  {line}\n")
     with pytest.raises(UsageError, match=says) as caught:
-        judge_for(take_run_options(["--budgets", str(file)])[0])
+        judge_for(read(["--budgets", str(file)]))
     assert caught.value.where == f"{file}:3"

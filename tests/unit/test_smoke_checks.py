@@ -9,18 +9,17 @@ import pytest
 import std_msgs.msg
 
 from launcher.commands import plan as planning
-from launcher.commands import words
-from launcher.commands.patience import Patience
-from launcher.commands.smoke_forecast import is_certain
+from launcher.commands.launch.forecast import is_certain
+from launcher.commands.launch.target import LaunchRequest
 from launcher.control.selection import ProcessNames
 from launcher.errors import UsageError
-from launcher.smoke import flags
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.script import Script
 from launcher.smoke.preflight import checks
 from launcher.smoke.preflight.forecast import Forecast, compare
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
+from tests.unit.smoke_cases import expectation_of
 
 
 def told(text: str) -> list[str]:
@@ -133,8 +132,8 @@ def test_a_misspelt_package_of_a_type_that_is_only_compared_is_a_warning():
 
 
 def test_an_option_of_the_command_line_is_told_by_its_words():
-    flag = flags.expectation_of("--expect-message", "/a=m.dat == 1")
-    kind = flags.expectation_of("--expect-topic", "/a=std_msgs/String")
+    flag = expectation_of("--expect-message", "/a=m.dat == 1")
+    kind = expectation_of("--expect-topic", "/a=std_msgs/String")
     (error,) = checks.of_script(Script(expectations=(flag, kind))).errors
     assert isinstance(error, UsageError)
     assert error.message.startswith("--expect-message /a=m.dat == 1: std_msgs/msg/String has no")
@@ -263,7 +262,6 @@ def test_a_plan_is_certain_unless_functions_are_told_what_happens(
 ):
     path = tmp_path / "x.launch.py"
     path.write_text(LAUNCH.replace("{more}", more), encoding="utf-8")
-    request = words.read([str(path)], verb="smoke", usage="")
-    plan = planning.evaluate(request, Patience())
+    plan = planning.evaluate(LaunchRequest(str(path)))
     assert plan.error is None
     assert is_certain(plan) is certain

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke import flags
 from launcher.smoke.expect import quantities
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
@@ -20,6 +19,7 @@ from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
 from launcher.smoke.reports.result import Judged, Result, worst
 from launcher.smoke.run.scenario import ChaosTimeline, Timeline
+from tests.unit.smoke_cases import expectation_of
 from tests.unit.smoke_facts import OVER, lines, running, seen, started
 
 # ---- how things are written
@@ -127,14 +127,14 @@ def test_conditions_look_into_lists_and_into_json():
     ],
 )
 def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[str, Any]):
-    found = flags.expectation_of(flag, text)
+    found = expectation_of(flag, text)
     assert (found.kind, dict(found.values)) == (kind, values)
 
 
 @pytest.mark.parametrize(
     ("flag", "text", "words"),
     [
-        ("--expect-rate", "/a", "'='"),
+        ("--expect-rate", "/a", "'/a' is not TOPIC=RATE"),
         ("--expect-rate", "/a=fast", "invalid rate"),
         ("--expect-node", "/a=soon", "invalid time"),
         ("--expect-qos", "/a=reliabilty:reliable", "reliability"),
@@ -143,7 +143,7 @@ def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[
 )
 def test_a_bad_flag_is_told_by_its_name(flag: str, text: str, words: str):
     with pytest.raises(UsageError) as told:
-        flags.expectation_of(flag, text)
+        expectation_of(flag, text)
     assert flag in told.value.render() and words in told.value.render()
 
 

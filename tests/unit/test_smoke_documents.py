@@ -10,7 +10,6 @@ import pytest
 import yaml
 
 from launcher.errors import LauncherError
-from launcher.smoke import flags
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.expect.grammar import json_schema
 from launcher.smoke.preflight import loader
@@ -167,11 +166,6 @@ def test_the_example_of_the_documentation_is_a_good_file():
     script = loader.parse(example, "smoke.md")
     assert len(script.expectations) == 4
     assert fits_schema(example)
-
-
-def test_every_flag_stands_in_the_help():
-    for flag in (*flags.VALUED, *flags.PLAIN):
-        assert flag in flags.HELP, flag
 
 
 @pytest.mark.parametrize("name", ["system.expect.yaml", "system.expect.yml"])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from argparse import Namespace
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from launcher.command_line import Parsed
 from launcher.errors import UsageError
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.to_yaml import (
@@ -82,7 +82,7 @@ class Writer:
     prefixed: bool = False
 
     @classmethod
-    def of(cls, options: Namespace) -> Writer:
+    def of(cls, options: Parsed) -> Writer:
         length = None if options.full_length or options.json else options.truncate_length
         style = Style(
             length=length, no_arr=options.no_arr, no_str=options.no_str, flow=options.flow_style

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import sys
 import time
-from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from launcher.command_line import Parsed
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.discovery.domains import why_empty
 from launcher.ros.errors import VerbError, did_you_mean
@@ -94,7 +94,7 @@ def _target(
 
 
 def _first_target(
-    observer: Observer, name: str, type_name: str | None, options: Namespace
+    observer: Observer, name: str, type_name: str | None, options: Parsed
 ) -> Target | None:
     """The topic as soon as its publishers are known; None if it has none and no type."""
     full = full_topic(name)
@@ -211,7 +211,7 @@ def _ignore(message: Any) -> None:
     """A callback that no executor ever calls: messages are taken by `Listener.take`."""
 
 
-def subscribe_now(observer: Observer, listener: Listener, name: str, options: Namespace) -> None:
+def subscribe_now(observer: Observer, listener: Listener, name: str, options: Parsed) -> None:
     """Subscribe; VerbError with the text of ros2cli if the type is unknown."""
     target = _first_target(observer, name, options.message_type, options)
     if target is None:
@@ -233,7 +233,7 @@ class AwaitedTopics:
         observer: Observer,
         listener: Listener,
         names: Sequence[str],
-        options: Namespace,
+        options: Parsed,
         found: Callable[[Target], None],
     ) -> None:
         self._observer = observer
@@ -280,7 +280,7 @@ def _unpublished(name: str) -> str:
     return f"WARNING: topic [{name}] does not appear to be published yet"
 
 
-def _subscribe(listener: Listener, target: Target, options: Namespace) -> None:
+def _subscribe(listener: Listener, target: Target, options: Parsed) -> None:
     profile, notes = qos.listening(target.publishers)
     if qos.asked(options):
         profile, notes = qos.from_options(options, profile), []

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from argparse import Namespace
 from typing import Any
 
+from launcher.command_line import Parsed
 from launcher.errors import ExitCode
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
@@ -22,7 +22,7 @@ _LOOK_S = 0.02
 _DELIVERY_S = 10.0
 
 
-def publish(options: Namespace) -> int:
+def publish(options: Parsed) -> int:
     from rclpy.qos import QoSProfile
 
     message = load_message(options.message_type)()
@@ -55,7 +55,7 @@ def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
         pass  # so that Ctrl-C is heard between two slices
 
 
-def _wanted(options: Namespace) -> int:
+def _wanted(options: Parsed) -> int:
     if options.wait_matching_subscriptions is not None:
         return int(options.wait_matching_subscriptions)
     return 1 if options.once or options.times else 0
@@ -77,7 +77,7 @@ def _await_subscriptions(observer: Observer, publisher: Any, wanted: int, own: E
 
 
 def _loop(
-    observer: Observer, publisher: Any, message: Any, stamps: list[Stamp], options: Namespace
+    observer: Observer, publisher: Any, message: Any, stamps: list[Stamp], options: Parsed
 ) -> None:
     print("publisher: beginning loop", flush=True)
     limit = 1 if options.once else options.times

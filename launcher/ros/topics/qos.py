@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from launcher.command_line import Parsed, count, option
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.interfaces import full_type
 from launcher.ros.snapshot.graph import INFINITE_NS, Direction, Endpoint
@@ -36,31 +36,28 @@ PRESETS = (
 )
 
 
-def add_qos_options(parser: argparse.ArgumentParser) -> None:
-    """`--qos-*`, as ros2cli names them."""
-    parser.add_argument("--qos-profile", choices=PRESETS, help="a preset to start from")
-    parser.add_argument("--qos-depth", type=_depth, metavar="N", help="length of the queue")
-    for name, choices in POLICIES.items():
-        parser.add_argument(f"--qos-{name}", choices=choices)
-    parser.add_argument("--qos-liveliness-lease-duration-seconds", type=seconds, metavar="S")
-
-
 def _depth(word: str) -> int:
-    if not word.isdecimal() or not 1 <= int(word) <= MAX_DEPTH:
-        raise argparse.ArgumentTypeError(
-            f"the length of a queue is from 1 to {MAX_DEPTH}, not {word}"
-        )
-    return int(word)
+    """A length that DDS takes; with 0 a queue could keep nothing."""
+    return count(word, 1, MAX_DEPTH)
 
 
-def asked(options: argparse.Namespace) -> bool:
+# As ros2cli names them.
+QOS_OPTIONS = (
+    option("--qos-profile NAME", "preset to start from", choices=PRESETS),
+    option("--qos-depth N", "length of the queue", _depth),
+    *(option(f"--qos-{name} POLICY", choices=choices) for name, choices in POLICIES.items()),
+    option("--qos-liveliness-lease-duration-seconds S", "lease duration", seconds),
+)
+
+
+def asked(options: Parsed) -> bool:
     """Whether any option sets QoS."""
     return any(
         value is not None for name, value in vars(options).items() if name.startswith("qos_")
     )
 
 
-def from_options(options: argparse.Namespace, base: QoSProfile) -> QoSProfile:
+def from_options(options: Parsed, base: QoSProfile) -> QoSProfile:
     """The base profile, or the preset of the options, changed by the other options."""
     from rclpy.duration import Duration
     from rclpy.qos import (
@@ -102,7 +99,7 @@ def from_words(words: Mapping[str, Any], depth: int) -> QoSProfile:
     for name in words:
         if name not in (*POLICIES, "deadline_s", "lease_s"):
             raise VerbError(f"unknown QoS policy '{name}'", hint=f"known: {', '.join(POLICIES)}")
-    options = argparse.Namespace(
+    options = Parsed(
         qos_profile=None,
         qos_depth=depth,
         qos_liveliness_lease_duration_seconds=words.get("lease_s"),

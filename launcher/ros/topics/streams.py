@@ -6,10 +6,10 @@ import contextlib
 import json
 import sys
 import time
-from argparse import Namespace
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from launcher.command_line import Parsed
 from launcher.errors import ExitCode
 from launcher.ros.errors import VerbError
 from launcher.ros.topics import statistics
@@ -40,7 +40,7 @@ def until_interrupted() -> Iterator[None]:
         sys.stdout = open("/dev/null", "w")  # noqa: SIM115
 
 
-def echo(options: Namespace) -> int:
+def echo(options: Parsed) -> int:
     writer, accepts = Writer.of(options), compiled_filter(options.filter)
     enough = are_published(options.topic_names)
     with until_interrupted(), observing(options, enough, listens=True) as observer:
@@ -121,7 +121,7 @@ class _Quiet:
 
 
 def _measure(
-    options: Namespace,
+    options: Parsed,
     names: list[str],
     found: Callable[[Target], None],
     take: Callable[[Sample], None],
@@ -137,7 +137,7 @@ def _measure(
             take(sample)
 
 
-def hz(options: Namespace) -> int:
+def hz(options: Parsed) -> int:
     """Print rates; exit code 1 if one of them is below `--min` at the end."""
     accepts = compiled_filter(options.filter)
     names = ["/" + name.removeprefix("/") for name in options.topic_names]
@@ -162,7 +162,7 @@ def hz(options: Namespace) -> int:
 
 
 def _report_rates(
-    arrivals: dict[str, statistics.Arrivals], quiet: dict[str, _Quiet], options: Namespace
+    arrivals: dict[str, statistics.Arrivals], quiet: dict[str, _Quiet], options: Parsed
 ) -> None:
     found = {name: spread for name, a in arrivals.items() if (spread := a.due())}
     for one in quiet.values():
@@ -192,7 +192,7 @@ def _rate_document(name: str, spread: statistics.Spread) -> dict[str, Any]:
     }
 
 
-def _verdict(arrivals: dict[str, statistics.Arrivals], options: Namespace) -> int:
+def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed) -> int:
     now_ns, code = time.time_ns(), ExitCode.OK
     for name, one in arrivals.items():
         mean_hz = one.mean_rate_hz(now_ns)
@@ -209,7 +209,7 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: Namespace) -> in
     return code
 
 
-def bw(options: Namespace) -> int:
+def bw(options: Parsed) -> int:
     sizes = statistics.Bandwidth(options.window)
 
     def report() -> None:
@@ -234,7 +234,7 @@ def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
     return json.dumps(document)
 
 
-def delay(options: Namespace) -> int:
+def delay(options: Parsed) -> int:
     delays = statistics.Delays(options.window)
 
     def report() -> None:

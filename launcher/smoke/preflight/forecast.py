@@ -68,7 +68,7 @@ def ask(words: Sequence[str]) -> Forecast | None:
 
     `words` are a target, launch arguments, and the options for reading it.
     """
-    command = [sys.executable, "-m", "launcher.commands.smoke_forecast", *words]
+    command = [sys.executable, "-m", "launcher.commands.launch.forecast", *words]
     with subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,

@@ -1,7 +1,7 @@
-"""What smoke asks beforehand, in a process of its own: the processes in a launch file's plan.
+"""The processes in a launch file's plan: what smoke asks for before it starts anything.
 
-`python -m launcher.commands.smoke_forecast TARGET [name:=value ...]` prints one JSON object, and
-nothing if there is no plan.
+`python -m launcher.commands.launch.forecast WORDS`, with the words of a launch, prints one JSON
+object, and nothing if there is no plan.
 """
 
 from __future__ import annotations
@@ -11,31 +11,22 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from launcher.commands import launch
 from launcher.commands import plan as planning
-from launcher.commands import words as command_line
-from launcher.commands.launch import LENIENT, NONINTERACTIVE, PATIENCE, PREFIX, PREFIX_FILTER
-from launcher.commands.patience import Patience
+from launcher.commands.launch.target import LaunchRequest
 from launcher.control.selection import ProcessNames
 from launcher.errors import ExitCode, LauncherError
 from launcher.interpreter.trace import Visit
 from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
 from launcher.planner import Plan
 
-USAGE = "python -m launcher.commands.smoke_forecast TARGET [name:=value ...]"
-_OURS = ("launch.", "launch_ros.", "launcher.")  # the others' entities do what they like
+_OURS = ("launch.", "launch_ros.", "launcher.")  # entities of others may do anything
 
 
 def main(words: Sequence[str]) -> int:
     """Print the forecast; the exit code."""
     try:
-        request = command_line.read(
-            words,
-            verb="smoke",
-            usage=USAGE,
-            flags=(LENIENT, NONINTERACTIVE),
-            valued=(PREFIX, PREFIX_FILTER, PATIENCE),
-        )
-        plan = planning.evaluate(request, Patience.given(request.options.get(PATIENCE[0])))
+        plan = planning.evaluate(LaunchRequest.of(launch.COMMAND.parse(words)))
     except LauncherError as error:
         return error.exit_code
     if plan.error is not None:
@@ -61,7 +52,7 @@ def _document(plan: Plan) -> dict[str, Any]:
 
 
 def is_certain(plan: Plan) -> bool:
-    """Whether the plan has followed everything that a launch file can do while it runs.
+    """Whether the plan covers everything that the launch file can do while it runs.
 
     Handlers with entities that came into play are known; functions that are told how a process
     ended or what it printed may start anything.

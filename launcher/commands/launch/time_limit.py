@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from types import FrameType
 
-from launcher.errors import ExitCode, LaunchFileError, UsageError
+from launcher.errors import ExitCode, LaunchFileError
 from launcher.language.diagnostics.origin import Origin
 from launcher.model.record import Record
 
@@ -21,7 +21,7 @@ _AGAIN_S = 1.0  # a launch file that catches everything is interrupted again
 _ATTEMPTS = 3  # then the launcher ends at once; nothing was started yet
 
 
-class Patience(Record):
+class TimeLimit(Record):
     """Seconds that an evaluation may take, 0 for any time.
 
     `wall_s` is for launch files that wait for something that never comes; `cpu_s`, the time of
@@ -30,20 +30,6 @@ class Patience(Record):
 
     wall_s: float = 60.0
     cpu_s: float = 20.0
-
-    @classmethod
-    def given(cls, text: str | None) -> Patience:
-        """What `--evaluation-timeout` says, the default without it; UsageError."""
-        if text is None:
-            return cls()
-        try:
-            limit_s = float(text)
-        except ValueError:
-            limit_s = -1.0
-        if not 0.0 <= limit_s <= 1e6:
-            hint = "for example --evaluation-timeout 300, or 0 for any time"
-            raise UsageError(f"--evaluation-timeout takes seconds, not '{text}'", hint=hint)
-        return cls(wall_s=limit_s, cpu_s=limit_s)
 
 
 class _Endless(BaseException):
@@ -54,10 +40,10 @@ class _Endless(BaseException):
 
 
 @contextlib.contextmanager
-def limited(patience: Patience, path: str) -> Iterator[None]:
-    """Interrupt what is done inside when its time is over: LaunchFileError with the place.
+def limited(time_limit: TimeLimit, path: str) -> Iterator[None]:
+    """Interrupt the body when the limit is reached: LaunchFileError with the place.
 
-    Does nothing outside of the main thread, which alone can be interrupted.
+    Does nothing in other threads than the main one, which cannot be interrupted.
     """
     # Where nobody has imported `threading`, there is only one thread.
     threading = sys.modules.get("threading")
@@ -66,8 +52,8 @@ def limited(patience: Patience, path: str) -> Iterator[None]:
         return
     try:
         with (
-            _timer(signal.ITIMER_REAL, signal.SIGALRM, patience.wall_s, "s have passed", path),
-            _timer(signal.ITIMER_PROF, signal.SIGPROF, patience.cpu_s, "s were computed", path),
+            _timer(signal.ITIMER_REAL, signal.SIGALRM, time_limit.wall_s, "s have passed", path),
+            _timer(signal.ITIMER_PROF, signal.SIGPROF, time_limit.cpu_s, "s were computed", path),
         ):
             yield
     except _Endless as error:
@@ -120,5 +106,5 @@ def _explained(error: _Endless, path: str) -> LaunchFileError:
     from launcher.language.diagnostics import faults
 
     fault = faults.explain(error, path)
-    fault.hint = "--evaluation-timeout S gives it more time, 0 any time"
+    fault.hint = "--evaluation-timeout S allows more time, 0 any time"
     return fault

@@ -1,4 +1,4 @@
-"""ROS domains that are none: refused before nodes are started that could only die."""
+"""Rejects an invalid ROS_DOMAIN_ID before nodes are started that would exit because of it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def is_domain(word: str) -> bool:
 
 
 def refuse(word: str, effects: Iterable[Effect]) -> None:
-    """UsageError if nodes would get this value from the environment, and die of it."""
+    """UsageError if a node would get this invalid value from the environment."""
     from launcher.model.events import StartProcess
 
     if is_domain(word):

@@ -1,4 +1,4 @@
-"""Mistakes: what else is wrong, besides what ended the evaluation of a launch file.
+"""Further mistakes in a launch file and its arguments, besides the one that ended its evaluation.
 
 Everything here is only looked for once something failed, so nothing that ROS 2 accepts is
 refused. What is found is certain to fail, too, in a run that comes so far.
@@ -7,7 +7,6 @@ refused. What is found is certain to fail, too, in a run that comes so far.
 from __future__ import annotations
 
 import contextlib
-import difflib
 import linecache
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
@@ -22,6 +21,7 @@ from launcher.language.substitution import (
 )
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.packages import find_executable
+from launcher.text import did_you_mean, suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from launcher.language.diagnostics.origin import Origin
 
 Arguments = Sequence[tuple[str, str]]
-MAX_MISTAKES = 20  # told at once; a file with more is broken in another way
+MAX_MISTAKES = 20  # reported at once
 _KNOWN_BEFOREHAND = (TextSubstitution, LaunchConfiguration)
 
 
 def together(errors: Iterable[LauncherError]) -> LauncherError:
-    """One error that tells all of them, each once."""
+    """One error for all of them, each once."""
     different = list({error.render(): error for error in errors}.values())[:MAX_MISTAKES]
     return different[0] if len(different) == 1 else SeveralErrors(different)
 
@@ -46,7 +46,7 @@ def together(errors: Iterable[LauncherError]) -> LauncherError:
 def unknown_names(
     arguments: Arguments, known: Iterable[str], declared: Iterable[str]
 ) -> list[LauncherError]:
-    """An error for each argument that has no meaning, with the nearest name that has one."""
+    """An error for each unknown argument, with the most similar known name."""
     names = set(known)
     if ALL_NAMES in names:
         return []
@@ -54,11 +54,9 @@ def unknown_names(
 
 
 def _unknown(name: str, known: Iterable[str], declared: Sequence[str]) -> UsageError:
-    near = difflib.get_close_matches(name, sorted(known), n=1)
-    listed = f"arguments there are: {', '.join(declared) or 'none'}; --lenient accepts any name"
+    listed = f"known arguments: {', '.join(declared) or 'none'}; --lenient accepts any name"
     return UsageError(
-        f"unknown launch argument '{name}'",
-        hint=f"did you mean {near[0]}?" if near else listed,
+        f"unknown launch argument '{name}'", hint=did_you_mean(name, sorted(known)) or listed
     )
 
 
@@ -69,7 +67,7 @@ def of_launch_file(
     arguments: Arguments,
     environment: Mapping[str, str],
 ) -> list[LauncherError]:
-    """The fault that ended the evaluation, made clearer where possible, and the others."""
+    """The fault that ended the evaluation, unless one of the others says the same better."""
     if description is None:
         return [fault]
     given = dict(arguments)
@@ -78,7 +76,6 @@ def of_launch_file(
     programs: list[LaunchFileError] = []
     if context is not None:
         programs = _as_far_as_possible(_programs(description, context, environment))
-    # These are what the evaluation stops at; each of the three lists says it better.
     said_better = _REQUIRED in fault.message if missing else False
     said_better |= _NOT_VALID in fault.message if refused else False
     said_better |= any(error.message == fault.message for error in programs)
@@ -86,7 +83,7 @@ def of_launch_file(
 
 
 def _as_far_as_possible(found: Iterable[LaunchFileError]) -> list[LaunchFileError]:
-    """What is found before the launch file itself gets in the way; that fault is told anyway."""
+    """What is found before the launch file raises; its fault is reported anyway."""
     errors: list[LaunchFileError] = []
     with contextlib.suppress(Exception):
         for error in found:
@@ -138,13 +135,13 @@ def _bad_choices(
             continue
         if argument._conditionally_included or includes:
             continue  # it may not be asked for, or be given another value on the way
-        near = difflib.get_close_matches(value, argument.choices, n=1)
-        listed = f"choices there are: {', '.join(argument.choices)}"
+        near = suggest(value, argument.choices)
+        listed = f"choices: {', '.join(argument.choices)}"
         yield _at(
             argument._origin,
             argument.name,
             f"argument '{argument.name}' cannot be '{value}'",
-            f"did you mean {argument.name}:={near[0]}?" if near else listed,
+            f"did you mean {argument.name}:={near}?" if near else listed,
         )
 
 
@@ -154,7 +151,7 @@ def _bad_choices(
 def _programs(
     description: LaunchDescription, context: LaunchContext, environment: Mapping[str, str]
 ) -> Iterator[LaunchFileError]:
-    """Packages and executables of nodes that are not there."""
+    """Packages and executables of nodes that do not exist."""
     for node in _nodes(description, context):
         names = _text(node.node_package, context), _text(node.node_executable, context)
         if names[0] is None or names[1] is None:
@@ -168,7 +165,7 @@ def _programs(
 
 
 def _nodes(entity: Any, context: LaunchContext) -> Iterator[Node]:
-    """Nodes below an entity that are sure to be started, as far as that can be seen."""
+    """Nodes below an entity that are certain to be started."""
     if isinstance(entity, Node):
         if entity.node_package is not None and _is_wanted(entity, context):
             yield entity
@@ -188,7 +185,7 @@ def _is_wanted(entity: Any, context: LaunchContext) -> bool:
         return False
     try:
         return bool(condition.evaluate(context))
-    except Exception:  # a guess: what is not known yet is not told
+    except Exception:  # not known yet: no mistake is reported
         return False
 
 
@@ -199,7 +196,7 @@ def _text(parts: Any, context: LaunchContext) -> str | None:
         return None
     try:
         return perform_substitutions(context, subs)
-    except Exception:  # a guess: what is not known yet is not told
+    except Exception:  # not known yet: no mistake is reported
         return None
 
 

@@ -1,4 +1,4 @@
-"""RunPlan: the plan document of what a run has really done, as `plan --json` has it.
+"""The plan document of what a run has done so far, in the form of `plan --json`.
 
 Nothing is evaluated a second time: it is made of the effects that the interpreter asked for while
 the run went on. So it differs from what `plan` says beforehand in this:
@@ -8,7 +8,7 @@ the run went on. So it differs from what `plan` says beforehand in this:
 * `arguments` are those whose declarations were executed; `plan` also lists those of includes that
   a condition leaves out;
 * `shutdowns` holds the one that ended the run, whoever asked for it;
-* of a run in which very much happens, the beginning alone is there.
+* a very long run is recorded up to a limit.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from launcher.interpreter import Interpreter
 
 
-class Chapter(NamedTuple):
+class RunStep(NamedTuple):
     """What an event led to, `when_s` on the monotonic clock; the first one is the start.
 
     `ended` is the process_id if the event was the end of a process.
@@ -45,48 +45,45 @@ class Chapter(NamedTuple):
     effects: Sequence[model.Effect]
 
 
-def run_document(interpreter: Interpreter, path: str, story: Sequence[Chapter]) -> dict[str, Any]:
-    """The document of the story so far, ready for `json.dumps`."""
-    return document(run_plan(interpreter, path, story))
+def run_document(interpreter: Interpreter, path: str, steps: Sequence[RunStep]) -> dict[str, Any]:
+    """The document of the steps so far, ready for `json.dumps`."""
+    return document(run_plan(interpreter, path, steps))
 
 
-def run_text(interpreter: Interpreter, path: str, story: Sequence[Chapter]) -> list[str]:
-    """The same for people, line by line."""
-    tree = draw(run_tree(run_plan(interpreter, path, story)), colour=False)
+def run_text(interpreter: Interpreter, path: str, steps: Sequence[RunStep]) -> list[str]:
+    """The same as a tree, line by line."""
+    tree = draw(run_tree(run_plan(interpreter, path, steps)), colour=False)
     return tree.split("\n")
 
 
-def run_plan(interpreter: Interpreter, path: str, story: Sequence[Chapter]) -> Plan:
-    """The plan that the story so far has become."""
+def run_plan(interpreter: Interpreter, path: str, steps: Sequence[RunStep]) -> Plan:
     plan = Plan(path)
     plan.environment = interpreter.environment
     plan.arguments = list(interpreter.host.declared_arguments.values())
     plan.declared = dict(interpreter.host.declared_values)
-    _Telling(plan, interpreter).tell(story)
+    _PlanBuilder(plan, interpreter).add(steps)
     if interpreter.failure is not None:
         plan.error = plan_error(interpreter.failure, "run", "run")
     return plan
 
 
-class _Telling:
-    """Goes through the chapters of a run and puts them into the plan."""
-
+class _PlanBuilder:
     def __init__(self, plan: Plan, interpreter: Interpreter) -> None:
         self._plan = plan
         self._interpreter = interpreter
         self._indices: dict[int, int] = {}  # process_id -> index in the plan
         self._is_over = False
 
-    def tell(self, story: Sequence[Chapter]) -> None:
-        for when_s, ended, effects in story:
+    def add(self, steps: Sequence[RunStep]) -> None:
+        for when_s, ended, effects in steps:
             cause = None if ended is None else self._indices.get(ended)
             for effect in effects:
                 phase = "run" if cause is None else "exit"
                 phase = "shutdown" if self._is_over else phase
-                time_s = round(when_s - story[0].when_s, 3)
-                self._note(effect, Stamp(time_s=time_s, phase=phase, cause=cause))
+                time_s = round(when_s - steps[0].when_s, 3)
+                self._add_effect(effect, Stamp(time_s=time_s, phase=phase, cause=cause))
 
-    def _note(self, effect: model.Effect, stamp: Stamp) -> None:
+    def _add_effect(self, effect: model.Effect, stamp: Stamp) -> None:
         plan = self._plan
         match effect:
             case model.StartProcess(process_id=process_id):

@@ -1,4 +1,4 @@
-"""Quiet: standard output kept clean of what launch files and their commands print."""
+"""Redirection of standard output while a launch file is evaluated."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STDOUT, STDERR = 1, 2
 
 @contextlib.contextmanager
 def stdout_to_stderr() -> Iterator[None]:
-    """Meanwhile, what this process and its children print goes to standard error."""
+    """Send what this process and its children print to standard error."""
     sys.stdout.flush()
     try:
         saved = os.dup(STDOUT)
@@ -31,7 +31,7 @@ def stdout_to_stderr() -> Iterator[None]:
 
 @contextlib.contextmanager
 def silence() -> Iterator[None]:
-    """Meanwhile, what this process and its children print goes nowhere."""
+    """Discard what this process and its children print."""
     sys.stderr.flush()
     saved = os.dup(STDERR)
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -56,7 +56,7 @@ def _duplicate_stderr() -> None:
 
 
 def say(text: str) -> None:
-    """Print a text; a reader that has left (`| head`) is no error.
+    """Print a text; a closed pipe (`| head`) is no error.
 
     What the terminal's encoding does not have is replaced.
     """

@@ -1,4 +1,4 @@
-"""Attendants: what keeps a run company: its control socket, its ROS bridge, its console."""
+"""What runs beside the supervisor: the control socket, the ROS bridge, the console."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 
 from launcher import __version__
-from launcher.commands.words import Request
+from launcher.commands.launch.target import LaunchRequest
 from launcher.control.server import Server
 from launcher.control.service import Identity, open_control
 from launcher.engine.output.stdout import Screen
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from launcher.engine.helpers.console import ConsoleProcess
     from launcher.engine.helpers.ros_bridge import BridgeProcess
 
-CONSOLE_DELAY_S = 0.3  # processes that are just starting have more need of the processor
+CONSOLE_DELAY_S = 0.3  # leaves the processor to processes that are starting
 
 
-class Attendants:
-    """Opened when the first processes have been started, closed when all is over."""
+class Helpers:
+    """Opened when the first processes have been started, closed at the end of the run."""
 
     def __init__(
         self,
@@ -46,8 +46,8 @@ class Attendants:
         self._bridge: BridgeProcess | None = None
         self._console: ConsoleProcess | None = None
 
-    def open(self, request: Request, *, run_id: str, started: float) -> None:
-        """Listen, if that is possible; show the run to ROS and to a person, if that is wanted."""
+    def open(self, request: LaunchRequest, *, run_id: str, started: float) -> None:
+        """Open the socket, and then the bridge and the console if they are asked for."""
         identity = Identity(
             run_id=run_id,
             launcher=__version__,
@@ -60,11 +60,11 @@ class Attendants:
         if self._server is None:
             return
         if self._options.ros:
-            self._show_to_ros(self._server)
+            self._open_bridge(self._server)
         if self._options.console and self._screen.is_tty and os.isatty(0):
             self._reactor.call_later(CONSOLE_DELAY_S, self._open_console)
 
-    def _show_to_ros(self, server: Server) -> None:
+    def _open_bridge(self, server: Server) -> None:
         from launcher.engine.helpers.ros_bridge import BridgeProcess
 
         environment = dict(self._environment)
@@ -79,7 +79,7 @@ class Attendants:
         self._console.start()
 
     def close(self) -> None:
-        """Let the console show the end of the run, and say goodbye to all clients."""
+        """Close the console first, so that it shows the end of the run."""
         if self._console is not None:
             self._console.close()
         if self._bridge is not None:

@@ -1,4 +1,4 @@
-"""Known names: launch configurations that something in a launch file may ask for some time.
+"""Names of launch configurations that a launch file may read at some time.
 
 The dry run sees what is asked for with the arguments of today. A condition that says no, or an
 event that does not come, hides the rest, so that is looked for in what the launch file made.
@@ -29,7 +29,7 @@ _VOCABULARY = ("launch", "launch_ros", "launch_xml", "launch_yaml", "launcher")
 
 
 def known_names(plan: Plan) -> frozenset[str]:
-    """What the dry run saw, and what it could not come by."""
+    """The names that the dry run saw, and those that it could not reach."""
     if plan.description is None:
         return plan.known_names
     with vocabulary():  # files that are included under a condition are loaded now
@@ -52,7 +52,7 @@ def _names_in(description: Any) -> frozenset[str]:
 
 
 def _names_of(part: Any) -> Iterable[str]:
-    """Names that this object itself asks for."""
+    """Names that this object itself reads."""
     if isinstance(part, DeclareLaunchArgument):
         return [part.name]
     if isinstance(part, LaunchConfigurationEquals):
@@ -66,7 +66,7 @@ def _names_of(part: Any) -> Iterable[str]:
 
 
 def _texts_in(code: CodeType) -> Iterator[str]:
-    """Every text that a function holds: one of them may be a name that it will ask for."""
+    """Every string constant of a function, since it may be a name that it reads."""
     for constant in code.co_consts:
         if isinstance(constant, str):
             yield constant

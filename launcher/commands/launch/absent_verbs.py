@@ -1,0 +1,33 @@
+"""Verbs of ros2cli that do not exist here, and their alternatives."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Sequence
+
+from launcher.commands import ABSENT_VERBS
+from launcher.errors import PackageNotFoundError, UsageError
+from launcher.frontends.locate import locate
+from launcher.packages import share_directory
+from launcher.program import program
+
+
+def refuse(words: Sequence[str]) -> None:
+    """UsageError unless a launch file or a package has the name of this verb."""
+    verb = words[0]
+    if not _is_target(words):
+        hint = ABSENT_VERBS[verb] or "PROGRAM --help lists the verbs"
+        raise UsageError(
+            f"ros2cli's verb '{verb}' does not exist here", hint=hint.replace("PROGRAM", program())
+        )
+
+
+def _is_target(words: Sequence[str]) -> bool:
+    with contextlib.suppress(UsageError):
+        locate(words[:1], os.environ)
+        return True
+    with contextlib.suppress(PackageNotFoundError):
+        share_directory(words[0], os.environ)
+        return len(words) > 1
+    return False

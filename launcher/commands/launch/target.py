@@ -1,0 +1,88 @@
+"""The launch file that a command line names, its arguments, and the options about reading it."""
+
+from __future__ import annotations
+
+import os
+
+from launcher.command_line import Parsed, option, seconds
+from launcher.commands.launch.time_limit import TimeLimit
+from launcher.errors import UsageError
+from launcher.frontends.arguments import split_words
+from launcher.frontends.locate import locate
+from launcher.model.record import Record
+
+SYNOPSIS = "TARGET [name:=value ...] [options]"
+ABOUT_TARGET = """\
+TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or PACKAGE FILE
+as with `ros2 launch`."""
+
+TARGET = option("[TARGET ...]", name="words")
+LENIENT = option("--lenient", "accept unknown names of launch arguments, as ROS 2 does")
+NONINTERACTIVE = option("-n, --noninteractive", "tell the launch file that there is no terminal")
+PREFIX = option("--launch-prefix WORDS", "put words in front of the commands")
+PREFIX_FILTER = option(
+    "--launch-prefix-filter REGEX", "with --launch-prefix: only in front of commands that match"
+)
+DEBUG = option("-d, --debug", "show the traceback of an error")
+MOST_SECONDS = 1e6
+
+
+def _limit(text: str) -> TimeLimit:
+    limit_s = seconds(text)
+    if limit_s > MOST_SECONDS:
+        raise ValueError(f"'{text}' is more than {MOST_SECONDS:.0f} s; 0 is no limit")
+    return TimeLimit(wall_s=limit_s, cpu_s=limit_s)
+
+
+EVALUATION_TIMEOUT = option(
+    "--evaluation-timeout S",
+    "how long reading the launch file may take; 0 for no limit (default: 60 s, and 20 s of "
+    "processor time)",
+    _limit,
+    TimeLimit(),
+    name="time_limit",
+)
+# What another launch can be started with, too.
+READING_OPTIONS = (
+    LENIENT,
+    NONINTERACTIVE,
+    PREFIX,
+    PREFIX_FILTER,
+    EVALUATION_TIMEOUT,
+    DEBUG,
+)
+
+
+class LaunchRequest(Record):
+    """The launch file, its arguments in order, and how it is read."""
+
+    path: str
+    arguments: tuple[tuple[str, str], ...] = ()
+    lenient: bool = False
+    noninteractive: bool = False
+    time_limit: TimeLimit = TimeLimit()
+
+    @classmethod
+    def of(cls, parsed: Parsed) -> LaunchRequest:
+        """What the words of a command ask for, with the launch file located; UsageError."""
+        targets, arguments = split_words(parsed.words)
+        if not targets:
+            usage = f"usage: {parsed.command.usage}"
+            raise UsageError("the launch file is missing", hint=usage)
+        given = vars(parsed)
+        prefix, pattern = given.get("launch_prefix"), given.get("launch_prefix_filter")
+        if prefix is not None:
+            arguments.append(("launch-prefix", prefix))
+        if pattern is not None:
+            if prefix is None:
+                raise UsageError(
+                    "--launch-prefix must be specified if --launch-prefix-filter is provided"
+                )
+            arguments.append(("launch-prefix-filter", pattern))
+        return cls(
+            path=str(locate(targets, os.environ)),
+            arguments=tuple(arguments),
+            lenient=given.get("lenient", False),
+            noninteractive=given.get("noninteractive", False),
+            time_limit=parsed.time_limit,
+        )

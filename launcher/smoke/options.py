@@ -1,0 +1,115 @@
+"""Single expectations as options of the command line; each is an entry of a file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from launcher.command_line import Option, option
+from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.preflight.loader import parse_entry
+
+Entry = dict[str, object]
+
+_OF_PROCESS = re.compile(r"([\w*?/.\[\]-]+): +(.+)", re.DOTALL)
+
+
+def _keys(
+    first: str, second: str, read: Callable[[str], object] = str, **more: object
+) -> Callable[[str], Entry]:
+    """`A=B` as an entry with two keys and their values; `A` with the first one alone."""
+
+    def entry(text: str) -> Entry:
+        subject, equals, value = (part.strip() for part in text.partition("="))
+        return {first: subject, **({second: read(value)} if equals else {}), **more}
+
+    return entry
+
+
+def _number(text: str) -> object:
+    return int(text) if text.isdigit() else text
+
+
+def _policies(text: str) -> object:
+    pairs = (policy.partition(":") for policy in text.split(","))
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def _log(text: str) -> Entry:
+    match = _OF_PROCESS.fullmatch(text)
+    return {"log": text} if match is None else {"log": match[2], "process": match[1]}
+
+
+def _parameter(text: str) -> Entry:
+    import yaml
+
+    place, _, value = text.partition("=")
+    node, colon, name = place.strip().rpartition(":")
+    if not colon:
+        raise ValueError(f"'{text}' has no ':' after the node")
+    return {"parameter": name, "node": node, "is": yaml.safe_load(value.strip())}
+
+
+def _expectation(spelling: str, help_text: str, entry: Callable[[str], Entry]) -> Option:
+    flag, _, metavar = spelling.partition("[=")[0].partition(" ")
+
+    def read(text: str) -> Expectation:
+        if "=" in metavar and not text.partition("=")[2].strip():
+            raise ValueError(f"'{text}' is not {metavar}")
+        return parse_entry(entry(text), f"{flag} {text}".strip())
+
+    value = read("") if spelling == flag else None
+    return option(spelling, help_text, read, (), name="expectations", repeat="all", value=value)
+
+
+EXPECTATIONS = (
+    _expectation("--expect-node NAME[=WITHIN]", "a node exists", _keys("node", "within")),
+    _expectation("--expect-topic TOPIC[=TYPE]", "a topic exists", _keys("topic", "type")),
+    _expectation(
+        "--expect-publishers TOPIC=COUNT", "its publishers", _keys("topic", "publishers", _number)
+    ),
+    _expectation(
+        "--expect-subscriptions TOPIC=COUNT",
+        "its readers",
+        _keys("topic", "subscriptions", _number),
+    ),
+    _expectation(
+        "--expect-qos TOPIC=POLICY:VALUE,...",
+        "QoS of all its publishers",
+        _keys("qos", "publishers", _policies),
+    ),
+    _expectation(
+        "--expect-rate TOPIC=RATE", "as in '/fleet/tasks=1 Hz ± 20 %'", _keys("rate", "is")
+    ),
+    _expectation(
+        "--expect-message TOPIC[=EXPRESSION]", "true for one message", _keys("message", "where")
+    ),
+    _expectation(
+        "--expect-all TOPIC=EXPRESSION",
+        "true for all messages",
+        _keys("message", "where", all=True),
+    ),
+    _expectation("--expect-log [PROCESS:] REGEX", "as in 'monitor: Fleet report'", _log),
+    _expectation(
+        "--forbid-log [PROCESS:] REGEX", "no line matches", lambda s: {**_log(s), "count": 0}
+    ),
+    _expectation(
+        "--expect-alive PROCESS", "it runs until the end", lambda s: {"process": s, "alive": True}
+    ),
+    _expectation(
+        "--expect-exit PROCESS=CODE", "exit code or signal", _keys("process", "exits", _number)
+    ),
+    _expectation("--expect-parameter NODE:NAME=VALUE", "value of a parameter", _parameter),
+    _expectation("--expect-service SERVICE[=TYPE]", "a service exists", _keys("service", "type")),
+    _expectation("--max-cpu PROCESS=PERCENT", "CPU", _keys("cpu", "below")),
+    _expectation("--max-memory PROCESS=SIZE", "memory", _keys("memory", "below")),
+    _expectation("--max-start-up S", "time until all is ready", lambda s: {"start_up": s}),
+    _expectation("--max-shutdown S", "time to stop", lambda s: {"clean_shutdown": s}),
+    _expectation(
+        "--no-errors[=PROCESS]", "no ERROR or FATAL line", lambda s: {"no_errors": s or "*"}
+    ),
+    _expectation(
+        "--no-tracebacks[=PROCESS]", "no traceback", lambda s: {"no_tracebacks": s or "*"}
+    ),
+    _expectation("--clean-shared-memory", "none is left", lambda _: {"shared_memory": "clean"}),
+)
