@@ -21,6 +21,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 VERBS_PAGE = (ROOT / "docs" / "verbs.md").read_text(encoding="utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 NAMES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
+ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 CITATION = re.compile(r"CONFORMANCE (\d+\.\d+(?:,\s\d+\.\d+)*)")
 DOCUMENTS = [*(ROOT / name for name in NAMES), *sorted((ROOT / "docs").glob("*.md"))]
 
@@ -109,3 +110,20 @@ def test_every_key_of_a_plan_as_json_stands_in_the_document():
     plan = plan_json.document(make_plan(str(ROOT / "launch" / "system.launch.py"), []))
     keys = {*plan, *plan["processes"][0], *plan["arguments"][0]}
     assert {key for key in keys if f"`{key}`" not in document} == set()
+
+
+def test_every_package_of_the_launcher_stands_in_the_architecture():
+    top = ROOT / "launcher"
+    packages = {f"{path.parent.name}/" for path in top.glob("*/__init__.py")}
+    modules = {path.stem for path in top.glob("*.py")} - {"__init__"}
+    assert {name for name in packages | modules if f"`{name}`" not in ARCHITECTURE} == set()
+
+
+def test_every_path_in_the_architecture_exists():
+    tops = ("launcher", "group_gp1", "launch", "tests", "tools", "benchmarks")
+    paths = [ROOT / top for top in tops]
+    paths += [path for top in tops for path in (ROOT / top).rglob("*") if path.name[0] != "_"]
+    known = {f"/{path.relative_to(ROOT).with_suffix('')}" for path in paths}
+    named = set(re.findall(r"`([a-z_]+(?:/[a-z_]+)*(?:/|\.py|/[a-z_]+))`", ARCHITECTURE))
+    endings = {name: f"/{name.rstrip('/').removesuffix('.py')}" for name in named}
+    assert {n for n, end in endings.items() if not any(k.endswith(end) for k in known)} == set()
