@@ -19,7 +19,7 @@ from launcher.smoke.preflight import checks
 from launcher.smoke.preflight.forecast import Forecast, compare
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
-from tests.unit.smoke_cases import expectation_of
+from tests.unit.smoke.cases import expectation_of
 
 
 def told(text: str) -> list[str]:

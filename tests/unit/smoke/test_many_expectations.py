@@ -15,7 +15,7 @@ from launcher.smoke.observe.recorder import Recorder
 from launcher.smoke.preflight import loader
 from launcher.smoke.reports import text_report
 from launcher.smoke.reports.result import Judged, Result
-from tests.unit.smoke_facts import seen
+from tests.unit.smoke.facts import seen
 
 FEW, MANY = 150, 3000
 ROOM = 6  # what grows with the number takes twenty times as long, with its square 400 times

@@ -9,7 +9,7 @@ from launcher.command_line import Command
 from launcher.smoke.expect.expectation import Expectation, Outcome
 from launcher.smoke.observe.facts import Answer
 from launcher.smoke.options import EXPECTATIONS
-from tests.unit.smoke_facts import EMPTY, lines, verdict
+from tests.unit.smoke.facts import EMPTY, lines, verdict
 
 STEPS = {"steps": {"kill": 5.0}}
 

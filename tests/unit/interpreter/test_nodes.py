@@ -25,7 +25,7 @@ from launcher.language.ros.lifecycle import (
 from launcher.language.ros.node import Node
 from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetRemap
 from launcher.model import events as model
-from tests.unit.interpreting import interpreting, started, texts
+from tests.unit.interpreter.interpreting import interpreting, started, texts
 
 
 def command_line(*entities: Any) -> str:

@@ -23,7 +23,7 @@ from launcher.language.context import LaunchContext
 from launcher.language.ros.names import make_namespace_absolute, prefix_namespace
 from launcher.language.ros.scope import PushROSNamespace
 from tests.support.examples import examples
-from tests.unit.interpreting import interpreting
+from tests.unit.interpreter.interpreting import interpreting
 
 NAMES = st.sampled_from(["a", "b", "c"])
 VALUES = st.sampled_from(["1", "2", ""])

@@ -11,7 +11,7 @@ from launcher.smoke.judges import explain
 from launcher.smoke.observe.facts import Answer, Facts, GraphSeen, Message
 from launcher.smoke.observe.recorder import Recorder
 from launcher.smoke.run.waits import NotSeenError, Waits
-from tests.unit.smoke_facts import graph, lines, publisher, running, started, verdict
+from tests.unit.smoke.facts import graph, lines, publisher, running, started, verdict
 
 TWO = {"events": started("robot_1-1", "robot_2-2")}
 SAID = (*lines("[INFO] done"), *lines("[WARN] Battery low", process="robot_2-2", at_s=2.0))

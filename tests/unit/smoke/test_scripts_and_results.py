@@ -19,8 +19,8 @@ from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
 from launcher.smoke.reports.result import Judged, Result, worst
 from launcher.smoke.run.scenario import ChaosTimeline, Timeline
-from tests.unit.smoke_cases import expectation_of
-from tests.unit.smoke_facts import OVER, lines, running, seen, started
+from tests.unit.smoke.cases import expectation_of
+from tests.unit.smoke.facts import OVER, lines, running, seen, started
 
 # ---- how things are written
 

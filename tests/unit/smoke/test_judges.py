@@ -11,8 +11,8 @@ from launcher.smoke.expect.expectation import Outcome
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.judges import judge
 from launcher.smoke.observe.facts import Ending
-from tests.unit.smoke_cases import STEPS, Case, log
-from tests.unit.smoke_facts import (
+from tests.unit.smoke.cases import STEPS, Case, log
+from tests.unit.smoke.facts import (
     END_S,
     ended,
     expectation,

@@ -22,7 +22,7 @@ from launcher.smoke.reports.failure import describe
 from launcher.smoke.reports.result import Judged, Result
 from launcher.smoke.run.progress import PipeSafeStdout, Progress
 from launcher.smoke.run.session import Options
-from tests.unit.smoke_facts import lines, seen, signalled
+from tests.unit.smoke.facts import lines, seen, signalled
 
 # ---- beforehand
 

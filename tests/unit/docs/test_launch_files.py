@@ -15,7 +15,7 @@ from launcher.language.actions import timer
 from launcher.language.compat import vocabulary
 from launcher.language.diagnostics import ros2_quirks
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 TEXT = (ROOT / "docs" / "launch-files.md").read_text(encoding="utf-8")
 SMALL_WORDS = 12  # pieces of a message that are shorter tell nothing
 

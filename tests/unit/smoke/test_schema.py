@@ -14,7 +14,7 @@ from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.expect.grammar import json_schema
 from launcher.smoke.preflight import loader
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SCHEMA = json_schema()
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 

@@ -8,7 +8,7 @@ from rich.cells import cell_len
 from launcher.console.tables import process_table, render
 from launcher.console.top import Top, parse_keys
 from launcher.console.watch import table_rows
-from tests.unit.console_rows import process
+from tests.unit.console.rows import process
 
 FLEET = [process("dispatcher-1"), process("robot_1-2"), process("robot_2-3")]
 CROWD = [

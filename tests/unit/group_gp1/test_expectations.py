@@ -11,7 +11,7 @@ import yaml
 from launcher.smoke.expect.grammar import json_schema
 from launcher.smoke.preflight import loader
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 FILES = sorted((ROOT / "launch").glob("*.expect.yaml"))
 
 

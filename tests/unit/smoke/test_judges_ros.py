@@ -9,8 +9,8 @@ import pytest
 from launcher.smoke.expect.expectation import Outcome
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.observe.facts import Answer
-from tests.unit.smoke_cases import STEPS, Case, answers, graphs
-from tests.unit.smoke_facts import (
+from tests.unit.smoke.cases import STEPS, Case, answers, graphs
+from tests.unit.smoke.facts import (
     ended,
     expectation,
     graph,

@@ -46,7 +46,7 @@ from launcher.language.substitutions.logic import (
 )
 from launcher.language.substitutions.python import PythonExpression
 from launcher.language.substitutions.text import StringJoinSubstitution
-from tests.unit.interpreting import logged
+from tests.unit.interpreter.interpreting import logged
 
 texts = st.text(max_size=12)
 parts = st.lists(st.one_of(texts, texts.map(lambda text: TextSubstitution(text=text))), max_size=6)

@@ -16,7 +16,7 @@ from launcher.console.format import duration, memory
 from launcher.console.history import MOST_LINES, history_path, open_history
 from launcher.console.requests import follows, read_call
 from launcher.errors import UsageError
-from tests.unit.console_rows import process
+from tests.unit.console.rows import process
 
 
 def text_of(line: list[tuple[str, str]]) -> str:

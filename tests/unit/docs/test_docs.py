@@ -16,7 +16,7 @@ from launcher.planner import make_plan
 from launcher.render import plan_json
 from tools import command_reference
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 VERBS_PAGE = (ROOT / "docs" / "verbs.md").read_text(encoding="utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")

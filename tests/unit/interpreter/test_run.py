@@ -32,7 +32,7 @@ from launcher.language.ros.node import Node
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.model import events as model
 from launcher.model.spec import RestartMode
-from tests.unit.interpreting import interpreting, kinds, started, texts
+from tests.unit.interpreter.interpreting import interpreting, kinds, started, texts
 
 
 def process(name: str = "p", **options: Any) -> ExecuteProcess:

@@ -15,7 +15,7 @@ from launcher.language.ros.node import Node
 from launcher.language.ros.scope import PushROSNamespace, SetParameter
 from launcher.model import events as model
 from launcher.planner import make_plan
-from tests.unit.interpreting import interpreting
+from tests.unit.interpreter.interpreting import interpreting
 
 
 def warnings_of(*entities: Any) -> list[str]:
