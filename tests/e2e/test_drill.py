@@ -7,7 +7,7 @@ from tests.support.drill import drill
 from tests.support.glass import Glass
 
 
-def test_robot_2_is_killed_missed_started_and_back_from_the_console(world: World):
+def test_robot_2_is_killed_and_started_again_from_the_console(world: World):
     command = world.command("system", *LONG_STOP_WORDS)
     with Glass(command, env=world.env, cwd=REPOSITORY, columns=140) as glass:
         drill(glass)

@@ -164,7 +164,7 @@ def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
 
 @pytest.mark.alone  # what `doctor --fix` of another test frees, the launcher cannot
 @pytest.mark.thorough
-def test_a_killed_node_is_told_and_its_shared_memory_freed(launched_system: Launch):
+def test_a_killed_node_is_reported_and_its_shared_memory_freed(launched_system: Launch):
     fleet = launched_system("system", probe=False, **LONG_STOP)
     fleet.wait_for_log("robot_1", "Task ")
     # The launcher looks once a second what its processes hold; robot_3 comes later than that.

@@ -226,7 +226,7 @@ def test_the_depths_are_those_of_the_scenario():
     assert (qos.TASKS.depth, qos.STATUS.depth) == (5, 3)
 
 
-def test_a_mismatched_subscriber_hears_nothing_and_says_why(fleet):
+def test_a_mismatched_subscriber_receives_nothing_and_logs_why(fleet):
     probe = fleet.nodes["qos_probe"]
     fleet.domain.wait_for_line(probe, "Received 0 messages on /fleet/status, 3 publishers do not")
     explanation = "Incompatible QoS on /fleet/status: RELIABILITY, 3 publishers"
@@ -236,7 +236,7 @@ def test_a_mismatched_subscriber_hears_nothing_and_says_why(fleet):
 
 
 @pytest.mark.parametrize("robot_id", ROBOTS)
-def test_a_publisher_is_told_of_the_mismatch_too(fleet, robot_id):
+def test_the_publisher_logs_the_mismatch_too(fleet, robot_id):
     warnings = fleet.nodes[robot_id].matching("requesting incompatible QoS")
 
     assert len(warnings) == 1

@@ -29,7 +29,7 @@ def test_a_bad_value_is_refused_with_a_sentence(domain, name, parameter, value):
     assert node.output.startswith(f"error: {name}: parameter '{parameter}' must be ")
 
 
-def test_parameters_tell_type_range_and_unit(domain):
+def test_parameters_describe_type_range_and_unit(domain):
     domain.start("dispatcher")
     service = "/dispatcher/describe_parameters"
     client = domain.listener.create_client(DescribeParameters, service)

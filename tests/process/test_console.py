@@ -24,7 +24,7 @@ def test_a_process_is_killed_and_started_again_while_lines_flow(bench: Bench):
     assert glass.exit_code() == 0, glass.text
 
 
-def test_an_answer_stands_below_what_happened(bench: Bench):
+def test_an_answer_is_shown_below_the_output_it_caused(bench: Bench):
     glass = bench.glass('py("input()", name="one"), py("input()", name="other"),')
     glass.wait_for_prompt()
     glass.enter("kill one")
@@ -35,7 +35,7 @@ def test_an_answer_stands_below_what_happened(bench: Bench):
     glass.exit_code()
 
 
-def test_the_terminal_is_as_it_was_after_the_end_and_the_footer_is_gone(bench: Bench):
+def test_the_terminal_is_restored_at_the_end_and_the_footer_is_gone(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
     assert glass.settings() != glass.untouched
@@ -48,7 +48,7 @@ def test_the_terminal_is_as_it_was_after_the_end_and_the_footer_is_gone(bench: B
     assert bench.survivors() == []
 
 
-def test_the_scroll_back_and_the_mouse_stay_the_terminals_own(bench: Bench):
+def test_the_console_leaves_scrollback_and_mouse_to_the_terminal(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
     glass.enter("top")
@@ -90,7 +90,7 @@ def test_tab_completes_verbs_names_and_signals(bench: Bench):
     assert glass.exit_code() == 0
 
 
-def test_a_misspelt_verb_and_name_are_told_with_what_was_meant(bench: Bench):
+def test_a_misspelt_verb_or_name_gets_a_suggestion(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
     glass.enter("kil robot_2")

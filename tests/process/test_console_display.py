@@ -60,7 +60,7 @@ def test_logs_are_followed_until_a_key_is_pressed(bench: Bench):
     assert glass.exit_code() == 0
 
 
-def test_answers_are_told_from_lines_of_processes_by_a_coloured_mark(bench: Bench):
+def test_a_coloured_mark_distinguishes_answers_from_process_output(bench: Bench):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
     glass.enter("mute robot_1 robot_2")
@@ -102,7 +102,7 @@ PARTIAL = """
 """
 
 
-def test_the_unfinished_line_of_a_process_stands_above_the_prompt(bench: Bench):
+def test_an_unfinished_line_of_a_process_is_shown_above_the_prompt(bench: Bench):
     glass = bench.glass(PARTIAL)
     glass.wait_for_prompt()
     glass.wait_until(
@@ -227,7 +227,7 @@ def test_fifty_processes_are_counted_and_each_can_be_scrolled_to(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_no_color_means_none_of_the_console_either(bench: Bench):
+def test_no_color_applies_to_the_console_too(bench: Bench):
     bench.env["NO_COLOR"] = "1"
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
@@ -246,7 +246,7 @@ PRINTS = """
 """
 
 
-def test_what_a_launch_file_prints_stands_in_a_line_of_its_own(bench: Bench):
+def test_output_of_a_launch_file_gets_its_own_line(bench: Bench):
     glass = bench.glass(PRINTS)
     glass.wait_for_prompt()
     glass.type("half a li")

@@ -82,7 +82,7 @@ def test_ctrl_r_finds_a_line_and_enter_runs_it(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_the_sign_is_there_again_after_a_line_that_was_too_long(bench: Bench):
+def test_the_prompt_sign_returns_after_a_line_that_was_too_long(bench: Bench):
     glass = bench.glass(TICKS, columns=40)
     glass.wait_for_prompt()
     glass.type("x" * 60)
@@ -159,7 +159,7 @@ def test_lines_typed_ahead_are_answered_in_their_order(bench: Bench):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("typed", [b"\xff\r", b"caf\xe9\r", b"\xff\xfe\x00\r", b"\x00\r"], ids=repr)
-def test_bytes_that_are_no_text_leave_the_console_as_it_is(bench: Bench, typed: bytes):
+def test_undecodable_input_leaves_the_console_unchanged(bench: Bench, typed: bytes):
     glass = bench.glass(TICKS)
     glass.wait_for_prompt()
     glass.type_bytes(typed)

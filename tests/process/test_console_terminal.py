@@ -38,7 +38,7 @@ def console_of(launcher: int) -> psutil.Process:
 # ---- who gets one
 
 
-def test_no_console_is_started_where_nobody_wants_one(bench: Bench):
+def test_no_console_is_started_if_it_is_disabled(bench: Bench):
     glass = bench.glass(TICKS + LATER, "--no-console")
     glass.wait_for("later than a console would start")
     assert consoles_of(glass.pid) == []
@@ -129,7 +129,9 @@ COUNTER = """
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("signum", [signal.SIGKILL, signal.SIGSEGV], ids=lambda one: one.name)
-def test_a_dead_console_costs_one_warning_and_no_line(bench: Bench, signum: signal.Signals):
+def test_a_killed_console_causes_one_warning_and_loses_no_line(
+    bench: Bench, signum: signal.Signals
+):
     glass = bench.glass(COUNTER)
     glass.wait_for_prompt()
     console = console_of(glass.pid)
@@ -155,7 +157,7 @@ def test_a_dead_console_costs_one_warning_and_no_line(bench: Bench, signum: sign
 
 
 @pytest.mark.thorough
-def test_a_console_that_cannot_work_costs_one_warning(bench: Bench, tmp_path: Path):
+def test_a_console_that_cannot_start_causes_one_warning(bench: Bench, tmp_path: Path):
     broken = tmp_path / "broken" / "prompt_toolkit"
     broken.mkdir(parents=True)
     (broken / "__init__.py").write_text("raise ImportError('no such terminal')")
@@ -222,7 +224,7 @@ def test_a_fault_in_the_console_gives_the_terminal_back(bench: Bench, tmp_path: 
 
 
 @pytest.mark.thorough
-def test_a_run_that_is_over_before_its_console_is_ready_says_nothing_of_it(bench: Bench):
+def test_a_run_that_ends_before_its_console_is_ready_does_not_mention_it(bench: Bench):
     glass = bench.glass('py("import time\\ntime.sleep(0.4)", name="short"),')
     assert glass.exit_code() == 0
     assert glass.settings() == glass.untouched
@@ -273,7 +275,7 @@ ASKS = """
 
 
 @pytest.mark.thorough
-def test_what_is_half_typed_and_half_said_is_there_once_after_ctrl_z_and_fg(bench: Bench):
+def test_unfinished_input_and_output_appear_once_after_ctrl_z_and_fg(bench: Bench):
     words = " ".join(bench.command(ASKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words}\n")
@@ -320,7 +322,7 @@ def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_a_job_that_somebody_stopped_draws_its_prompt_anew_in_the_foreground(bench: Bench):
+def test_a_job_stopped_from_outside_redraws_its_prompt_in_the_foreground(bench: Bench):
     words = " ".join(bench.command(TICKS))
     with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words}\n")
@@ -346,7 +348,7 @@ SIZE = """
 """
 
 
-def test_a_resized_window_is_drawn_anew_and_told_to_the_processes(bench: Bench):
+def test_a_resized_window_is_redrawn_and_the_processes_are_notified(bench: Bench):
     glass = bench.glass(SIZE, columns=100, rows=24)
     glass.wait_for("size 90 24")  # less the prefix
     glass.wait_for_prompt()

@@ -63,7 +63,7 @@ REQUESTS = st.fixed_dictionaries(
     max_examples=examples(150),
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
-def test_no_words_harm_a_run(run: Steered, words: list[bytes]):
+def test_no_request_harms_a_run(run: Steered, words: list[bytes]):
     with contextlib.suppress(OSError), Raw(run.socket) as client:
         for data in words:
             client.say(data)
@@ -94,7 +94,7 @@ def test_a_line_without_an_end_is_refused_at_its_limit(run: Steered):
     assert run.row("cat")["state"] == "RUNNING"
 
 
-def test_a_client_that_has_said_all_gets_its_answers_and_is_forgotten_when_it_goes(run: Steered):
+def test_a_client_that_shuts_down_its_sending_side_still_gets_its_answers(run: Steered):
     run.ask("ps")
     before = run.open_files()
     with Raw(run.socket) as client:
@@ -138,7 +138,7 @@ def test_a_hundred_clients_are_served_while_the_output_flows(steering: SteeringB
         assert shown == [*(f"[writer-1] {n}" for n in range(1, lines + 1)), "[writer-1] over"]
 
 
-def test_a_follower_that_does_not_read_loses_lines_and_nobody_else_does(steering: SteeringBench):
+def test_only_the_follower_that_does_not_read_loses_lines(steering: SteeringBench):
     lines = 50_000
     writer = f'sh("read go; seq {lines}; echo over", name="writer")'
     with steering.steer(f"{writer}, {CAT}") as run, run.connect() as lazy:

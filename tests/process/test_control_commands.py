@@ -59,7 +59,7 @@ def test_a_text_with_dashes_goes_to_the_process_as_it_is(steering: SteeringBench
         run.wait_for("[cat-1] its own run\n")
 
 
-def test_what_did_not_work_is_1_and_what_makes_no_sense_is_2(steering: SteeringBench):
+def test_failures_exit_with_1_and_usage_errors_with_2(steering: SteeringBench):
     with steering.steer(CAT) as run:
         unknown = run.shell("stop", "cta")
         assert unknown.returncode == 1
@@ -75,7 +75,7 @@ def test_what_did_not_work_is_1_and_what_makes_no_sense_is_2(steering: SteeringB
 
 
 @pytest.mark.thorough
-def test_without_a_run_that_is_said(steering: SteeringBench):
+def test_commands_without_a_run_say_so(steering: SteeringBench):
     with steering.steer('sh("true")', "--no-control") as run:
         run.exit_code()
         done = run.shell("ps")
@@ -205,7 +205,7 @@ def test_every_command_has_help(steering: SteeringBench, verb: str):
 
 
 @pytest.mark.thorough
-def test_a_verb_is_explained_and_fingers_are_understood(steering: SteeringBench):
+def test_help_explains_a_verb_and_typos_get_a_suggestion(steering: SteeringBench):
     with steering.steer(CAT) as run:
         manual = run.shell("kill", "--help").stdout
         assert manual.startswith("usage: python -m launcher kill NAME")

@@ -144,7 +144,7 @@ def test_events_are_followed_from_the_first_to_the_last(steering: SteeringBench)
         assert run.exit_code() == 0
 
 
-def test_info_tells_command_environment_and_policy(steering: SteeringBench):
+def test_info_shows_command_environment_and_policy(steering: SteeringBench):
     action = 'sh("exec sleep 1000", name="it", additional_env={"MOOD": "good"}, respawn=True)'
     with steering.steer(action) as run:
         (info,) = run.ask("info", "it")["processes"]
@@ -155,7 +155,7 @@ def test_info_tells_command_environment_and_policy(steering: SteeringBench):
         assert "env        MOOD=good" in run.tell("info", "it")
 
 
-def test_resources_are_told_when_they_are_known(steering: SteeringBench):
+def test_resources_are_shown_once_they_are_known(steering: SteeringBench):
     with steering.steer(SLEEPER) as run:
         wait_until(lambda: run.row("sleeper")["memory_bytes"], "its memory")
         row = run.row("sleeper")
@@ -174,7 +174,7 @@ def test_one_verb_is_explained(run: Steered):
         run.tell("help", topic="kil")
 
 
-def test_level_alone_tells_what_is_shown(run: Steered):
+def test_level_alone_prints_the_current_filter(run: Steered):
     assert run.tell("level") == "cat-1 is shown with all levels"
     run.tell("level", level="WARN")
     assert run.tell("level") == "cat-1 is shown with WARN and above"
@@ -183,7 +183,7 @@ def test_level_alone_tells_what_is_shown(run: Steered):
     )
 
 
-def test_nobody_was_muted_is_said_once(steering: SteeringBench):
+def test_unmuting_without_a_muted_process_says_so(steering: SteeringBench):
     with steering.steer(f"{CAT}, {SLEEPER}") as run:
         assert run.tell("unmute") == "no process was muted"
 

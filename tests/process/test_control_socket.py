@@ -184,7 +184,7 @@ def test_the_first_line_says_which_run_it_is(steering: SteeringBench):
         assert told["target"] == str(steering.folder / "bench.launch.py")
 
 
-def test_another_version_is_told_which_one_is_spoken(run: Steered):
+def test_a_client_of_another_version_gets_the_supported_version(run: Steered):
     with Raw(run.socket) as client:
         client.say(b'{"protocol": 2, "id": "a", "verb": "ps"}\n')
         answer = client.read()
@@ -217,7 +217,7 @@ def test_another_version_is_told_which_one_is_spoken(run: Steered):
         (b'{"verb": "stop", "names": ["\\ud800"]}', "unknown-name"),
     ],
 )
-def test_what_is_no_request_is_answered_and_the_connection_goes_on(
+def test_an_invalid_request_is_answered_and_the_connection_stays_open(
     run: Steered, line: bytes, code: str
 ):
     with Raw(run.socket) as client:
@@ -229,7 +229,7 @@ def test_what_is_no_request_is_answered_and_the_connection_goes_on(
 # ---- which run
 
 
-def test_the_socket_of_a_killed_launcher_is_removed_and_that_is_said(run: Steered):
+def test_the_socket_of_a_killed_launcher_is_removed_with_a_message(run: Steered):
     path = run.socket
     run.process.send_signal(signal.SIGKILL)
     run.process.wait()
@@ -262,7 +262,7 @@ def test_of_two_runs_one_has_to_be_picked(steering: SteeringBench):
 
 
 @pytest.mark.thorough
-def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
+def test_a_suspended_run_is_reported_as_not_answering(run: Steered):
     path = run.socket
     run.process.send_signal(signal.SIGSTOP)
     wait_until(lambda: state_of(run.process.pid) == "T", "it stands still")
@@ -281,7 +281,7 @@ def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
 
 
 @pytest.mark.thorough
-def test_what_changes_something_finds_no_run_in_another_folder_by_itself(run: Steered):
+def test_verbs_that_change_a_run_do_not_pick_one_of_another_folder(run: Steered):
     assert run.socket
     with tempfile.TemporaryDirectory(prefix="session-") as session:
         # For this shell, the run is in the folder that is looked at second.
@@ -300,7 +300,7 @@ def test_what_changes_something_finds_no_run_in_another_folder_by_itself(run: St
 
 
 @pytest.mark.thorough
-def test_a_socket_that_was_removed_is_made_again_and_that_is_said_once(run: Steered):
+def test_a_removed_socket_is_created_again_and_reported_once(run: Steered):
     for _ in range(2):
         path = run.socket
         # In one step: it is made again as soon as it is missed.

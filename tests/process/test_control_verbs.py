@@ -62,7 +62,7 @@ def test_a_process_that_waits_for_its_restart_can_be_stopped(steering: SteeringB
         assert run.row("loop")["state"] == "STOPPED"
 
 
-def test_a_death_by_a_signal_that_a_person_sent_is_no_failure_and_not_repeated(
+def test_an_exit_by_a_users_signal_is_no_failure_and_not_restarted(
     steering: SteeringBench,
 ):
     with steering.steer('sh("exec sleep 1000", name="sleeper", respawn=True)') as run:
@@ -77,7 +77,7 @@ def test_a_death_by_a_signal_that_a_person_sent_is_no_failure_and_not_repeated(
         assert "has died" not in run.screen
 
 
-def test_a_signal_that_a_process_survives_is_told_as_that(steering: SteeringBench):
+def test_a_signal_that_a_process_survives_is_reported_as_survived(steering: SteeringBench):
     script = "trap 'echo caught' USR1; echo ready; while :; do sleep 0.1; done"
     with steering.steer(f'sh("{script}", name="trapper")') as run:
         run.wait_for("ready")
@@ -143,7 +143,7 @@ def test_a_required_process_may_be_stopped_by_a_person(steering: SteeringBench):
         assert run.exit_code() == 1
 
 
-def test_the_launch_file_sees_an_end_that_a_person_wanted(steering: SteeringBench):
+def test_the_launch_file_sees_an_exit_that_a_user_requested(steering: SteeringBench):
     action = 'sh("exec sleep 1000", name="sleeper", on_exit=[Shutdown(reason="it is over")])'
     with steering.steer(f"{action}, {CAT}") as run:
         assert "stopped in" in run.tell("stop", "sleeper")
@@ -151,7 +151,7 @@ def test_the_launch_file_sees_an_end_that_a_person_wanted(steering: SteeringBenc
         assert "sending signal 'SIGINT' to process[cat-2]" in run.screen
 
 
-def test_a_process_whose_turn_has_not_come_is_stopped_before_it(steering: SteeringBench):
+def test_a_process_that_is_queued_for_its_start_can_be_stopped(steering: SteeringBench):
     never = "sleeper-2 was stopped before it had started"
     with steering.steer(f"{CAT}, {SLEEPER}", "--stagger", "1000") as run:
         assert run.row("sleeper")["state"] == "STARTING"
@@ -169,7 +169,7 @@ def test_a_process_whose_turn_has_not_come_is_stopped_before_it(steering: Steeri
 
 
 @pytest.mark.thorough
-def test_one_that_is_stopped_before_its_next_turn_is_not_told_of_its_last_end(
+def test_stopping_a_process_queued_for_its_restart_does_not_report_its_last_exit(
     steering: SteeringBench,
 ):
     with steering.steer(SLEEPER, "--stagger", "1000") as run, run.connect() as connection:
@@ -193,7 +193,7 @@ def test_nothing_is_started_while_the_run_is_being_stopped(steering: SteeringBen
         assert connection.wait_for_end(PATIENCE_S)
 
 
-def test_a_paused_process_stands_still_and_goes_on(steering: SteeringBench):
+def test_a_paused_process_is_suspended_and_resumes(steering: SteeringBench):
     with steering.steer(SLEEPER) as run:
         pid = pid_of(run, "sleeper")
         assert run.tell("pause", "sleeper") == "sleeper-1 paused with SIGSTOP"
@@ -206,7 +206,7 @@ def test_a_paused_process_stands_still_and_goes_on(steering: SteeringBench):
             run.tell("resume", "sleeper")
 
 
-def test_who_is_paused_cannot_be_paused_again(run: Steered):
+def test_a_paused_process_cannot_be_paused_again(run: Steered):
     assert run.tell("pause", "cat") == "cat-1 paused with SIGSTOP"
     with pytest.raises(RefusedError, match="cat-1 is already paused"):
         run.tell("pause", "cat")
@@ -233,7 +233,7 @@ def test_a_line_is_sent_to_standard_input(steering: SteeringBench):
 
 
 @pytest.mark.thorough
-def test_a_slow_stop_keeps_nobody_waiting(steering: SteeringBench):
+def test_a_slow_stop_does_not_delay_other_requests(steering: SteeringBench):
     with steering.steer(f"{STUBBORN}, {SLEEPER}") as run:
         run.wait_for("ready")
         with run.connect() as connection:
@@ -307,7 +307,7 @@ def test_what_is_typed_ahead_for_a_process_happens_in_that_order(run: Steered):
 
 
 @pytest.mark.thorough
-def test_a_signal_typed_ahead_is_over_before_the_next_start(run: Steered):
+def test_a_signal_typed_ahead_is_delivered_before_the_next_start(run: Steered):
     pid = pid_of(run, "cat")
     killed, started = answers_in_order(run, ("kill", {"signal": "KILL"}), ("start", {}))
     assert "ended in" in killed and "started with pid" in started

@@ -151,7 +151,7 @@ def test_too_few_descriptors_stop_some_processes_and_not_the_run(bench: Bench):
     assert bench.survivors() == []
 
 
-def test_a_disk_that_becomes_full_is_said_once_and_costs_no_line_on_the_screen(bench: Bench):
+def test_a_disk_that_fills_up_is_reported_once_and_loses_no_line_on_the_screen(bench: Bench):
     path, lines = _numbered(bench.folder, 5000)
     command = shlex.join(bench.command(_cat(path, 3)))
     done = _bash(bench, f"ulimit -f 64; exec {command}")  # KiB: no file grows beyond it

@@ -131,7 +131,7 @@ def test_a_file_that_is_not_utf_8_is_refused_at_its_line(desk: Desk):
 
 
 @pytest.mark.parametrize("words", [["."], ["gone.launch.py"], ["no_such_target"], []])
-def test_what_is_no_launch_file_is_refused(desk: Desk, words: list[str]):
+def test_a_file_that_is_not_a_launch_file_is_refused(desk: Desk, words: list[str]):
     done = desk.call("plan", *words)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
@@ -187,7 +187,7 @@ def test_the_traceback_is_there_for_those_who_ask_for_it(desk: Desk):
 # ---- arguments
 
 
-def test_all_unknown_and_missing_arguments_are_told_before_anything_starts(desk: Desk):
+def test_all_unknown_and_missing_arguments_are_reported_before_anything_starts(desk: Desk):
     file = desk.write('DeclareLaunchArgument("map"), DeclareLaunchArgument("robot"),')
     for words in ([file], ["plan", file]):
         done = desk.call(*words, "mapp:=1", "speed:=2")
@@ -269,18 +269,18 @@ def test_an_argument_that_a_function_declares_is_known_when_it_is_launched(desk:
     "name",
     ["sigterm_timeout", "sigkill_timeout", "launch-prefix", "launch-prefix-filter", "emulate_tty"],
 )
-def test_what_ros_2_itself_reads_is_known(desk: Desk, name: str):
+def test_arguments_that_ros_2_itself_reads_are_known(desk: Desk, name: str):
     assert desk.call("plan", desk.write(""), f"{name}:=0").returncode == 0
 
 
-def test_a_dry_run_for_unknown_names_says_nothing_of_its_own(desk: Desk):
+def test_the_dry_run_for_unknown_names_prints_nothing(desk: Desk):
     file = desk.write("OpaqueFunction(function=lambda c: print('side effect')),")
     done = desk.call(file, "bogus:=1")
     assert done.stdout == ""
     assert "side effect" not in done.stderr
 
 
-def test_no_dry_run_is_paid_for_when_all_names_are_declared(desk: Desk):
+def test_there_is_no_dry_run_if_all_names_are_declared(desk: Desk):
     file = desk.write(
         """
         DeclareLaunchArgument("x", default_value="1"),
@@ -291,7 +291,7 @@ def test_no_dry_run_is_paid_for_when_all_names_are_declared(desk: Desk):
     assert (desk.folder / "evaluated").read_text() == "once "
 
 
-def test_surprises_are_told_at_launch_once_each(desk: Desk):
+def test_each_warning_is_printed_once_at_launch(desk: Desk):
     file = desk.write(
         """
         GroupAction([SetLaunchConfiguration("x", "1"),
@@ -331,7 +331,7 @@ def test_words_behind_two_dashes_are_no_options(desk: Desk):
     assert not (desk.folder / "log").exists()
 
 
-def test_in_a_folder_that_was_removed_that_is_what_is_said(tmp_path: Path):
+def test_a_removed_working_directory_is_reported_as_such(tmp_path: Path):
     gone = tmp_path / "gone"
     gone.mkdir()
     script = 'cd "$1" && rmdir "$1" && exec "$2" -m launcher plan system'

@@ -38,7 +38,7 @@ def test_the_run_ends_with_a_required_process(bench: Bench):
     assert bench.survivors() == []
 
 
-def test_the_run_ends_with_the_first_death_if_that_is_wanted(bench: Bench):
+def test_the_run_ends_with_the_first_failure_if_requested(bench: Bench):
     done = bench.run('sh("exit 0"), sh("exit 9"), sh("exec sleep 1000")', "--exit-when-any-dies")
     assert done.returncode == 1
     assert b"sh-2 died: shutting down" in done.stdout
@@ -93,7 +93,7 @@ def test_a_budget_that_cannot_be_read_is_refused_before_anything_starts(bench: B
 
 
 @pytest.mark.thorough
-def test_what_processes_use_is_in_the_journal(bench: Bench):
+def test_resource_samples_are_in_the_event_log(bench: Bench):
     run = bench.start('sh("exec sleep 1000")')
     journal = bench.folder / "log/latest/events.jsonl"
     wait_until(lambda: journal.exists() and '"resources"' in journal.read_text(), "a sample")
@@ -116,7 +116,7 @@ def test_a_budget_from_a_file_warns_once_and_lets_the_process_run(bench: Bench):
     assert done.returncode == 0
 
 
-def test_a_name_that_fits_nobody_is_said_at_the_start_and_at_the_end(bench: Bench):
+def test_a_name_without_a_matching_process_is_reported_at_start_and_end(bench: Bench):
     file = bench.folder / "budgets.yaml"
     file.write_text("# mine\nslep:\n  memory: 1M\n  nice: 1\nsl*: {fds: 99}\n")
     words = ["--restart", "slept=always", "--budget", "nosuch:memory=1M", "--nice", "sl*=1"]
@@ -133,7 +133,7 @@ def test_a_name_that_fits_nobody_is_said_at_the_start_and_at_the_end(bench: Benc
     assert "--nice" not in text and "'sl*'" not in text
 
 
-def test_a_required_process_that_nothing_could_start_is_an_error_at_once(bench: Bench):
+def test_a_required_process_that_can_never_start_is_an_immediate_error(bench: Bench):
     done = bench.run('sh("echo started", name="dispatcher")', "--required", "dispacher")
     assert done.returncode == 2
     assert b"--required 'dispacher' fits no process (did you mean 'dispatcher'?)" in done.stderr
@@ -148,7 +148,7 @@ def test_a_required_process_may_be_started_later(bench: Bench):
     assert b"of the whole run" not in done.stdout
 
 
-def test_nodes_in_a_domain_that_is_none_are_not_started(bench: Bench):
+def test_nodes_with_an_invalid_domain_are_not_started(bench: Bench):
     bench.env["ROS_DOMAIN_ID"] = "233"
     node = "__import__('launch_ros.actions').actions.Node(executable='true'{})"
     done = bench.run(f"sh('echo ran'), {node.format('')}")

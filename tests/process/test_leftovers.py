@@ -117,7 +117,7 @@ def test_what_is_left_behind_of_processes_that_are_killed_is_killed_at_once(benc
 
 
 @pytest.mark.thorough
-def test_presses_that_came_before_count_for_what_is_left_behind(bench: Bench):
+def test_earlier_ctrl_c_presses_count_for_leftovers(bench: Bench):
     """The second of them is for the daemon, too, which nobody has found yet."""
     talks = "trap 'echo asked' INT; trap 'exit 0' TERM; echo ready; while :; do sleep 0.05; done"
     patient = f'sh("{talks}", sigterm_timeout="60", sigkill_timeout="2")'

@@ -30,7 +30,7 @@ def _tell(bench: Bench) -> str:
     return f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/tell.py"], output="screen")'
 
 
-def test_limits_hold_for_those_who_are_meant_and_for_nobody_else(bench: Bench):
+def test_limits_apply_to_the_named_processes_only(bench: Bench):
     options = ["--nice", "python=5", "--cpus=*-1=0", "--limit", "python:nofile=64/128,core=0"]
     limit = ["--limit", "python-1:as=4G"]
     done = bench.run(f"{_tell(bench)}, sh('nice; ulimit -n')", *options, *limit)
@@ -64,7 +64,7 @@ def test_a_process_with_limits_has_the_environment_and_the_command_of_one_withou
 
 
 @pytest.mark.thorough
-def test_a_program_that_is_missing_is_told_behind_limits_too(bench: Bench):
+def test_a_missing_program_is_reported_with_limits_too(bench: Bench):
     folder = bench.folder / "script"
     folder.write_text("no interpreter is named here\n")
     folder.chmod(0o755)
@@ -77,7 +77,7 @@ def test_a_program_that_is_missing_is_told_behind_limits_too(bench: Bench):
     assert done.returncode == 1
 
 
-def test_a_limit_that_nobody_is_granted_starts_nothing(bench: Bench):
+def test_a_limit_above_the_maximum_starts_nothing(bench: Bench):
     done = bench.run('sh("echo ran")', "--limit", "sh:nofile=unlimited")
     assert b"'nofile=unlimited' is more than is allowed here" in done.stderr
     assert b"ran" not in done.stdout
@@ -168,7 +168,7 @@ def test_no_more_than_the_given_number_start_at_the_same_time(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_those_who_wait_for_their_turn_do_not_start_after_a_stop(bench: Bench):
+def test_processes_queued_for_their_start_do_not_start_after_a_stop(bench: Bench):
     terminal = bench.terminal(
         '*[sh("echo ready; exec sleep 1000") for _ in range(5)]', "--stagger", "60"
     )
@@ -182,7 +182,7 @@ def test_those_who_wait_for_their_turn_do_not_start_after_a_stop(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_one_that_is_always_busy_does_not_keep_the_others_from_starting(bench: Bench):
+def test_a_process_that_is_always_busy_does_not_block_other_starts(bench: Bench):
     actions = 'sh("while :; do :; done"), sh("echo second")'
     done = bench.run(actions, "--max-starting", "1", "--required", "sh-2")
     assert b"[sh-2] second\n" in done.stdout

@@ -52,7 +52,7 @@ def test_an_output_that_does_not_exist_is_refused(bench: Bench, output: str):
     assert b"not valid" in done.stderr or b"not a valid" in done.stderr
 
 
-def test_the_environment_decides_about_the_output_of_all_and_the_option_about_that(bench: Bench):
+def test_an_environment_variable_sets_the_output_and_the_option_overrides_it(bench: Bench):
     bench.env["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "own_log"
     assert _shown(bench.run(WRITES.format("'screen'"))) == ""
     assert _shown(bench.run(WRITES.format("{'stdout': 'screen'}"), "-a")) == "stdout stderr"
@@ -140,7 +140,7 @@ def test_nothing_but_colour_steers_the_terminal_not_even_in_the_rest_of_a_prompt
     assert not re.search("\x1b\\]|\x1b\\[2J|\x1b\\[8m|[\x07\x05\x7f\x9b\ufffd]", terminal.raw)
 
 
-def test_output_that_finds_no_room_is_told_once_and_fails_the_run(bench: Bench):
+def test_output_to_a_full_disk_is_reported_once_and_fails_the_run(bench: Bench):
     talks = "for i in 1 2 3; do echo $i; sleep 0.05; done"
     with open("/dev/full", "w") as full:
         done = subprocess.run(
@@ -163,7 +163,7 @@ def test_output_that_finds_no_room_is_told_once_and_fails_the_run(bench: Bench):
     assert '"exit_code": 1' in (run / "events.jsonl").read_text()
 
 
-def test_output_that_finds_no_room_is_not_told_where_there_is_none_either(bench: Bench):
+def test_output_to_a_full_disk_is_not_reported_to_a_full_disk(bench: Bench):
     with open("/dev/full", "w") as full:
         words = bench.command('sh("echo hi")')
         done = subprocess.run(words, env=bench.env, stdout=full, stderr=full, timeout=TIMEOUT_S)

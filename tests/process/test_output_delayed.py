@@ -107,7 +107,7 @@ BEGUN_AND_ENDED = {
 
 
 @pytest.mark.parametrize("what", BEGUN_AND_ENDED)
-def test_what_came_while_the_loop_was_held_up_is_read_before_its_writer_is_silent(
+def test_output_written_while_the_loop_was_delayed_is_read_before_the_process_is_quiet(
     tmp_path: Path, what: str
 ):
     begun, ended = BEGUN_AND_ENDED[what]

@@ -113,7 +113,7 @@ def test_a_failing_file_gives_its_tree_then_the_error_and_exit_code_2(desk: Desk
     assert "Traceback" not in done.stderr
 
 
-def test_a_fault_that_only_the_end_of_a_process_brings_about_says_so(desk: Desk):
+def test_an_error_in_an_exit_handler_says_when_it_happens(desk: Desk):
     file = desk.write(
         "ExecuteProcess(cmd=['true'], on_exit=[OpaqueFunction(function=lambda context: 1 / 0)]),"
     )
@@ -146,7 +146,7 @@ def test_a_reader_that_leaves_early_is_no_error(desk: Desk):
     assert done.stderr == ""
 
 
-def test_surprises_are_told_below_the_tree_and_not_in_the_document(desk: Desk):
+def test_warnings_are_below_the_tree_and_not_in_the_document(desk: Desk):
     file = desk.write(
         """
         GroupAction([SetLaunchConfiguration("x", "1"),

@@ -33,7 +33,7 @@ def test_the_launcher_has_one_thread_and_each_child_a_session_and_group_of_its_o
     assert all(os.getsid(p.pid) == os.getpgid(p.pid) == p.pid for p in sleeps)
 
 
-def test_an_exit_is_told_although_a_grandchild_holds_the_pipe_and_still_writes(bench: Bench):
+def test_an_exit_is_reported_while_a_grandchild_still_writes_to_the_pipe(bench: Bench):
     terminal = bench.terminal('sh("(sleep 1; echo late; exec sleep 1000) & echo bye")')
     terminal.wait_for("bye")
     terminal.wait_for("process has finished cleanly")
@@ -45,7 +45,7 @@ def test_an_exit_is_told_although_a_grandchild_holds_the_pipe_and_still_writes(b
 WALL_CLOCK_READERS = {"event_log", "run_directory", "process_driver", "shared_memory"}
 
 
-def test_no_deadline_of_the_engine_is_made_of_the_wall_clock():
+def test_no_deadline_of_the_engine_uses_the_wall_clock():
     engine = Path(launcher.__file__).parent / "engine"
     readers = set()
     for path in engine.rglob("*.py"):
@@ -69,7 +69,7 @@ def test_a_clean_stop_by_a_signal_is_0_and_143_where_something_had_to_be_killed(
     assert bench.survivors() == []
 
 
-def test_a_run_in_which_one_had_died_before_ctrl_c_ends_with_130(bench: Bench):
+def test_a_run_with_a_failed_process_ends_with_130_after_ctrl_c(bench: Bench):
     terminal = bench.terminal('sh("exit 3"), sh("echo ready; exec sleep 1000")')
     terminal.wait_for_all("ready", "process has died")
     terminal.ctrl_c()
@@ -139,7 +139,7 @@ class Hopper:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("rest_s", ["0.002", "0"])
-def test_one_that_forks_in_a_loop_and_always_leaves_its_session_is_caught(bench: Bench, rest_s):
+def test_a_process_that_forks_into_new_sessions_in_a_loop_is_killed(bench: Bench, rest_s):
     hopper = Hopper(bench.folder, rest_s)
     done = bench.run(hopper.actions)
     assert b"stopping what processes left behind: " in done.stdout
@@ -149,7 +149,9 @@ def test_one_that_forks_in_a_loop_and_always_leaves_its_session_is_caught(bench:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("rest_s", ["0.002", "0"])
-def test_one_that_forks_in_a_loop_does_not_survive_a_killed_launcher(bench: Bench, rest_s: str):
+def test_a_process_that_forks_in_a_loop_does_not_outlive_a_killed_launcher(
+    bench: Bench, rest_s: str
+):
     hopper = Hopper(bench.folder, rest_s)
     terminal = bench.terminal(f'{hopper.actions}, sh("sleep 0.5; echo ready; exec sleep 1000")')
     terminal.wait_for("ready")
@@ -183,7 +185,7 @@ def test_a_console_that_is_starting_does_not_outlive_its_launcher():
 
 
 @pytest.mark.thorough
-def test_one_that_breeds_when_it_is_stopped_leaves_nothing(bench: Bench):
+def test_a_process_that_forks_when_it_is_stopped_leaves_nothing(bench: Bench):
     (bench.folder / "breeder.py").write_text(BREEDER)
     breeder = f'ExecuteProcess(cmd=[sys.executable, "{bench.folder}/breeder.py"], output="screen")'
     terminal = bench.terminal(breeder, "--stop", "*=int:0.3,term:0.3")
@@ -193,7 +195,7 @@ def test_one_that_breeds_when_it_is_stopped_leaves_nothing(bench: Bench):
     assert bench.survivors() == []
 
 
-def test_a_grandchild_that_stands_still_ends_too(bench: Bench):
+def test_a_suspended_grandchild_ends_too(bench: Bench):
     terminal = bench.terminal(
         "sh(\"(kill -STOP $(exec sh -c 'echo $PPID'); sleep 1000) & echo ready; wait\")",
         "--stop",
@@ -222,7 +224,7 @@ REFUSED = {
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_cannot_be_started_is_told_with_its_reason_and_the_others_run(bench: Bench, what: str):
+def test_a_failed_start_is_reported_with_its_reason_and_the_others_run(bench: Bench, what: str):
     done = bench.run(f'ExecuteProcess({what}), sh("echo hello")')
     assert f"process could not be started: {REFUSED[what]}" in done.stdout.decode(), done.stderr
     assert b"[sh-2] hello\n" in done.stdout
@@ -231,7 +233,7 @@ def test_what_cannot_be_started_is_told_with_its_reason_and_the_others_run(bench
 
 
 @pytest.mark.thorough
-def test_a_core_dump_is_told_where_the_system_made_one(bench: Bench):
+def test_a_core_dump_is_reported_if_the_system_wrote_one(bench: Bench):
     script = f"cd {bench.folder}; ulimit -c unlimited; kill -ABRT $$"
     child = subprocess.Popen(["sh", "-c", script])  # the same death, as the system tells it
     _, status = os.waitpid(child.pid, 0)
@@ -241,7 +243,7 @@ def test_a_core_dump_is_told_where_the_system_made_one(bench: Bench):
     assert f"exit code -6, cmd 'sh -c {script}'].{said}\n" in done.stdout.decode()
 
 
-def test_bytes_that_are_no_text_arrive_unharmed_and_a_progress_bar_as_it_ended(bench: Bench):
+def test_undecodable_output_is_unchanged_and_a_progress_bar_shows_its_last_state(bench: Bench):
     (bench.folder / "bytes").write_bytes(b"\xff\xfe nul \0 end\r\n10%\r50%\r100%\n\xe2\x82\n")
     done = bench.run(f'sh("cat {bench.folder}/bytes")')
     assert b"\n[sh-1] \xff\xfe nul \0 end\n[sh-1] 100%\n[sh-1] \xe2\x82\n" in done.stdout
@@ -340,7 +342,7 @@ def test_the_logs_of_the_nodes_go_into_the_folder_of_the_run(bench: Bench):
     assert f"[sh-1] logs go to {run}\n" in done.stdout.decode()
 
 
-def test_a_home_that_cannot_be_written_costs_the_log_files_alone(bench: Bench):
+def test_an_unwritable_home_loses_only_the_log_files(bench: Bench):
     bench.env.pop("ROS_LOG_DIR")
     bench.env["HOME"] = "/proc"  # nobody can make a folder there, not even root
     done = bench.run('sh("echo hello")')
@@ -349,7 +351,7 @@ def test_a_home_that_cannot_be_written_costs_the_log_files_alone(bench: Bench):
     assert b"[sh-1] hello\n" in done.stdout
 
 
-def test_the_events_tell_signals_restarts_and_the_stop_with_both_clocks(bench: Bench):
+def test_events_record_signals_restarts_and_the_stop_with_both_clocks(bench: Bench):
     (bench.folder / "node.sh").write_text(
         "if [ -e again ]; then echo ready; exec sleep 1000; fi; touch again; exit 3"
     )

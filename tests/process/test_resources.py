@@ -145,7 +145,7 @@ def test_the_uss_of_many_is_read_a_few_at_a_time(start: Starter):
     assert known == [0, 0, NEW_USS_PER_ROUND, NEW_USS_PER_ROUND + 1]
 
 
-def test_who_comes_later_does_not_hide_what_is_known_of_the_others(start: Starter):
+def test_a_new_child_does_not_hide_the_known_uss(start: Starter):
     sampler, child, begun_s = WholeRounds(), start(LATE_CHILD), time.monotonic()
     sample_until(sampler, child.pid, lambda s: s.threads == 2)
     alone = sampler.sample([child.pid], time.monotonic() + 2)[child.pid]

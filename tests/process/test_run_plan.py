@@ -55,7 +55,7 @@ def test_functions_of_the_launch_file_are_evaluated_once(desk: Desk):
     assert (desk.folder / "evaluated").read_text() == "once "
 
 
-def test_what_the_end_of_a_process_brought_about_names_that_process(desk: Desk):
+def test_actions_of_an_exit_handler_name_the_process_that_exited(desk: Desk):
     follows = "ExecuteProcess(cmd=['echo', 'after'])"
     file = desk.write(
         f"""

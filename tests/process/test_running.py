@@ -22,7 +22,7 @@ def test_a_clean_run_says_what_ros2_launch_says_and_exits_with_0(bench: Bench):
     assert re.search(r"^\[INFO\] \[sh-1\]: process has finished cleanly \[pid \d+\]$", out, re.M)
 
 
-def test_a_death_is_told_with_its_code_and_makes_the_run_fail(bench: Bench):
+def test_a_failed_process_is_reported_with_its_code_and_fails_the_run(bench: Bench):
     done = bench.run('sh("echo hello; exit 3"), sh("kill -SEGV $$")')
     out = done.stdout.decode()
     assert done.returncode == 1
@@ -32,7 +32,7 @@ def test_a_death_is_told_with_its_code_and_makes_the_run_fail(bench: Bench):
     assert re.search(r"process has died \[pid \d+, exit code -11, cmd ", out)
 
 
-def test_a_program_that_does_not_exist_is_told_and_the_others_run_on(bench: Bench):
+def test_a_missing_program_is_reported_and_the_others_run_on(bench: Bench):
     done = bench.run('ExecuteProcess(cmd=["/no/such/program"]), sh("echo hello")')
     out = done.stdout.decode()
     assert done.returncode == 1
@@ -40,7 +40,7 @@ def test_a_program_that_does_not_exist_is_told_and_the_others_run_on(bench: Benc
     assert "[sh-2] hello\n" in out
 
 
-def test_the_output_of_a_process_comes_before_the_news_of_its_end(bench: Bench):
+def test_the_output_of_a_process_comes_before_the_report_of_its_exit(bench: Bench):
     done = bench.run('sh("seq 2000; printf last")')
     lines = done.stdout.decode().splitlines()
     assert lines.index("[sh-1] last") < lines.index(next(x for x in lines if "finished" in x))
@@ -85,7 +85,9 @@ def test_output_log_hides_stdout_shows_stderr_and_keeps_both_in_the_file(bench: 
     assert re.search(r"^\d+\.\d{7} \[sh-1\] to stderr$", log, re.M)
 
 
-def test_a_log_folder_that_cannot_be_made_is_said_once_and_changes_nothing_else(bench: Bench):
+def test_a_log_folder_that_cannot_be_created_is_reported_once_and_changes_nothing_else(
+    bench: Bench,
+):
     (bench.folder / "log").write_text("a file where a folder should be")
     done = bench.run('sh("echo hello")')
     assert done.returncode == 0
@@ -110,7 +112,7 @@ def test_a_respawned_process_runs_again_as_often_as_it_may(bench: Bench):
     assert done.returncode == 1
 
 
-def test_the_first_unexpected_death_is_told_again_at_the_end_with_its_last_lines(bench: Bench):
+def test_the_first_failure_is_repeated_at_the_end_with_its_last_lines(bench: Bench):
     done = bench.run(
         'sh("seq 30; exit 7", on_exit=Shutdown()), sh("trap \'exit 5\' INT; sleep 1000 & wait")'
     )
@@ -167,7 +169,7 @@ def test_the_events_of_a_run_are_in_its_folder_one_json_object_a_line(bench: Ben
 
 
 @pytest.mark.parametrize("actions", ["", "Shutdown()", 'ExecuteProcess(cmd=["/no/such/program"])'])
-def test_a_run_in_which_nothing_ever_lives_ends_by_itself(bench: Bench, actions: str):
+def test_a_run_without_any_process_ends_by_itself(bench: Bench, actions: str):
     done = bench.run(actions)
     assert done.returncode == (1 if "Execute" in actions else 0)
 

@@ -145,7 +145,7 @@ def test_what_a_killed_node_leaves_is_found_and_freed(nodes: Nodes):
     assert sum(freed) > 500_000
 
 
-def test_a_ledger_frees_the_dead_and_spares_the_living(nodes: Nodes):
+def test_the_tracker_frees_segments_of_ended_processes_only(nodes: Nodes):
     ledger = Ledger(RUN_ID)
     dead, alive = nodes.start(), nodes.start()
     names_of_dead, names_of_alive = nodes.of(pid_from(dead)), nodes.of(pid_from(alive))
@@ -161,7 +161,7 @@ def test_a_ledger_frees_the_dead_and_spares_the_living(nodes: Nodes):
     assert not any(filter(is_private, ledger.names))
 
 
-def test_a_grandchild_is_in_the_ledger_and_a_stranger_is_not(nodes: Nodes):
+def test_a_grandchild_is_tracked_and_an_unrelated_process_is_not(nodes: Nodes):
     ledger = Ledger(RUN_ID)
     pid = pid_from(nodes.start(shell=True))
     nodes.env[RUN_ID_VARIABLE] = "1-other"

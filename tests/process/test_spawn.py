@@ -78,7 +78,7 @@ def test_a_program_is_looked_for_in_its_own_path(cwd: str | None, tmp_path: Path
 
 
 @BOTH_WAYS
-def test_a_program_that_is_nowhere_and_one_that_may_not_be_run_are_told_apart(
+def test_a_missing_program_and_one_without_permission_give_different_errors(
     cwd: str | None, tmp_path: Path
 ):
     with pytest.raises(FileNotFoundError):

@@ -99,7 +99,7 @@ def test_nothing_more_starts_when_a_person_ends_the_run(bench: Bench):
     assert bench.survivors() == []
 
 
-def test_a_stop_says_for_whom_it_waits(bench: Bench):
+def test_a_stop_names_the_processes_it_waits_for(bench: Bench):
     terminal = bench.terminal(f'sh("{STUBBORN}", sigterm_timeout="1.5", sigkill_timeout="0.1")')
     terminal.wait_for("ready")
     terminal.ctrl_c()
@@ -223,7 +223,7 @@ def watchdog_of(terminal: Terminal) -> psutil.Process:
     return next(p for p in children if "watchdog.py" in " ".join(p.cmdline()))
 
 
-def test_a_watchdog_that_somebody_ends_is_replaced(bench: Bench):
+def test_a_killed_watchdog_is_replaced(bench: Bench):
     terminal = bench.terminal('sh("echo ready; exec sleep 1000")')
     terminal.wait_for("ready")
     watchdog_of(terminal).kill()
@@ -232,7 +232,7 @@ def test_a_watchdog_that_somebody_ends_is_replaced(bench: Bench):
     wait_until(lambda: bench.survivors() == [], "nothing is left")
 
 
-def test_a_watchdog_that_somebody_stops_does_not_hold_up_the_end(bench: Bench):
+def test_a_suspended_watchdog_does_not_delay_the_end(bench: Bench):
     terminal = bench.terminal('sh("echo ready; exec sleep 1000")')
     terminal.wait_for("ready")
     watchdog = watchdog_of(terminal)
@@ -242,7 +242,7 @@ def test_a_watchdog_that_somebody_stops_does_not_hold_up_the_end(bench: Bench):
     assert not watchdog.is_running()
 
 
-def test_a_reader_that_goes_away_does_not_hide_who_had_died_before(bench: Bench):
+def test_a_reader_that_goes_away_does_not_hide_an_earlier_failure(bench: Bench):
     talk = "while :; do echo talk; sleep 0.05; done"
     command = bench.start(f'sh("exit 3", name="dead"), sh("{talk}", name="talk")')
     assert command.stdout is not None

@@ -31,7 +31,7 @@ STARTS = {
 
 
 @pytest.mark.parametrize("busy", STARTS)
-def test_whoever_of_a_process_is_busy_it_is_not_calm(busy: str):
+def test_a_tree_is_busy_while_any_of_its_processes_is(busy: str):
     child = subprocess.Popen(STARTS[busy], start_new_session=True)
     try:
         _wait_for_share(child.pid, lambda share: share > 0.5)
@@ -57,7 +57,7 @@ def _wait_for_share(pid: int, fits: Callable[[float], bool]) -> None:
     wait_until(look, "as busy as it should be")
 
 
-def test_of_who_has_gone_nothing_is_known():
+def test_an_ended_process_has_no_cpu_usage():
     child = subprocess.Popen(["true"])
     child.wait()
     assert TreeCpuUsage().used_s(child.pid) is None

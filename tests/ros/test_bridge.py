@@ -155,7 +155,7 @@ def answers(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> graph_so
     return looks[0]
 
 
-def test_diagnostics_tell_each_process_and_its_death(run: Steered, monitor: Monitor):
+def test_diagnostics_report_each_process_and_its_exit(run: Steered, monitor: Monitor):
     left = monitor.wait("left-1", OK, "running")
     values = {value.key: value.value for value in left.values}
     assert values["pid"] == str(run.row("left")["pid"])
@@ -167,7 +167,7 @@ def test_diagnostics_tell_each_process_and_its_death(run: Steered, monitor: Moni
 
 
 @pytest.mark.thorough
-def test_what_changes_is_told_before_its_turn(run: Steered, monitor: Monitor):
+def test_changes_are_published_before_the_next_period(run: Steered, monitor: Monitor):
     monitor.wait("right-2", OK, "running")
     for _ in range(3):
         assert monitor.steer("right", "restart").success
@@ -181,7 +181,7 @@ def test_what_changes_is_told_before_its_turn(run: Steered, monitor: Monitor):
     wait_until(is_told_early, "two messages in less than half a period")
 
 
-def test_services_steer_and_say_what_happened(run: Steered, monitor: Monitor):
+def test_services_control_the_run_and_report_the_result(run: Steered, monitor: Monitor):
     monitor.wait("left-1", OK, "running")
     stopped = monitor.steer("left", "stop")
     assert stopped.success
@@ -194,7 +194,7 @@ def test_services_steer_and_say_what_happened(run: Steered, monitor: Monitor):
     assert "left-1" in again.message
 
 
-def test_the_run_ends_as_if_the_bridge_were_not_there(domain, tmp_path, monitor: Monitor):
+def test_the_bridge_does_not_affect_the_end_of_the_run(domain, tmp_path, monitor: Monitor):
     actions = 'sh("read line; exit 3", name="brief")'
     with run_of(domain, tmp_path, actions) as run:
         monitor.wait("brief-1", OK, "running")
@@ -232,7 +232,7 @@ def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: Steered, moni
 
 
 @pytest.mark.thorough
-def test_two_runs_in_one_domain_are_seen_and_steered_apart(
+def test_two_runs_in_one_domain_are_controlled_separately(
     run: Steered, domain, tmp_path, monitor: Monitor
 ):
     monitor.wait("left-1", OK, "running")
@@ -248,7 +248,7 @@ def test_two_runs_in_one_domain_are_seen_and_steered_apart(
 
 
 @pytest.mark.thorough
-def test_its_socket_is_made_again_when_somebody_tidies_up(
+def test_a_deleted_socket_of_the_bridge_is_created_again(
     run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     answers(domain, monkeypatch)
@@ -281,7 +281,7 @@ def test_ros_without_a_socket_is_a_usage_error(domain, tmp_path):
         assert "--ros needs the control socket" in run.screen
 
 
-def test_the_observer_of_a_run_sees_what_a_look_of_our_own_sees(
+def test_the_observer_of_a_run_has_the_same_graph_as_a_new_snapshot(
     run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     domain_id = int(domain["ROS_DOMAIN_ID"])
@@ -304,7 +304,7 @@ def test_the_observer_of_a_run_sees_what_a_look_of_our_own_sees(
         wait_until(both_are_the_same, "the same list both ways")
 
 
-def test_it_answers_only_who_means_the_same_graph(
+def test_the_observer_refuses_requests_for_another_domain_or_range(
     run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     answers(domain, monkeypatch)
@@ -330,7 +330,7 @@ def test_an_observer_that_does_not_answer_is_passed_over(domain, monkeypatch):
 
 
 @pytest.mark.thorough
-def test_strange_questions_harm_nobody(
+def test_malformed_requests_do_not_harm_the_observer(
     run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     answers(domain, monkeypatch)
@@ -353,7 +353,7 @@ def _send(client: socket.socket, noise: bytes) -> None:
 
 
 @pytest.mark.thorough
-def test_a_killed_node_is_a_ghost_for_who_was_there_before(
+def test_a_killed_node_is_a_ghost_for_earlier_participants(
     run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     answers(domain, monkeypatch)

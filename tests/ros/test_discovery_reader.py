@@ -36,7 +36,7 @@ def test_both_ways_see_the_same_in_every_detail(tmp_path, remote):
         assert "/switch" in ours.service_types()
 
 
-def test_who_has_looked_is_forgotten_at_once(env, observer):
+def test_a_reader_is_forgotten_at_once(env, observer):
     def readers() -> set[bytes]:
         infos = observer.node.get_subscriptions_info_by_topic("ros_discovery_info", no_mangle=True)
         return {bytes(info.endpoint_gid) for info in infos}
@@ -48,7 +48,7 @@ def test_who_has_looked_is_forgotten_at_once(env, observer):
 
 
 @pytest.mark.thorough
-def test_many_looks_at_a_time_are_all_complete(env):
+def test_many_concurrent_snapshots_are_all_complete(env):
     from concurrent.futures import ThreadPoolExecutor
 
     domain_id = int(env["ROS_DOMAIN_ID"])
@@ -76,7 +76,7 @@ def threads_stand_still(pid: int) -> bool:
     return all(stat.rpartition(")")[2].split()[0] == "T" for stat in stats)
 
 
-def test_a_participant_that_cannot_answer_is_told(tmp_path):
+def test_a_participant_that_cannot_answer_is_reported(tmp_path):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes") as program:
         os.kill(program.pid, signal.SIGSTOP)
         wait_until(lambda: threads_stand_still(program.pid), "no thread can answer any more")
@@ -89,7 +89,7 @@ def test_a_participant_that_cannot_answer_is_told(tmp_path):
 
 
 @pytest.mark.thorough
-def test_where_discovery_is_unusual_the_verbs_say_the_same(env):
+def test_verbs_give_the_same_result_with_unusual_discovery_settings(env):
     words = ("topic", "list", "-t")
     plain = eventually(lambda: launcher(env, *words), lambda answer: "/weak" in answer.out)
     abroad = {**env, "ROS_STATIC_PEERS": "127.0.0.1"}

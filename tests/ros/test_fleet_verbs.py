@@ -45,7 +45,7 @@ def test_the_probe_that_hears_nothing_is_explained(tmp_path):
         assert pids["/qos_probe"] == domain.nodes[1].pid
 
 
-def test_a_running_system_is_looked_at_as_the_readme_says(tmp_path):
+def test_the_verbs_work_on_a_running_system_as_documented(tmp_path):
     with ros_domain(tmp_path) as env, launched("system", "--no-control", env=env):
         wait_until(
             lambda: (

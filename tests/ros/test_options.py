@@ -216,7 +216,7 @@ def test_parameters_as_json(verb):
     assert dumped["/talker"]["ros__parameters"]["name"] == "sample"
 
 
-def test_a_parameter_file_for_everybody_is_loaded_when_asked(verb, tmp_path):
+def test_a_parameter_file_with_a_wildcard_is_loaded_on_request(verb, tmp_path):
     path = tmp_path / "all.yaml"
     path.write_text(
         yaml.safe_dump({"/**": {"ros__parameters": {"tags": ["c", "d"]}}}), encoding="utf-8"

@@ -36,7 +36,7 @@ def test_get_has_the_words_of_ros2(verb, words, text):
     assert verb("param", "get", "/talker", *words).out == text
 
 
-def test_set_takes_a_whole_number_for_a_double_and_tells_why_it_cannot(verb):
+def test_set_takes_an_integer_for_a_double_and_explains_a_refusal(verb):
     assert verb("param", "set", "/talker", "speed", "2").out == "Set parameter successful\n"
     refused = verb("param", "set", "/talker", "speed", "9")
     assert refused.err.startswith("Setting parameter failed: Parameter speed out of range")
@@ -82,7 +82,7 @@ def test_what_dump_writes_load_takes(verb, tmp_path):
     ],
     ids=["node", "shape", "yaml", "value"],
 )
-def test_a_parameter_file_that_does_not_fit_is_told(verb, tmp_path, text, error):
+def test_a_parameter_file_that_does_not_fit_is_reported(verb, tmp_path, text, error):
     path = tmp_path / "params.yaml"
     path.write_text(text, encoding="utf-8")
     answer = verb("param", "load", "/talker", str(path))

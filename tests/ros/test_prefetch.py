@@ -33,7 +33,7 @@ def prefetching(
 
 
 @pytest.mark.parametrize("remote", [False, True], ids=["localhost", "subnet"])
-def test_it_sees_the_same_as_a_look_of_its_own_and_not_us(tmp_path, remote):
+def test_the_prefetch_equals_a_snapshot_without_our_own_participant(tmp_path, remote):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes"):
         domain_id = int(env["ROS_DOMAIN_ID"])
         alone = read_graph(domain_id, PATIENCE_S, remote=remote).snapshot
@@ -45,7 +45,7 @@ def test_it_sees_the_same_as_a_look_of_its_own_and_not_us(tmp_path, remote):
             wait_until(lambda: observer.graph_snapshot() == alone, "rclpy has seen all as well")
 
 
-def test_what_it_has_heard_is_known_though_nobody_answers_any_more(tmp_path):
+def test_prefetched_data_is_used_if_no_participant_answers_later(tmp_path):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes") as program:
         domain_id = int(env["ROS_DOMAIN_ID"])
         with prefetching(domain_id, listens=True) as prefetch:
@@ -62,7 +62,7 @@ def test_what_it_has_heard_is_known_though_nobody_answers_any_more(tmp_path):
                 os.kill(program.pid, signal.SIGCONT)
 
 
-def test_closing_it_ends_a_look_that_still_waits_for_somebody(tmp_path):
+def test_closing_the_prefetch_ends_a_pending_snapshot(tmp_path):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes") as program:
         os.kill(program.pid, signal.SIGSTOP)
         try:
@@ -73,7 +73,7 @@ def test_closing_it_ends_a_look_that_still_waits_for_somebody(tmp_path):
             os.kill(program.pid, signal.SIGCONT)
 
 
-def test_verbs_find_what_they_need_although_somebody_else_does_not_answer(tmp_path):
+def test_verbs_find_their_node_although_another_does_not_answer(tmp_path):
     """The silent one is no reason to wait for the longest time."""
     with (
         ros_domain(tmp_path) as env,

@@ -209,7 +209,7 @@ def test_a_service_answers_and_one_that_is_busy_holds_up_nothing_else(probe):
     assert before <= probe.ask("clock")["mono"]
 
 
-def test_what_is_published_is_heard_and_who_would_not_hear_it_is_named(probe, env):
+def test_published_messages_arrive_and_incompatible_subscribers_are_named(probe, env):
     with ProbeProcess(env) as other:
         other.ask("subscribe", sub="s", topic="/said", type="std_msgs/String", qos={})
         answer = probe.ask(
@@ -248,7 +248,7 @@ def test_rates_come_from_the_times_of_reception(probe):
     probe.ask("unsubscribe", sub="rate")
 
 
-def test_an_endpoint_that_would_be_is_compared_with_those_that_are(probe):
+def test_a_planned_endpoint_is_compared_with_the_existing_ones(probe):
     would = {"direction": "subscription", "qos": {"durability": "TRANSIENT_LOCAL"}}
     found = probe.ask("explain", topic="/chatter", **{"as": would})
     assert "the expectation receives nothing from /talker" in found["text"]
@@ -300,7 +300,7 @@ def test_five_thousand_messages_a_second_all_arrive_in_order(env):
 
 
 @pytest.mark.thorough
-def test_a_reader_that_does_not_read_costs_bounded_memory_and_is_told_what_it_missed(env):
+def test_a_slow_reader_costs_bounded_memory_and_gets_the_number_of_dropped_messages(env):
     """Four times the limit is published meanwhile; the publisher does not wait for the probe."""
     count = 16_000
     with ProbeProcess(env, reads=False) as probe:
@@ -317,7 +317,7 @@ def test_a_reader_that_does_not_read_costs_bounded_memory_and_is_told_what_it_mi
         assert used_bytes < 200 * 2**20
 
 
-def test_it_ends_with_its_input_even_while_somebody_lets_it_wait(env):
+def test_the_probe_ends_with_its_input_even_during_a_pending_call(env):
     probe = ProbeProcess(env)
     probe.graph(lambda graph: names(graph) >= SAMPLE, "the sample nodes")
     probe.send("call", service="/nobody", timeout_s=600)

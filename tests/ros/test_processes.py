@@ -84,7 +84,7 @@ def test_a_node_whose_executor_is_occupied_is_busy(sleepy):
         wait_until(is_busy, "it is occupied")
 
 
-def test_a_process_that_was_stopped_before_we_came_is_told_all_the_same(sleepy):
+def test_a_process_that_was_suspended_earlier_is_reported_as_stopped(sleepy):
     env, pid = sleepy
     os.kill(pid, signal.SIGSTOP)
     try:
@@ -95,7 +95,7 @@ def test_a_process_that_was_stopped_before_we_came_is_told_all_the_same(sleepy):
         os.kill(pid, signal.SIGCONT)
 
 
-def test_a_watching_observer_tells_stopped_nodes_and_ghosts(tmp_path):
+def test_a_long_running_observer_reports_stopped_nodes_and_ghosts(tmp_path):
     with (
         ros_domain(tmp_path) as env,
         Observer(int(env["ROS_DOMAIN_ID"])) as observer,
@@ -115,7 +115,7 @@ def test_a_watching_observer_tells_stopped_nodes_and_ghosts(tmp_path):
         assert set(observer.snapshot().ghosts) >= {"/talker", "/site/east/listener"}
 
 
-def test_one_more_than_there_are_ports_for_is_a_ghost(observer):
+def test_a_participant_without_a_process_is_not_live(observer):
     own, domain_id = observer.own_gid(), observer.domain_id
     wait_until(
         lambda: all_live(observer.participants(), own, domain_id), "whoever left is forgotten"
@@ -124,7 +124,7 @@ def test_one_more_than_there_are_ports_for_is_a_ghost(observer):
     assert not all_live(observer.participants() | {gone}, own, domain_id)
 
 
-def test_a_process_that_cannot_talk_is_nobody_s_node():
+def test_a_process_without_a_bound_socket_is_no_node():
     """In a container a process has numbers of its own, that are somebody else's outside."""
     program = "import socket, sys; {}; print('ready', flush=True); sys.stdin.read()"
     for setup, talks in (("pass", False), ("one = socket.socket(type=socket.SOCK_DGRAM)", True)):
@@ -148,7 +148,7 @@ def test_a_process_knows_its_innermost_number():
     assert innermost_pid(child.pid) == 0
 
 
-def test_what_the_middleware_says_of_a_new_participant_is_no_part_of_the_answer():
+def test_output_of_the_middleware_goes_to_stderr():
     program = """
 import os
 from launcher.ros.discovery.observer import stdout_to_stderr

@@ -192,7 +192,7 @@ def test_a_bad_command_line_says_what_to_type(verb):
 
 
 @pytest.mark.parametrize("word", ["abc", "233", "-1"])
-def test_a_domain_that_is_none_is_an_error(verb, word):
+def test_an_invalid_domain_is_an_error(verb, word):
     answer = verb("node", "list", f"--domain={word}")
     assert answer.code == 2
     assert "a domain is a number from 0 to 232" in answer.err
@@ -212,7 +212,7 @@ VALUES = [
 ]
 
 
-def test_our_rule_of_request_and_offer_is_that_of_the_middleware():
+def test_qos_compatibility_agrees_with_the_middleware():
     def endpoint(direction, values):
         return Endpoint(topic="/t", node="/n", type="T", direction=direction, **values)
 

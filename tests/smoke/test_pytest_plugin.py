@@ -83,7 +83,7 @@ def folder(pytester: pytest.Pytester) -> pytest.Pytester:
     return pytester
 
 
-def test_a_system_is_waited_for_steered_and_looked_at(folder: pytest.Pytester):
+def test_a_system_can_be_awaited_controlled_and_inspected(folder: pytest.Pytester):
     folder.makepyfile(
         """
         import pytest
@@ -209,7 +209,7 @@ def test_a_failed_test_shows_the_last_lines_and_keeps_the_evidence(folder: pytes
 
 
 @pytest.mark.thorough
-def test_a_misspelt_name_is_told_with_those_that_there_are(folder: pytest.Pytester):
+def test_a_misspelt_name_is_reported_with_the_existing_names(folder: pytest.Pytester):
     folder.makepyfile(
         """
         import pytest

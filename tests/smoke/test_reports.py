@@ -77,7 +77,7 @@ def test_the_evidence_is_complete(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_evidence_that_nobody_asked_for_is_kept_of_a_bad_run_alone(bench: Bench, tmp_path: Path):
+def test_artifacts_without_an_option_are_kept_of_a_failed_run_only(bench: Bench, tmp_path: Path):
     bench.environment["ROS_LOG_DIR"] = str(tmp_path)
     bench.write(PATIENT)
     bench.keeps_evidence = False
@@ -91,7 +91,7 @@ def test_evidence_that_nobody_asked_for_is_kept_of_a_bad_run_alone(bench: Bench,
 
 
 @pytest.mark.thorough
-def test_repeats_tell_what_is_flaky(bench: Bench):
+def test_repeats_report_flaky_expectations(bench: Bench):
     # Every second run has another line.
     bench.write(
         f'sh("coin", "if mkdir {bench.folder}/flip; then echo heads; '

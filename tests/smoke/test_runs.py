@@ -17,7 +17,7 @@ NODE = "--expect-node=/nowhere=1s"
 UNTIL_DEAF = "{expect: [{log: deaf, within: 60 s}]}"
 
 
-def test_everything_met_is_zero_and_leaves_nothing(bench: Bench):
+def test_a_run_with_all_expectations_met_exits_with_0_and_leaves_nothing(bench: Bench):
     bench.write(PATIENT)
     done = bench.smoke("--for=1", "--expect-alive=patient", "--max-shutdown=60")
     assert done.returncode == 0, done.stdout
@@ -25,7 +25,7 @@ def test_everything_met_is_zero_and_leaves_nothing(bench: Bench):
     assert bench.report()["ending"]["left_processes"] == []
 
 
-def test_an_expectation_that_is_not_met_is_three_and_explained(bench: Bench):
+def test_an_expectation_that_is_not_met_exits_with_3_and_an_explanation(bench: Bench):
     bench.write(BRIEF)
     done = bench.smoke("--for=60", "--expect-log=brief: gone")
     assert done.returncode == 3
@@ -35,7 +35,7 @@ def test_an_expectation_that_is_not_met_is_three_and_explained(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_a_death_that_nobody_expected_is_one(bench: Bench):
+def test_an_unexpected_exit_exits_with_1(bench: Bench):
     bench.write(DONE, SHORT)
     done = bench.smoke("--for=60", "--expect-log=done")
     assert done.returncode == 1
@@ -43,14 +43,14 @@ def test_a_death_that_nobody_expected_is_one(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_an_expected_death_is_none(bench: Bench):
+def test_an_expected_exit_is_no_failure(bench: Bench):
     bench.write(DONE, SHORT)
     done = bench.smoke("--for=60", "--expect-exit=short=3")
     assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.thorough
-def test_a_system_that_dies_at_once(bench: Bench):
+def test_a_system_that_fails_at_once(bench: Bench):
     bench.write(SHORT)
     done = bench.smoke("--for=60", "--expect-log=short: last words", "--expect-alive=short")
     assert done.returncode == 3
@@ -81,7 +81,7 @@ def test_a_system_that_is_ready_late_is_watched_as_long_as_any_other(bench: Benc
 
 
 @pytest.mark.thorough
-def test_a_launch_file_that_hangs_and_hears_no_signal(bench: Bench):
+def test_a_launch_file_that_hangs_and_ignores_signals(bench: Bench):
     bench.launch_file.write_text(
         "import signal, time\n"
         "for signum in (signal.SIGINT, signal.SIGTERM):\n"
@@ -105,7 +105,7 @@ def test_a_system_that_hangs_on_shutdown(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_force_at_the_stop_is_told_even_if_nobody_asks(bench: Bench):
+def test_a_sigkill_at_the_stop_is_reported_without_an_expectation(bench: Bench):
     bench.write(DEAF)
     bench.expect(UNTIL_DEAF)
     done = bench.smoke(*IMPATIENT)
@@ -117,7 +117,7 @@ def test_force_at_the_stop_is_told_even_if_nobody_asks(bench: Bench):
     )
 
 
-def test_a_bad_launch_file_is_two_and_its_error_is_shown(bench: Bench):
+def test_a_bad_launch_file_exits_with_2_and_its_error(bench: Bench):
     bench.write("1 / 0,")
     path = bench.folder / "out.xml"
     done = bench.smoke("--for=1", f"--junit={path}")
@@ -127,7 +127,7 @@ def test_a_bad_launch_file_is_two_and_its_error_is_shown(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_a_folder_for_the_evidence_that_cannot_be_made_is_two(bench: Bench, tmp_path: Path):
+def test_an_artifacts_folder_that_cannot_be_created_exits_with_2(bench: Bench, tmp_path: Path):
     bench.write(DEAF)
     (tmp_path / "taken").write_text("", encoding="utf-8")
     done = bench.smoke("--for=1", f"--artifacts={tmp_path / 'taken'}")

@@ -34,7 +34,7 @@ def test_a_killed_process_is_started_again(bench: Bench):
 
 
 @pytest.mark.thorough
-def test_a_paused_process_says_nothing(bench: Bench):
+def test_a_paused_process_prints_nothing(bench: Bench):
     bench.write(*TWO)
     bench.expect(
         """
@@ -69,7 +69,7 @@ def test_a_step_waits_for_a_line_and_can_talk_to_a_process(bench: Bench):
     assert done.returncode == 0, done.stdout
 
 
-def test_a_step_for_a_process_that_nobody_starts_is_refused_at_once(bench: Bench):
+def test_a_step_for_an_unknown_process_is_refused_at_once(bench: Bench):
     bench.write(PATIENT)
     bench.expect("{for: 60 s, scenario: [{at: 1 s, do: kill patent}]}")
     done = bench.smoke()

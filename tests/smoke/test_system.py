@@ -35,7 +35,7 @@ def system_of(folder: Path, *actions: str) -> System:
     return System([launch_file(folder, *actions)], folder=folder / "evidence", probe=False)
 
 
-def test_it_hears_lines_and_ends_of_processes(tmp_path: Path):
+def test_lines_and_exits_of_processes_are_observed(tmp_path: Path):
     with system_of(tmp_path, PATIENT, SHORT) as system:
         line = system.wait_for_log("here I am", process="patient", within_s=60)
         end = system.wait_for_exit("short", within_s=60)
@@ -43,14 +43,14 @@ def test_it_hears_lines_and_ends_of_processes(tmp_path: Path):
     assert end.details["returncode"] == 3 and not end.details["asked"]
 
 
-def test_what_is_not_seen_is_an_error_with_the_last_lines(tmp_path: Path):
+def test_a_wait_in_vain_is_an_error_with_the_last_lines(tmp_path: Path):
     with system_of(tmp_path, PATIENT) as system:
         system.wait_for_log("here I am", within_s=60)
         with pytest.raises(NotSeenError, match=r"(?s)'nowhere'.*here I am"):
             system.wait_for_log("nowhere", within_s=0.2)
 
 
-def test_it_ends_everything_and_leaves_nothing(tmp_path: Path):
+def test_stop_ends_all_processes_and_leaves_nothing(tmp_path: Path):
     with system_of(tmp_path, PATIENT) as system:
         system.wait_for_log("here I am", within_s=60)
     ending = system.stop()
@@ -58,7 +58,7 @@ def test_it_ends_everything_and_leaves_nothing(tmp_path: Path):
     assert (ending.left_processes, ending.left_memory) == ((), ())
 
 
-def test_a_signal_from_outside_is_an_unasked_death_and_a_stop_is_not(tmp_path: Path):
+def test_a_signal_from_outside_is_an_unexpected_exit_and_a_stop_is_not(tmp_path: Path):
     other = 'sh("other", "echo there; exec sleep 1000"),'
     with system_of(tmp_path, PATIENT, other) as system:
         system.wait_for_log("here I am", within_s=60)
@@ -71,7 +71,7 @@ def test_a_signal_from_outside_is_an_unasked_death_and_a_stop_is_not(tmp_path: P
     assert stopped.details["asked"]
 
 
-def test_a_run_that_is_over_at_once_has_told_everything(tmp_path: Path):
+def test_a_run_that_ends_at_once_has_reported_everything(tmp_path: Path):
     with system_of(tmp_path, SHORT) as system:
         system.wait_for(lambda facts: not system.is_alive, "the launcher ends", 60)
     facts = system.facts()

@@ -142,7 +142,7 @@ MODULE_NAME = re.compile(r"launcher(\.\w+)+\.?")
 
 
 @pytest.mark.parametrize("module", MODULES)
-def test_a_module_imports_only_what_lies_to_its_left(module: str):
+def test_a_module_imports_only_what_its_room_may_import(module: str):
     room = room_of(module)
     for name in imports(module):
         top, _, rest = name.partition(".")

@@ -111,12 +111,12 @@ def test_the_help_has_every_option_in_columns():
 
 
 @pytest.mark.parametrize("word", ["-1", "nan", "inf", "x", ""])
-def test_what_is_no_number_of_seconds(word):
+def test_invalid_numbers_of_seconds(word):
     with pytest.raises(ValueError, match=f"'{word}' is not a number of seconds"):
         seconds(word)
 
 
 @pytest.mark.parametrize("word", ["-1", "1.5", "²", "x", "", "7"])
-def test_what_is_no_count_up_to_six(word):
+def test_invalid_counts(word):
     with pytest.raises(ValueError, match="is not a whole number from 0 to 6"):
         count(word, 0, 6)

@@ -118,7 +118,7 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
         ({"open_files": 256, "open_files_hard": 256}, "problem", "only 256", "limits.conf"),
     ],
 )
-def test_what_is_wrong_is_said_with_what_to_do(
+def test_problems_are_reported_with_the_repair(
     changes: dict[str, object], level: str, text: str, advice: str
 ):
     (finding,) = findings(**changes)
@@ -137,7 +137,7 @@ def test_what_is_wrong_is_said_with_what_to_do(
         {"is_bootstrapped": False, "library_path": ()},
     ],
 )
-def test_what_is_unusual_is_not_wrong(changes: dict[str, object]):
+def test_unusual_settings_are_no_problem(changes: dict[str, object]):
     assert findings(**changes) == []
 
 
@@ -191,7 +191,7 @@ def test_a_folder_that_we_may_not_write_in_is_an_obstacle(
     assert found == f"no permission to write to {tmp_path}"
 
 
-def test_the_space_of_what_is_not_there_is_none(tmp_path: Path):
+def test_a_missing_folder_has_no_known_free_space(tmp_path: Path):
     assert space(tmp_path / "gone") is None
     found = space(tmp_path)
     assert found is not None and 0 < found.free_bytes <= found.total_bytes
@@ -260,7 +260,7 @@ def test_text_aligns_and_indents_advice():
 @pytest.mark.parametrize(
     ("changes", "well"), [({}, True), ({"stale": (PORT,)}, True), ({"stale": (SEGMENT,)}, False)]
 )
-def test_json_says_whether_all_is_well(changes: dict[str, object], well: bool):
+def test_json_contains_the_overall_result(changes: dict[str, object], well: bool):
     report = json.loads(doctor.as_json(check_all(replace(HEALTHY, **changes)), []))
     assert (report["well"], report["done"]) == (well, [])
     assert len(report["findings"]) == len(CHECKS)

@@ -22,12 +22,12 @@ except domain_lease.NoFreeDomainError as error:
 """
 
 
-def test_two_leases_are_unlike():
+def test_two_leases_have_different_domains():
     with leased_domain() as one, leased_domain() as two:
         assert one != two
 
 
-def test_a_domain_whose_port_somebody_has_open_is_busy():
+def test_a_domain_with_an_open_port_is_busy():
     with leased_domain() as domain_id, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         assert domain_id not in busy_domains()
         taken.bind(("127.0.0.1", 7400 + 250 * domain_id + 10))

@@ -154,9 +154,7 @@ def test_what_launch_files_print_does_not_end_up_on_standard_output(tmp_path: Pa
         ("-1", 0.0, "is negative; using 0"),
     ],
 )
-def test_a_timeout_that_cannot_be_waited_for_is_told_once_and_ends(
-    text, waits_s, says, tmp_path: Path
-):
+def test_an_invalid_timeout_is_reported_once_and_ends_the_run(text, waits_s, says, tmp_path: Path):
     two = "    return LaunchDescription([Node(executable='a'), Node(executable='b')])\n"
 
     for name, at in (("sigterm_timeout", 0), ("sigkill_timeout", 1)):
@@ -166,7 +164,7 @@ def test_a_timeout_that_cannot_be_waited_for_is_told_once_and_ends(
         assert [one.text for one in plan.warnings] == [f"{name} '{text}' {says}"]
 
 
-def test_a_bad_timeout_of_one_process_is_told_with_its_line(tmp_path: Path):
+def test_a_bad_timeout_of_one_process_is_reported_with_its_line(tmp_path: Path):
     plan = planned(
         tmp_path,
         "    return LaunchDescription([\n        Node(executable='a', sigterm_timeout='soon')])\n",

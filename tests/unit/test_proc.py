@@ -36,7 +36,7 @@ def test_the_fields_of_stat_begin_behind_the_last_parenthesis(folder: Path):
     assert proc.is_alive(PID)
 
 
-def test_a_zombie_neither_lives_nor_has_started(folder: Path):
+def test_a_zombie_is_neither_running_nor_has_a_start_time(folder: Path):
     (folder / "stat").write_text(f"{PID} (x) Z{FIELDS[1:]}\n")
     assert not proc.is_alive(PID)
     assert proc.start_ticks(PID) is None
@@ -67,7 +67,7 @@ def test_the_sockets_of_both_tables_are_read(folder: Path):
     assert set(proc.udp_sockets()) == {(0x1CF2, "91"), (0x1CF2, "92")}
 
 
-def test_a_process_that_is_gone_shows_nothing(folder: Path):
+def test_an_ended_process_has_no_data(folder: Path):
     assert proc.pids() == [PID]
     assert proc.state(1) == ""
     assert not proc.is_alive(1)
@@ -78,7 +78,7 @@ def test_a_process_that_is_gone_shows_nothing(folder: Path):
     assert proc.pid_namespace(1) is None
 
 
-def test_a_machine_without_proc_shows_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_machine_without_proc_has_no_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(proc, "ROOT", str(tmp_path / "absent"))
     assert proc.pids() == []
     assert list(proc.udp_sockets()) == []

@@ -78,7 +78,7 @@ def test_an_argument_shows_where_its_value_comes_from(tree):
     ]
 
 
-def test_the_arguments_of_an_include_are_told_with_their_place(tree, tmp_path):
+def test_the_arguments_of_an_include_are_shown_with_their_place(tree, tmp_path):
     child = tmp_path / "child.launch.py"
     child.write_text(f'{HEAD} DeclareLaunchArgument("x", default_value="0")])')
     lines = tree(f'IncludeLaunchDescription("{child}", launch_arguments=[("x", "7")]),')
@@ -142,7 +142,7 @@ def test_what_a_function_yields_at_an_exit_stands_below_the_process(tree):
     assert (2, "log: over") in entries(lines)
 
 
-def test_a_handler_that_nothing_triggers_shows_what_it_would_do(tree):
+def test_a_handler_that_is_never_triggered_shows_its_actions(tree):
     lines = tree('RegisterEventHandler(OnProcessIO(on_stdout=print)), '
                  'RegisterEventHandler(OnShutdown(on_shutdown=[sh("bye")])),')  # fmt: skip
     assert entries(lines) == [
@@ -196,7 +196,7 @@ def test_a_folder_of_somebody_else_is_not_written_to(tmp_path, monkeypatch):
 
 
 @pytest.mark.thorough
-def test_a_launch_file_that_goes_on_for_ever_still_has_a_picture(tmp_path):
+def test_an_endless_launch_file_still_has_a_tree(tmp_path):
     file = tmp_path / "self.launch.py"
     file.write_text(f"{HEAD} IncludeLaunchDescription(__file__)])")
     plan = make_plan(str(file), [])
@@ -310,6 +310,6 @@ def test_arguments_are_listed_in_ros2_launchs_words(tmp_path):
     )
 
 
-def test_no_arguments_are_said_to_be_none():
+def test_a_file_without_arguments_says_so():
     expected = "Arguments (pass arguments as '<name>:=<value>'):\n\n  No arguments."
     assert describe_arguments([]) == expected

@@ -15,7 +15,7 @@ def test_no_absent_verb_exists():
 @pytest.mark.parametrize(
     "words", [["action", "list"], ["bag", "record", "-a"], ["pkg"], ["help", "wtf"]], ids=" ".join
 )
-def test_an_absent_verb_is_told_with_what_there_is_instead(words):
+def test_an_absent_verb_is_reported_with_its_replacement(words):
     answer = in_process(*words)
     verb = "wtf" if words[0] == "help" else words[0]
     assert (answer.out, answer.code) == ("", 2)

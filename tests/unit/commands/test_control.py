@@ -68,12 +68,12 @@ def test_a_text_with_dashes_goes_behind_two_of_them(line, text):
         ("send", "a text --run --json", "--run needs a value: ID"),
     ],
 )
-def test_what_was_meant_as_an_option_is_no_text_and_no_run(name, line, says):
+def test_a_misspelt_or_incomplete_option_is_an_error(name, line, says):
     with pytest.raises(UsageError, match=says):
         read(name, line.split())
 
 
-def test_sockets_of_killed_runs_are_told_in_one_line(tmp_path: Path, monkeypatch):
+def test_sockets_of_killed_runs_are_reported_in_one_line(tmp_path: Path, monkeypatch):
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     folder = tmp_path / "ros-launcher"

@@ -45,7 +45,7 @@ def test_help_goes_down_to_a_verb_of_a_verb_and_runs_no_program(say):
     ("name", "hint"),
     [("tpoic", "did you mean 'topic'?"), ("bogus", "python -m launcher help lists the verbs")],
 )
-def test_help_of_a_verb_that_there_is_not_says_so(say, name, hint):
+def test_help_of_an_unknown_verb_is_an_error(say, name, hint):
     assert say("help", name) == ("", f"error: unknown verb '{name}'\nhint: {hint}\n", 2)
 
 

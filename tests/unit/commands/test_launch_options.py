@@ -71,11 +71,11 @@ def test_a_wrong_policy_is_refused_with_an_example(word, says):
 
 
 @pytest.mark.parametrize("pattern", ["robot_2-4", "robot_2", "robot_*", "porter", "/fleet/porter"])
-def test_a_process_is_meant_by_name_label_node_name_or_pattern(pattern):
+def test_a_process_is_selected_by_name_label_node_name_or_pattern(pattern):
     assert matches(pattern, spec("robot_2-4", "/fleet/porter"))
 
 
-def test_a_process_is_not_meant_by_a_part_of_its_name():
+def test_a_process_is_not_selected_by_a_part_of_its_name():
     assert not matches("robot", spec("robot_2-4"))
 
 
@@ -151,7 +151,7 @@ def test_a_limit_above_what_is_granted_is_refused_with_that(text):
     assert parse_limit("x:nproc=4000", most_granted=lambda name: 4000)[0] == "x"
 
 
-def test_what_the_kernel_grants_to_nobody_is_refused_on_the_command_line():
+def test_a_limit_beyond_the_kernels_maximum_is_refused_on_the_command_line():
     with pytest.raises(UsageError, match="'nofile=unlimited' is more than is allowed here"):
         read(["--limit", "x:nofile=unlimited"])
 
@@ -185,7 +185,7 @@ def test_a_wrong_word_about_a_process_is_refused(words):
         read(words)
 
 
-def test_of_several_limits_the_later_says_what_it_says_and_leaves_the_rest():
+def test_a_later_limit_overrides_only_the_values_it_names():
     words = ["--limit", "*:nofile=9,core=0", "--nice", "robot_*=5", "--limit", "robot_1:nofile=7"]
     options = read([*words, "--stop", "robot_1=term:3"])
     adapted = options.adapt(spec("robot_1-1"))
@@ -196,7 +196,7 @@ def test_of_several_limits_the_later_says_what_it_says_and_leaves_the_rest():
     )
 
 
-def test_a_file_says_what_the_options_say(tmp_path):
+def test_a_policy_file_equals_the_options(tmp_path):
     file = tmp_path / "budgets.yaml"
     file.write_text(
         "robot_*: {memory: 200M, restart: 'on-failure,max=5', stop: 'int:2', nice: 5}\n"
@@ -226,7 +226,7 @@ def test_a_file_that_is_a_pipe_is_read_once_and_of_several_each_counts(tmp_path)
 @pytest.mark.parametrize(
     ("line", "says"), [("stop: int:soon", "number of seconds"), ("nicee: 3", "unknown key 'nicee'")]
 )
-def test_a_mistake_in_the_file_is_told_with_its_line(tmp_path, line, says):
+def test_a_mistake_in_the_policy_file_is_reported_with_its_line(tmp_path, line, says):
     file = tmp_path / "budgets.yaml"
     file.write_text(f"robot_*:\n  memory: 1G\n  {line}\n")
     with pytest.raises(UsageError, match=says) as caught:

@@ -38,13 +38,13 @@ def unknown(*names: str, known=(), declared=()) -> list[LauncherError]:
     return mistakes.unknown_names([(name, "1") for name in names], known, declared)
 
 
-def test_a_misspelt_argument_is_told_with_the_nearest_name():
+def test_a_misspelt_argument_is_reported_with_the_nearest_name():
     (error,) = unknown("enable_debgu", known=["start_robot_2", "enable_debug"])
     assert isinstance(error, UsageError)
     assert error.hint == "did you mean 'enable_debug'?"
 
 
-def test_an_argument_without_a_near_name_is_told_with_those_that_are_declared():
+def test_an_argument_without_a_near_name_is_reported_with_the_declared_ones():
     (error,) = unknown("nonsense", known=["mode", "ros_namespace"], declared=["mode"])
     assert error.hint == "known arguments: mode; --lenient accepts any name"
 
@@ -61,7 +61,7 @@ def test_a_launch_file_that_looks_at_all_names_knows_them_all():
     assert unknown("anything", known=["*"]) == []
 
 
-def test_all_required_arguments_that_are_missing_are_told_with_their_places(tmp_path):
+def test_all_missing_required_arguments_are_reported_with_their_places(tmp_path):
     errors = found(
         tmp_path,
         """
@@ -81,7 +81,7 @@ def test_all_required_arguments_that_are_missing_are_told_with_their_places(tmp_
     assert errors[0].source_line[errors[0].column - 1 :].startswith("map")
 
 
-def test_a_bad_choice_and_a_missing_argument_are_told_together(tmp_path):
+def test_a_bad_choice_and_a_missing_argument_are_reported_together(tmp_path):
     errors = found(
         tmp_path,
         """
@@ -93,7 +93,7 @@ def test_a_bad_choice_and_a_missing_argument_are_told_together(tmp_path):
     assert [error.hint for error in errors] == ["give need:=VALUE", "did you mean mode:=fast?"]
 
 
-def test_all_nodes_that_cannot_be_found_are_told(tmp_path):
+def test_all_nodes_that_cannot_be_found_are_reported(tmp_path):
     errors = found(
         tmp_path,
         """
@@ -128,7 +128,7 @@ def test_a_file_that_cannot_be_loaded_has_only_its_own_fault():
     assert mistakes.of_launch_file(fault, None, None, [("a", "1")], {}) == [fault]
 
 
-def test_the_same_mistake_is_told_once_and_one_mistake_stands_alone():
+def test_the_same_mistake_is_reported_once():
     one, same, other = UsageError("one"), UsageError("one"), LaunchFileError("other")
     assert mistakes.together([one, same]).render() == "error: one"
     both = mistakes.together([one, other, same])
@@ -138,6 +138,6 @@ def test_the_same_mistake_is_told_once_and_one_mistake_stands_alone():
 
 
 @pytest.mark.parametrize("count", [19, 21, 400])
-def test_the_number_of_mistakes_that_are_told_is_bounded(count):
+def test_the_number_of_reported_mistakes_is_bounded(count):
     told = mistakes.together([UsageError(f"number {n}") for n in range(count)]).render()
     assert told.count("error: ") == min(count, mistakes.MAX_MISTAKES)

@@ -12,12 +12,12 @@ BAD = ["abc", " ", "233", "-1", "0 ", "08", "0xg", "0x", ".5", "4294967301", "٣
 
 
 @pytest.mark.parametrize("word", GOOD)
-def test_what_a_node_takes_as_a_domain_is_one(word):
+def test_values_that_rcl_accepts_are_valid_domains(word):
     assert is_domain(word)
 
 
 @pytest.mark.parametrize("word", BAD)
-def test_what_no_node_takes_as_a_domain_is_none(word):
+def test_values_that_rcl_rejects_are_invalid_domains(word):
     assert not is_domain(word)
 
 
@@ -29,7 +29,7 @@ def start(name: str, domain: str, ros: RosIdentity | None) -> StartProcess:
 NODE = RosIdentity(node_name="x")
 
 
-def test_nodes_that_would_die_are_named():
+def test_nodes_with_an_invalid_domain_are_named():
     effects = [start(f"node-{number}", "abc", NODE) for number in range(1, 6)]
     with pytest.raises(UsageError, match="ROS_DOMAIN_ID is 'abc'") as caught:
         refuse("abc", effects)
@@ -37,6 +37,6 @@ def test_nodes_that_would_die_are_named():
     assert "export ROS_DOMAIN_ID=0" in str(caught.value.hint)
 
 
-def test_who_has_a_domain_of_its_own_or_is_no_node_is_no_reason_to_refuse():
+def test_processes_with_their_own_domain_and_non_nodes_are_not_refused():
     refuse("abc", [start("node-1", "5", NODE), start("sh-2", "abc", None)])
     refuse("7", [start("node-1", "7", NODE)])

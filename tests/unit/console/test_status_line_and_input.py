@@ -56,7 +56,7 @@ def test_the_bar_has_figures_then_names_then_counts_as_it_gets_narrower():
     assert text_of(status_line(FLEET, 20)) == "3 running | 7% 93M"
 
 
-def test_the_bar_tells_what_is_out_of_the_ordinary():
+def test_the_bar_shows_unusual_states():
     fleet = [
         process("a-1", "BACKOFF", restarts=2),
         process("b-2", paused=True),
@@ -84,7 +84,7 @@ def test_a_long_name_is_cut_in_its_middle_before_all_names_give_way_to_counts():
         (15, "16 running, ..."),
     ],
 )
-def test_those_in_trouble_are_named_as_far_as_there_is_room(columns: int, text: str):
+def test_failed_processes_are_named_as_far_as_there_is_room(columns: int, text: str):
     crowd = [process(f"worker_{n}-{n}", "FATAL" if n < 4 else "RUNNING") for n in range(20)]
     assert text_of(status_line(crowd, columns)) == text
 
@@ -109,7 +109,7 @@ def test_the_bar_is_never_wider_than_the_terminal(columns: int):
         (16, "help | Ctrl-C..."),
     ],
 )
-def test_the_folder_gives_way_to_what_may_be_typed(columns: int, text: str):
+def test_the_folder_line_gives_way_to_the_key_hints(columns: int, text: str):
     assert text_of(folder_line("~/.ros/log/2026-11-21-vm-4711", columns)) == text
 
 
@@ -239,6 +239,6 @@ def test_the_history_is_bounded_and_for_its_user_alone(tmp_path: Path):
     assert len(again) == len(path.read_text().splitlines()) == MOST_LINES
 
 
-def test_the_history_lies_where_state_lies():
+def test_the_history_is_in_the_state_directory():
     assert history_path({"XDG_STATE_HOME": "/s"}) == Path("/s/ros-launcher/history")
     assert history_path({}).parts[-4:] == (".local", "state", "ros-launcher", "history")

@@ -65,7 +65,7 @@ REFUSED = Outcome(spawn_errno=errno.ENOENT)
         ),
     ],
 )
-def test_a_result_is_told_in_a_sentence(one: Result, text: str):
+def test_a_result_has_a_sentence(one: Result, text: str):
     assert sentence(one) == f"robot-1 {text}"
 
 
@@ -87,7 +87,7 @@ def test_there_is_a_sentence_for_each_kind(kind: Kind):
         ),
     ],
 )
-def test_what_is_true_of_all_processes_is_told_once(changes: list[Change], lines: list[str]):
+def test_a_result_common_to_all_processes_is_reported_once(changes: list[Change], lines: list[str]):
     shown = [Shown(name, change) for name, change in zip("ab", changes, strict=True)]
     assert shown_sentences(shown, is_everyone=True) == lines
 

@@ -63,7 +63,7 @@ def test_a_process_has_many_names(words: list[str], places: list[int]):
         ("", "unknown-name", "''"),
     ],
 )
-def test_a_name_that_does_not_say_whom_is_an_error(word: str, code: str, told: str):
+def test_an_unknown_or_ambiguous_name_is_an_error(word: str, code: str, told: str):
     with pytest.raises(BadCallError) as error:
         resolve([word], FLEET)
     assert error.value.code == code
@@ -147,7 +147,7 @@ def test_words_become_a_call(line: str, names: list[str], options: dict[str, obj
         "top -p nan",
     ],
 )
-def test_words_that_make_no_sense_are_told_with_the_usage_or_what_there_is(line: str):
+def test_invalid_words_are_reported_with_the_usage_or_the_choices(line: str):
     verb, *words = line.split()
     with pytest.raises(UsageError) as error:
         parse(find(verb), words)
@@ -167,7 +167,7 @@ def test_words_that_make_no_sense_are_told_with_the_usage_or_what_there_is(line:
         ("top -p nan", "-p: 'nan' is not a number of seconds", ""),
     ],
 )
-def test_a_mistake_is_told_in_the_words_that_were_typed(line: str, message: str, hint: str):
+def test_a_mistake_is_reported_in_the_words_that_were_typed(line: str, message: str, hint: str):
     name, *words = line.split()
     with pytest.raises(UsageError) as error:
         parse(find(name), words)
@@ -190,7 +190,7 @@ def test_every_verb_says_how_it_is_written_and_options_are_in_it():
     "line",
     [b"", b"{", b"[]", b'"a"', b"7", b"{}", b'{"verb": "ps", "names": {"a": 1}}', b"[" * 10**5],
 )
-def test_a_line_that_is_no_request_is_an_error(line: bytes):
+def test_an_invalid_request_line_is_an_error(line: bytes):
     with pytest.raises(RequestError) as error:
         parse_request(line)
     assert error.value.cause.code == "bad-request"
@@ -237,7 +237,7 @@ def test_a_folder_of_somebody_else_is_not_trusted(tmp_path: Path):
     assert "belongs to another user" in str(socket_directory.problem_of(tmp_path, os.getuid() + 1))
 
 
-def test_all_reasons_for_having_no_socket_are_told():
+def test_all_reasons_for_having_no_socket_are_reported():
     with tempfile.TemporaryDirectory() as root:  # whose path is short
         long = Path(root) / ("x" * 100)
         long.mkdir()
@@ -251,7 +251,7 @@ def test_all_reasons_for_having_no_socket_are_told():
 # ---- what is imported when
 
 
-def test_the_run_is_served_without_what_only_a_person_needs():
+def test_the_server_imports_no_interactive_or_ros_module():
     script = (
         "import sys, launcher.control.service\n"
         "print(*sorted(sys.modules.keys() & {'rich', 'prompt_toolkit', 'asyncio', 'rclpy'}))"

@@ -34,20 +34,20 @@ def test_the_document_and_the_help_have_the_same_table_of_exit_codes():
     )
 
 
-def test_every_verb_has_help_and_stands_in_the_document():
+def test_every_verb_has_help_and_is_documented():
     for verb, text in VERBS.items():
         assert text in overview()
         assert verb == "launch" or f"python -m launcher {verb} " in VERBS_PAGE
 
 
-def test_the_verbs_about_a_run_are_those_of_their_table_and_stand_in_the_document():
+def test_the_control_verbs_are_those_of_their_table_and_documented():
     assert tuple(name for name, _ in control_verbs()) == CONTROL_VERBS
     for name, text in control_verbs():
         assert text in overview()
         assert f"python -m launcher {name} " in VERBS_PAGE
 
 
-def test_the_page_of_all_options_is_what_the_tables_say():
+def test_the_page_of_all_options_is_generated_from_the_tables():
     assert command_reference.PAGE.read_text(encoding="utf-8") == command_reference.page()
 
 
@@ -68,7 +68,7 @@ def flags_of(command: Command) -> set[str]:
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_links_between_documents_lead_somewhere(document: Path):
+def test_links_between_documents_have_a_target(document: Path):
     for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", document.read_text(encoding="utf-8")):
         assert (document.parent / target).exists(), target
 
@@ -80,7 +80,7 @@ def test_every_make_target_that_a_document_names_exists():
         assert re.search(rf"^{target}:", makefile, re.M), target
 
 
-def test_every_fact_that_is_cited_by_number_stands_in_the_document():
+def test_every_fact_cited_by_number_is_in_the_document():
     document = (ROOT / "docs" / "ros2-behaviour.md").read_text(encoding="utf-8")
     facts = set(re.findall(r'<a id="([\d.]+)"></a>\*\*\1 ', document))
     cited = {
@@ -105,14 +105,14 @@ def test_links_to_a_heading_name_one_that_exists(document: Path):
         assert anchor in [re.sub(r"[^\w\- ]", "", h).replace(" ", "-").lower() for h in headings]
 
 
-def test_every_key_of_a_plan_as_json_stands_in_the_document():
+def test_every_key_of_the_json_plan_is_documented():
     document = (ROOT / "docs" / "plan-json.md").read_text(encoding="utf-8")
     plan = plan_json.document(make_plan(str(ROOT / "launch" / "system.launch.py"), []))
     keys = {*plan, *plan["processes"][0], *plan["arguments"][0]}
     assert {key for key in keys if f"`{key}`" not in document} == set()
 
 
-def test_every_package_of_the_launcher_stands_in_the_architecture():
+def test_every_package_of_the_launcher_is_in_the_architecture():
     top = ROOT / "launcher"
     packages = {f"{path.parent.name}/" for path in top.glob("*/__init__.py")}
     modules = {path.stem for path in top.glob("*.py")} - {"__init__"}

@@ -32,11 +32,11 @@ def warnings_of(module: object) -> list[str]:
 
 
 @pytest.mark.parametrize("piece", warnings_of(ros2_quirks))
-def test_every_warning_stands_in_the_document(piece: str):
+def test_every_warning_is_documented(piece: str):
     assert piece in TEXT
 
 
-def test_the_timer_that_never_fires_stands_in_the_document():
+def test_the_timer_that_never_fires_is_documented():
     assert any(piece in TEXT for piece in warnings_of(timer) if "never fires" in piece)
 
 
@@ -51,7 +51,7 @@ def test_the_timer_that_never_fires_stands_in_the_document():
         "launch_ros.descriptions",
     ],
 )
-def test_every_class_of_the_vocabulary_stands_in_the_document(module: str):
+def test_every_class_of_the_launch_api_is_documented(module: str):
     with vocabulary():
         names = importlib.import_module(module).__all__
     named = [
@@ -61,7 +61,7 @@ def test_every_class_of_the_vocabulary_stands_in_the_document(module: str):
 
 
 @pytest.mark.parametrize("option", ["--lenient", "--json", "--evaluation-timeout", "--debug"])
-def test_options_on_launch_files_stand_in_the_document_and_in_the_help(option: str):
+def test_options_of_launch_files_are_documented_and_in_the_help(option: str):
     assert option in TEXT
     assert option in help_text(plan.COMMAND)
     assert option == "--json" or option in help_text(launch.COMMAND)

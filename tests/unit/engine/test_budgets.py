@@ -24,7 +24,7 @@ def sample(pid: int = 7, **used: float | None) -> Sample:
 # ---- judging
 
 
-def test_a_process_over_its_budget_for_long_enough_is_told_once():
+def test_a_process_over_its_budget_for_long_enough_is_reported_once():
     judge = Judge([Budget(pattern="robot_*", memory_bytes=10 * MB, for_s=5.0)])
     used = {"robot_2-4": sample(uss_bytes=11 * MB)}
     told = {now: judge.judge(used, float(now)) for now in range(10)}
@@ -49,7 +49,7 @@ def test_a_node_has_its_budget_by_its_own_name_too():
 
 
 @pytest.mark.parametrize("gap", [{}, {"a": sample(pid=8, threads=50)}], ids=["gone", "restarted"])
-def test_another_life_of_the_process_is_judged_anew(gap: dict[str, Sample]):
+def test_a_restarted_process_is_judged_anew(gap: dict[str, Sample]):
     judge = Judge([Budget(pattern="a", threads=10, for_s=2.0)])
     over = {"a": sample(pid=7, threads=50)}
     told = [judge.judge(used, float(t)) for t, used in enumerate([over, gap, over, over, over])]
@@ -72,7 +72,7 @@ def test_each_budget_and_each_limit_is_judged_by_itself():
     ]
 
 
-def test_what_is_not_known_is_not_over():
+def test_an_unknown_value_is_not_over_budget():
     judge = Judge([Budget(pattern="*", cpu_percent=0.0, memory_bytes=0, for_s=0.0)])
     assert judge.judge({"a": sample(cpu_percent=None, uss_bytes=None)}, 0.0) == []
 
@@ -97,7 +97,7 @@ def test_a_pattern_names_processes_with_or_without_their_number(pattern: str, co
     steps=st.lists(st.integers(0, 3), min_size=40, max_size=40),
     for_s=st.integers(0, 6),
 )
-def test_a_verdict_comes_exactly_once_in_each_stay_that_is_long_enough(fds, steps, for_s):
+def test_there_is_exactly_one_verdict_per_period_over_the_limit(fds, steps, for_s):
     judge = Judge([Budget(pattern="a", fds=3, for_s=float(for_s))])
     now, since, expected, told = 0, None, [], []
     for value, step in zip(fds, steps):  # noqa: B905  (steps are spare)
@@ -116,7 +116,7 @@ def test_a_verdict_comes_exactly_once_in_each_stay_that_is_long_enough(fds, step
 # ---- reading
 
 
-def test_a_word_says_everything():
+def test_an_option_holds_a_whole_budget():
     (budget,) = parse_words(["robot_*:memory=200M,cpu=80%,threads=40,fds=100,for=2.5,action=stop"])
     assert budget == Budget(
         pattern="robot_*",
@@ -156,7 +156,7 @@ def test_bytes_may_have_a_unit(text: str, size_bytes: int):
         ("a:for=10", "no limit for 'a'", "memory=200M"),
     ],
 )
-def test_a_wrong_word_is_told_with_what_to_write(word: str, message: str, hint: str):
+def test_a_wrong_option_value_is_reported_with_the_correct_form(word: str, message: str, hint: str):
     with pytest.raises(UsageError) as caught:
         parse_words([word])
     assert message in caught.value.message
@@ -166,7 +166,7 @@ def test_a_wrong_word_is_told_with_what_to_write(word: str, message: str, hint: 
 YAML = "# limits\nrobot_*:\n  memory: 200M\n  cpu: 80%\nmonitor:\n  fds: 64\n  action: restart\n"
 
 
-def test_a_file_says_the_same():
+def test_a_budget_file_equals_the_options():
     assert parse_yaml(YAML, "b.yaml") == parse_words(
         ["robot_*:memory=200M,cpu=80%", "monitor:fds=64,action=restart"]
     )
@@ -194,19 +194,19 @@ def test_an_empty_file_has_no_budgets():
         ("a: \x00", "b.yaml: invalid YAML"),
     ],
 )
-def test_a_wrong_file_is_told_with_its_line(text: str, rendered: str):
+def test_a_mistake_in_a_budget_file_is_reported_with_its_line(text: str, rendered: str):
     with pytest.raises(UsageError) as caught:
         parse_yaml(text, "b.yaml")
     assert caught.value.render().startswith(f"error: {rendered}")
 
 
-def test_a_missing_file_is_told(tmp_path: Path):
+def test_a_missing_file_is_reported(tmp_path: Path):
     with pytest.raises(UsageError, match="cannot read the budgets"):
         text_of(str(tmp_path / "nope.yaml"))
 
 
 @given(st.text())
-def test_no_text_of_a_file_is_more_than_an_error(text: str):
+def test_any_file_content_is_read_or_a_clean_error(text: str):
     try:
         budgets = parse_yaml(text, "b.yaml")
     except UsageError:
@@ -215,7 +215,7 @@ def test_no_text_of_a_file_is_more_than_an_error(text: str):
 
 
 @given(st.text())
-def test_no_word_is_more_than_an_error(text: str):
+def test_any_option_value_is_read_or_a_clean_error(text: str):
     try:
         (budget,) = parse_words([text])
     except UsageError:

@@ -67,7 +67,7 @@ def test_a_pattern_shows_the_lines_in_which_it_is_found():
     assert view.hidden_lines == 2
 
 
-def test_a_pattern_that_takes_for_ever_is_given_up_and_everything_shown():
+def test_a_pattern_that_takes_too_long_is_dropped_and_everything_shown():
     view = LineFilter()
     view.pattern = Pattern(r"(a+)+$")
     given_up = []

@@ -23,5 +23,5 @@ KILLED = StopPolicy(polite=())
         ([StopPolicy(polite=((HUP, 2.0), (TERM, 9.0)))], ((HUP, 2.0), (TERM, 5.0))),
     ],
 )
-def test_it_is_that_of_the_most_patient_process_within_limits(policies, polite):
+def test_each_grace_period_is_the_longest_of_any_process_within_limits(policies, polite):
     assert patience_for(policies).steps[:-1] == polite

@@ -115,14 +115,14 @@ def test_colour_passes_and_cursor_movement_does_not(written, shown):
         (b"\x1b[1;3;4;7;9mx\x1b[m\n", b"\x1b[1;3;4;7;9mx\x1b[m\n"),
     ],
 )
-def test_on_a_terminal_nothing_passes_that_it_would_obey(written, shown):
+def test_escape_sequences_do_not_reach_a_terminal(written, shown):
     assert for_terminal(written) == shown
 
 
 @given(
     st.lists(st.sampled_from([b"\xc2", b"\x9b", b"\x1b", b"[", b"5", b"8", b";", b"m", b"\x07"]))
 )
-def test_no_control_is_put_together_out_of_what_is_left(parts):
+def test_removing_sequences_does_not_create_new_ones(parts):
     shown = for_terminal(b"".join(parts) + b"\n")
     assert not set(b"\x07\x9b") & set(shown)
     for words in re.findall(rb"\x1b\[([0-9;]*)m", shown):

@@ -119,7 +119,7 @@ def test_everything_is_in_the_merged_file_and_in_the_process_s_own(tmp_path: Pat
     assert (folder.path / "talker-1-stderr.log").read_text() == "[talker-1] err\n"
 
 
-def test_a_full_disk_is_said_once(tmp_path: Path):
+def test_a_full_disk_is_reported_once(tmp_path: Path):
     said: list[str] = []
     folder = RunDirectory(tmp_path / "run", said.append)
     os.symlink("/dev/full", folder.path / "launch.log")
@@ -129,7 +129,7 @@ def test_a_full_disk_is_said_once(tmp_path: Path):
     assert said == [f"no log files from here on: No space left on device: {folder.path}"]
 
 
-def test_a_folder_with_the_name_of_the_link_costs_the_link_alone(tmp_path: Path):
+def test_a_folder_with_the_name_of_the_link_only_prevents_the_link(tmp_path: Path):
     (tmp_path / "latest").mkdir()
     said: list[str] = []
     folder = RunDirectory(new_run_path({"ROS_LOG_DIR": str(tmp_path)}), said.append)
@@ -142,7 +142,7 @@ def test_a_folder_with_the_name_of_the_link_costs_the_link_alone(tmp_path: Path)
 
 
 @pytest.mark.parametrize("is_made_by_a_node", [False, True])
-def test_a_folder_that_is_removed_is_made_anew_and_that_is_said_once(
+def test_a_removed_folder_is_created_again_and_reported_once(
     tmp_path: Path, is_made_by_a_node: bool
 ):
     said: list[str] = []
@@ -165,7 +165,7 @@ def test_a_folder_that_is_removed_is_made_anew_and_that_is_said_once(
     assert (folder.path.parent / "latest" / EVENTS).is_file()
 
 
-def test_a_folder_that_cannot_be_made_anew_is_said_once(tmp_path: Path):
+def test_a_folder_that_cannot_be_created_again_is_reported_once(tmp_path: Path):
     said: list[str] = []
     folder = RunDirectory(new_run_path({"ROS_LOG_DIR": str(tmp_path / "log")}), said.append)
     shutil.rmtree(tmp_path / "log")
@@ -194,7 +194,7 @@ def test_a_rotation_finds_out_that_the_folder_is_gone(
     assert "y" * 500 in (folder.path / "launch.log").read_text()
 
 
-def test_blocks_of_a_flood_are_merged_in_order_and_when_the_turn_is_over(tmp_path: Path):
+def test_blocks_of_a_flood_are_merged_in_order_at_the_end_of_the_iteration(tmp_path: Path):
     calls: list[Callable[[], None]] = []
     path = new_run_path({"ROS_LOG_DIR": str(tmp_path)})
     folder = RunDirectory(path, pytest.fail, soon=calls.append)

@@ -55,7 +55,7 @@ def test_a_stubborn_process_is_killed_after_both_grace_periods():
     assert one.handle(Command.TICK, 11.0) == [Escalate(TERM, 5.0, KILL), Signal(KILL)]
 
 
-def test_what_not_even_sigkill_ends_is_told_once_and_may_still_end():
+def test_a_process_that_survives_sigkill_is_reported_once_and_may_still_exit():
     one = running()
     one.handle(Command.STOP, 0.0)
     one.handle(Command.TICK, 5.0)
@@ -70,7 +70,7 @@ def test_what_not_even_sigkill_ends_is_told_once_and_may_still_end():
     assert one.state is ProcessState.STOPPED and not one.is_stuck
 
 
-def test_a_start_that_waits_for_its_turn_can_be_withdrawn():
+def test_a_queued_start_can_be_cancelled():
     one = machine()
     one.handle(Command.START, 0.0)
     one.handle(Command.STOP, 0.0)
@@ -79,7 +79,7 @@ def test_a_start_that_waits_for_its_turn_can_be_withdrawn():
     assert one.handle(Command.START, 1.0) == [Order.SPAWN]
 
 
-def test_a_policy_of_ones_own_is_followed_step_by_step():
+def test_a_custom_stop_policy_is_followed_step_by_step():
     policy = StopPolicy(polite=((signal.SIGUSR1, 0.5),))
     one = ProcessMachine(RestartPolicy(), policy)
     one.handle(Command.START, 0.0)
@@ -96,7 +96,7 @@ def test_hurrying_takes_the_next_step_at_once_and_says_how_long_it_waited():
     assert one.handle(Command.SKIP_GRACE, 3.6) == []
 
 
-def test_an_end_that_was_asked_for_is_no_death_and_never_restarts():
+def test_a_requested_exit_is_no_failure_and_never_restarts():
     one = running(mode=RestartMode.ALWAYS)
     one.handle(Command.STOP, 0.0)
     assert one.handle(exited(-2), 0.1) == [Ended(Outcome(returncode=-2), True, None)]
@@ -196,7 +196,7 @@ def test_chance_makes_a_delay_longer_by_its_share():
     assert delays_of_a_crash_loop(running(**BACKOFF, jitter=0.2), [0.1]) == [0.5 * 1.1]
 
 
-def test_a_budget_within_a_window_is_used_up_by_quick_deaths_only():
+def test_a_restart_budget_with_a_window_counts_recent_failures_only():
     policy = {"mode": RestartMode.ALWAYS, "max_restarts": 2, "window_s": 60.0}
     assert delays_of_a_crash_loop(running(**policy), [1.0, 1.0, 1.0]) == [0.0, 0.0, None]
     assert delays_of_a_crash_loop(running(**policy), [40.0] * 6) == [0.0] * 6
@@ -246,7 +246,7 @@ def test_an_end_by_a_signal_that_a_person_sent_is_asked_and_not_repeated(signum:
     assert one.state is ProcessState.STOPPED
 
 
-def test_a_death_long_after_a_signal_or_of_another_one_is_no_wish():
+def test_an_exit_long_after_a_signal_or_by_another_one_was_not_requested():
     for signum, code, later_s in [(INT, 1, 60.0), (signal.SIGUSR1, -11, 1.0), (INT, -11, 1.0)]:
         one = running()
         one.handle(SignalSent(signum), 1.0)
@@ -254,7 +254,7 @@ def test_a_death_long_after_a_signal_or_of_another_one_is_no_wish():
         assert end == Ended(Outcome(returncode=code), asked=False, retry_in_s=None)
 
 
-def test_a_signal_of_an_earlier_life_is_forgotten():
+def test_a_signal_before_the_last_restart_is_forgotten():
     one = running(mode=RestartMode.ALWAYS)
     one.handle(SignalSent(signal.SIGUSR1), 1.0)
     one.handle(exited(3), 2.0)
@@ -310,7 +310,7 @@ def test_an_end_by_a_users_signal_holds_it():
     assert one.is_held and not one.had_to_be_killed
 
 
-def test_a_signal_of_the_launch_file_is_no_wish_of_a_user():
+def test_a_signal_of_the_launch_file_is_no_user_request():
     one = running(mode=RestartMode.ON_FAILURE)
     one.handle(SignalSent(TERM, by_user=False), 0.0)
     assert one.handle(exited(-15), 0.1)[0].asked is False

@@ -158,7 +158,7 @@ COMMANDS: tuple[MachineEvent | int | str, ...] = (
     st.sampled_from(STOPS),
     st.sampled_from(["at once", "queued", "staged"]),
 )
-def test_there_are_never_two_children_and_every_stop_ends_dead(
+def test_there_is_at_most_one_child_and_every_stop_ends_it(
     sequence: bytes, restart: RestartPolicy, stop: StopPolicy, how: str
 ):
     world = World(restart, stop, how)

@@ -34,5 +34,5 @@ def test_the_counter_of_our_own_control_group_is_preferred(root: Path):
     assert watch.has_struck()
 
 
-def test_a_counter_that_cannot_be_read_strikes_never(tmp_path: Path):
+def test_an_unreadable_counter_never_reports_a_kill(tmp_path: Path):
     assert not OomWatch(tmp_path).has_struck()

@@ -22,5 +22,5 @@ def test_the_uss_is_not_known_before_it_is_known_of_every_member():
 
 
 @pytest.mark.parametrize("elapsed_s", [0.0, -1.0])
-def test_there_is_no_load_without_time(elapsed_s: float):
+def test_cpu_load_needs_elapsed_time(elapsed_s: float):
     assert summed(7, [reading(cpu_s=1.0)], elapsed_s).cpu_percent is None

@@ -125,7 +125,7 @@ def test_a_lock_that_may_not_be_tested_counts_as_held(shelf: Shelf):
     assert shelf.stale() == []
 
 
-def test_a_dead_port_goes_with_its_semaphore(shelf: Shelf):
+def test_an_unused_port_is_removed_with_its_semaphore(shelf: Shelf):
     files = {PORT, f"{PORT}_el", f"sem.{PORT}_mutex"}
     shelf.put(*files)
     assert shelf.stale() == [PORT]
@@ -171,7 +171,7 @@ def test_no_port_is_freed_while_a_participant_may_be_starting(shelf: Shelf):
     assert shelf.left == {PORT, SEGMENT, f"{SEGMENT}_el"}
 
 
-def test_the_port_of_a_node_that_died_young_goes_with_its_segment(shelf: Shelf):
+def test_the_port_of_a_short_lived_node_is_removed_with_its_segment(shelf: Shelf):
     shelf.put(PORT, SEGMENT, f"{SEGMENT}_el")
     shelf.free(PORT, SEGMENT)
     assert shelf.left == set()
@@ -192,7 +192,7 @@ def test_a_folder_that_is_not_there_holds_nothing(tmp_path: Path):
     assert ledger.free() == 0
 
 
-def test_a_ledger_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
+def test_the_tracker_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
     for name, pid, run_id in ((SEGMENT, 11, "1-a"), (OTHER, 12, "1-b")):
         shelf.put(name, f"{name}_el")
         shelf.lock(f"{name}_el", pid=pid)
@@ -206,7 +206,7 @@ def test_a_ledger_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
     assert (ledger.names, shelf.left) == (set(), {OTHER, f"{OTHER}_el"})
 
 
-def test_a_ledger_keeps_up_with_new_files_and_looks_again_at_old_ones_only_now_and_then(
+def test_the_tracker_follows_new_files_and_rechecks_old_ones_rarely(
     shelf: Shelf,
 ):
     ledger = Ledger("1-a", folder=shelf.folder)

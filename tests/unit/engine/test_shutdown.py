@@ -71,7 +71,7 @@ def stuck() -> Process:
 # ---- reasons
 
 
-def test_a_signal_is_told_to_the_interpreter_whose_answer_stops_everything():
+def test_a_signal_goes_to_the_interpreter_whose_answer_stops_everything():
     run = ShutdownMachine([running()])
     said = Say("WARNING", "user interrupted with ctrl-c (SIGINT)")
     assert run.handle(Interrupted(INT), 1.0) == [said, Notify(SignalReceived(signum=INT))]
@@ -156,7 +156,7 @@ def test_the_first_of_several_reasons_counts():
     assert run.handle(Occurrence.TICK, 0.5) == []
 
 
-def test_a_reason_is_forgotten_when_the_launch_file_is_quicker():
+def test_a_pending_reason_is_dropped_if_the_launch_file_shuts_down_first():
     run = ShutdownMachine([running()])
     run.handle(StopRequested("a"), 0.0)
     assert run.handle(ShutdownDecided("b"), 0.0) == [StopAll("b")]
@@ -173,7 +173,7 @@ def test_a_reason_is_forgotten_when_the_launch_file_is_quicker():
         (Ended(Outcome(spawn_errno=2), asked=False, retry_in_s=None), True, True),
     ],
 )
-def test_an_end_stops_the_run_if_it_is_final_and_required_or_a_death(
+def test_an_exit_stops_the_run_if_it_is_final_and_required_or_a_failure(
     end: Ended, required: bool, any_dies: bool
 ):
     run = ShutdownMachine([])
@@ -190,7 +190,7 @@ def test_an_end_stops_the_run_if_it_is_final_and_required_or_a_death(
 # ---- the course
 
 
-def test_who_is_waited_for_is_reported_once_a_second_until_nobody_is():
+def test_remaining_processes_are_reported_once_a_second():
     one = running()
     run = ShutdownMachine([one])
     run.handle(ShutdownDecided("over"), 0.0)
@@ -260,7 +260,7 @@ def test_nothing_waits_for_a_stuck_process_once_the_run_is_stopping():
     assert run.handle(IDLE, 15.0) == [EndLeftovers(0)]
 
 
-def test_leftovers_hear_of_the_signals_that_came_before():
+def test_earlier_signals_count_for_leftovers():
     one = running()
     run = ShutdownMachine([one])
     run.handle(Interrupted(INT), 0.0)

@@ -63,7 +63,7 @@ def test_two_tracebacks_in_one_read_are_each_looked_at():
     assert b"ended by" in out
 
 
-def test_a_traceback_that_never_ends_is_let_go():
+def test_an_endless_traceback_is_passed_on():
     gate = TracebackGate()
     out = gate.feed(FRAMES + b"  x\n" * HELD_LIMIT, stopping=False)
     assert out.startswith(FRAMES)

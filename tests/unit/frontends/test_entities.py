@@ -108,7 +108,7 @@ def test_missing_attribute_is_an_attribute_error_unless_it_is_optional(load: Any
         entity.get_attr("y", data_type=List[Entity])  # noqa: UP006
 
 
-def test_unread_xml_attribute_is_told_with_its_place_and_a_guess() -> None:
+def test_unread_xml_attribute_is_reported_with_its_place_and_a_suggestion() -> None:
     entity = from_xml('<node\n   pkg="p"\n   nmae="n"/>')
     entity.get_attr("pkg")
     entity.get_attr("name", optional=True)
@@ -122,7 +122,7 @@ def test_unread_xml_attribute_is_told_with_its_place_and_a_guess() -> None:
     ]
 
 
-def test_unread_xml_tag_is_told_with_its_line() -> None:
+def test_unread_xml_tag_is_reported_with_its_line() -> None:
     entity = from_xml("<node>\n  <parm/></node>")
     entity.get_attr("param", data_type=List[Entity], optional=True)  # noqa: UP006
     with pytest.raises(ValueError, match="parm") as caught:
@@ -166,7 +166,7 @@ def test_yaml_value_of_another_type_is_a_type_error(text: str, data_type: Any) -
         from_yaml(f"a: {{b: {text}}}").get_attr("b", data_type=data_type)
 
 
-def test_yaml_number_where_text_is_meant_is_told_to_be_quoted() -> None:
+def test_yaml_number_for_a_string_gets_the_advice_to_quote_it() -> None:
     with pytest.raises(TypeError) as caught:
         from_yaml("arg:\n  name: n\n  default: 5").get_attr("default")
     assert isinstance(caught.value, LaunchFileError)
@@ -198,7 +198,7 @@ def test_yaml_children_of_the_wrong_shape_are_refused(text: str, kind: type[Exce
     assert isinstance(caught.value, LaunchFileError)
 
 
-def test_yaml_list_that_nobody_asked_for_is_a_value_error() -> None:
+def test_unexpected_yaml_list_is_a_value_error() -> None:
     with pytest.raises(ValueError, match="list of actions"):
         from_yaml("a: [{b: {}}]").assert_entity_completely_parsed()
 

@@ -128,7 +128,7 @@ def test_attribute_that_the_package_does_not_know_is_refused() -> None:
 
 
 @pytest.mark.usefixtures("installed")
-def test_missing_attribute_of_a_package_is_told_with_its_line() -> None:
+def test_missing_attribute_of_a_package_is_reported_with_its_line() -> None:
     with pytest.raises(FrontendError, match="needs the attribute 'world'") as caught:
         parse("\n<demo_server/>")
     assert str(caught.value.where).endswith(":2")

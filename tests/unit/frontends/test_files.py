@@ -36,7 +36,7 @@ def test_every_suffix_loads_in_either_format(tmp_path: Path, name: str, text: st
         ("a.xml", b"<robot/>", "begins with 'launch', not with 'robot'"),
     ],
 )
-def test_broken_file_is_told_with_its_line(
+def test_broken_file_is_reported_with_its_line(
     tmp_path: Path, name: str, content: bytes, message: str
 ) -> None:
     file = tmp_path / name
@@ -51,7 +51,7 @@ def load_markup(path: str) -> LaunchDescription:
     return parser.parse_description(entity)
 
 
-def test_without_a_telling_suffix_both_formats_are_complained_about(tmp_path: Path) -> None:
+def test_without_a_known_suffix_the_errors_of_both_formats_are_reported(tmp_path: Path) -> None:
     file = tmp_path / "a.foo"
     file.write_text("launch: [")
     with pytest.raises(LaunchFileError) as caught:
@@ -59,7 +59,7 @@ def test_without_a_telling_suffix_both_formats_are_complained_about(tmp_path: Pa
     assert caught.value.render().count("error: ") == 2
 
 
-def test_missing_file_is_told(tmp_path: Path) -> None:
+def test_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(LaunchFileError, match="cannot read"):
         load_markup(str(tmp_path / "nope.xml"))
 

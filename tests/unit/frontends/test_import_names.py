@@ -41,7 +41,7 @@ def test_parse_substitution_is_the_function_although_a_module_has_its_name() -> 
     assert type(made).__name__ == "LaunchConfiguration"
 
 
-def test_suffixes_with_a_parser_are_told() -> None:
+def test_known_suffixes_are_listed() -> None:
     with vocabulary():
         parser = importlib.import_module("launch.frontend").Parser
         assert {"xml", "yaml"} <= set(parser.get_available_extensions())

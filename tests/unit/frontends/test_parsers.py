@@ -247,7 +247,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_mistake_is_told_with_its_line(text: str) -> None:
+def test_mistake_is_reported_with_its_line(text: str) -> None:
     loader: type[Parser] = XmlParser if text.startswith("<") else YamlParser
     wrapped = (
         f"<launch>\n{text}\n</launch>" if loader is XmlParser else f"launch:\n  - {{{text}}}\n"
@@ -259,7 +259,7 @@ def test_mistake_is_told_with_its_line(text: str) -> None:
     assert caught.value.source_line == wrapped.splitlines()[1]
 
 
-def test_all_independent_mistakes_are_told_at_once() -> None:
+def test_all_independent_mistakes_are_reported_at_once() -> None:
     text = '<launch>\n<nod/>\n<group>\n<lgo/>\n<log/>\n</group>\n<log message="m"/>\n</launch>'
     root, parser = XmlParser.load(StringIO(text))
     with pytest.raises(FrontendError) as caught:
@@ -268,7 +268,7 @@ def test_all_independent_mistakes_are_told_at_once() -> None:
     assert [line.split(":")[2] for line in lines] == ["2", "4", "5"]
 
 
-def test_not_more_mistakes_are_told_than_a_person_can_read() -> None:
+def test_number_of_reported_mistakes_is_bounded() -> None:
     root, parser = XmlParser.load(
         StringIO("<launch>" + "<group><lgo/><nod/></group>" * 500 + "</launch>")
     )
@@ -277,7 +277,7 @@ def test_not_more_mistakes_are_told_than_a_person_can_read() -> None:
     assert len(caught.value.others) + 1 == MAX_PROBLEMS
 
 
-def test_caret_stands_under_the_character_that_is_wrong() -> None:
+def test_caret_is_under_the_wrong_character() -> None:
     text = '<launch>\n  <log\n    message="$(var a)$(find b)"/>\n</launch>'
     root, parser = XmlParser.load(StringIO(text))
     with pytest.raises(FrontendError) as caught:
@@ -338,7 +338,7 @@ def test_every_substitution_is_tested() -> None:
 @pytest.mark.parametrize(
     "text", ["$(dirname x)", "$(env)", "$(env a b c)", "$(if true)", "$(var)", "$(not a b)"]
 )
-def test_wrong_number_of_words_is_told_with_the_right_one(text: str) -> None:
+def test_wrong_number_of_words_is_reported_with_the_right_one(text: str) -> None:
     with pytest.raises(FrontendError, match=r"has \d words") as caught:
         Parser().parse_substitution(text)
     assert caught.value.hint is not None and caught.value.hint.startswith("it is written $(")

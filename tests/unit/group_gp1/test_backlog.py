@@ -24,7 +24,7 @@ def test_a_punctual_robot_has_no_backlog():
     assert backlog.received == 0
 
 
-def test_a_late_joiner_tells_each_kept_assignment_and_then_the_sum():
+def test_a_late_joiner_logs_each_backlog_assignment_and_then_the_count():
     backlog = Backlog("robot_3")
     kept = [note(backlog, f"robot_{n}", sent_s=10.0 + n, received_s=14.5) for n in (1, 2, 3)]
     fresh = note(backlog, "robot_1", sent_s=15.0, received_s=15.001)

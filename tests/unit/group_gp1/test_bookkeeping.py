@@ -141,7 +141,7 @@ def test_a_long_silence_is_warned_about_once_a_minute():
     assert marks == [5, 10, 20, 40, 80, 140, 200, 260, 320, 380]
 
 
-def test_marks_that_were_slept_through_give_one_warning():
+def test_several_missed_marks_give_one_warning():
     assert warnings(books("robot_2"), 123.0) == ["robot_2 has not reported in 20.0 s"]
 
 

@@ -39,17 +39,17 @@ STATUS = {"robot_id": "robot_1", "status": "done", "task": "t"}
 
 
 @given(ASSIGNMENTS)
-def test_an_assignment_survives_the_journey(assignment):
+def test_an_assignment_survives_encoding_and_decoding(assignment):
     assert TaskAssignment.from_json(assignment.to_json()) == assignment
 
 
 @given(STATUSES.filter(lambda status: len(status.to_json()) <= MAX_PAYLOAD_CHARS))
-def test_a_status_survives_the_journey(status):
+def test_a_status_survives_encoding_and_decoding(status):
     assert RobotStatus.from_json(status.to_json()) == status
 
 
 @given(st.one_of(st.text(), st.recursive(st.none() | st.floats() | st.text(), st.lists)))
-def test_whatever_comes_in_is_read_or_refused_as_a_message_error(value):
+def test_any_payload_is_read_or_refused_as_a_message_error(value):
     payload = value if isinstance(value, str) else json.dumps(value)
     with pytest.raises(MessageError):
         RobotStatus.from_json(payload)

@@ -43,6 +43,6 @@ def test_assignments_without_an_id_get_one_each():
     assert [log.begin(task()).task_id for _ in range(2)] == ["x-1", "x-2"]
 
 
-def test_nothing_can_be_finished_that_was_not_begun():
+def test_a_task_that_was_not_begun_cannot_be_finished():
     with pytest.raises(ValueError, match=r"without begin"):
         WorkLog("robot_1", run="x").finish()

@@ -102,7 +102,7 @@ def test_a_process_that_is_restarted_keeps_the_run_alive():
         assert interpreter.handle(model.ProcessStarted(process_id=start.process_id, pid=2)) == []
 
 
-def test_when_nothing_lives_the_run_is_shut_down_as_idle():
+def test_a_run_without_processes_is_shut_down_as_idle():
     with interpreting([process()]) as interpreter:
         (start,) = started(interpreter.start())
         effects = interpreter.handle(

@@ -186,7 +186,7 @@ def test_a_fault_names_its_line_and_says_what_is_wrong(name: str, tmp_path: Path
 
 
 @pytest.mark.parametrize("name", sorted(set(BROKEN) - {"loops"}))
-def test_the_caret_stands_in_the_source_line(name: str, tmp_path: Path):
+def test_the_caret_points_into_the_source_line(name: str, tmp_path: Path):
     error = planned(tmp_path, BROKEN[name][0]).error
     assert error is not None
 
@@ -204,7 +204,7 @@ def test_a_file_that_is_no_utf_8_is_a_fault_with_its_line(tmp_path: Path):
     assert str(error.fault.where).endswith(":2")
 
 
-def test_a_name_that_we_do_not_have_is_answered_with_what_there_is(tmp_path: Path):
+def test_an_unknown_name_is_reported_with_the_existing_ones(tmp_path: Path):
     error = planned(tmp_path, b"from launch.actions import LogInf\n").error
 
     assert error is not None
@@ -248,7 +248,7 @@ def test_what_came_before_the_fault_is_in_the_plan(tmp_path: Path):
         ("ExecuteProcess(cmd=[])", "IndexError"),
     ],
 )
-def test_what_stands_wrongly_is_still_the_error_that_ros_2_raises(entry, kind, tmp_path: Path):
+def test_misplaced_values_raise_the_same_error_as_in_ros_2(entry, kind, tmp_path: Path):
     error = planned(tmp_path, f"    return LaunchDescription([{entry}])\n").error
 
     assert error is not None

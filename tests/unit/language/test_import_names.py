@@ -34,7 +34,7 @@ def real_launch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Mod
     yield importlib.import_module("launch")
 
 
-def test_inside_the_names_mean_our_vocabulary():
+def test_inside_vocabulary_launch_names_are_our_classes():
     with vocabulary():
         from launch.actions import LogInfo as imported
 

@@ -376,7 +376,7 @@ def test_an_unknown_name_is_an_import_error_that_says_what_there_is():
         exec("from launch.actions import LogInf")
 
 
-def test_hasattr_is_an_honest_question():
+def test_hasattr_is_false_for_unknown_names():
     assert not hasattr(importlib.import_module("launch.actions"), "NothingOfTheSort")
 
 

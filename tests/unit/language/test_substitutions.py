@@ -297,6 +297,6 @@ def test_what_cannot_be_performed_is_a_substitution_failure(substitution: Substi
     [FindPackagePrefix, FindPackageShare, lambda name: ExecutableInPackage("talker", name)],
     ids=["prefix", "share", "executable"],
 )
-def test_what_no_package_can_be_called_is_a_value_error(make, name):
+def test_an_invalid_package_name_is_a_value_error(make, name):
     with pytest.raises(ValueError, match=f"'{name}' is not a valid package name"):
         make(name).perform(LaunchContext())

@@ -59,7 +59,7 @@ def test_a_handler_in_a_group_loses_the_groups_settings():
     )
 
 
-def test_a_missing_parameter_file_is_told():
+def test_a_missing_parameter_file_gives_a_warning():
     node = Node(executable="x", parameters=["/no/such/file.yaml"])
 
     assert warnings_of(node) == [
@@ -67,7 +67,7 @@ def test_a_missing_parameter_file_is_told():
     ]
 
 
-def test_a_parameter_that_leaks_out_of_its_group_is_told():
+def test_a_parameter_that_leaks_out_of_its_group_gives_a_warning():
     inside = GroupAction([SetParameter("b", 2)])
 
     assert warnings_of(SetParameter("a", 1), inside, GroupAction([])) == [
@@ -85,7 +85,7 @@ def test_a_warning_comes_once_however_often_the_place_is_visited():
     assert len(interpreter.warnings) == len(said) == 1
 
 
-def test_an_argument_that_keeps_the_value_of_another_include_is_told(tmp_path: Path):
+def test_an_argument_that_keeps_the_value_of_another_include_gives_a_warning(tmp_path: Path):
     child = (
         "from launch import LaunchDescription\n"
         "from launch.actions import DeclareLaunchArgument\n"
@@ -109,7 +109,7 @@ def test_an_argument_that_keeps_the_value_of_another_include_is_told(tmp_path: P
     assert str(warning.origin) == f"{tmp_path}/two.launch.py:4"
 
 
-def test_an_argument_of_the_parent_is_no_surprise():
+def test_an_argument_of_the_parent_gives_no_warning():
     declare = [DeclareLaunchArgument("rate", default_value=value) for value in "12"]
 
     assert warnings_of(*declare) == []

@@ -37,7 +37,7 @@ TOO_MANY = "99999999999999999999"
     ],
     ids=" ".join,
 )
-def test_a_number_that_cannot_be_meant_is_a_usage_error(words):
+def test_an_impossible_number_is_a_usage_error(words):
     answer = in_process("topic", *words)
     assert (answer.out, answer.code) == ("", 2)
     assert answer.err.startswith("error: ")
@@ -56,7 +56,7 @@ def test_a_number_that_cannot_be_meant_is_a_usage_error(words):
         ("std_srvs/SetBol", "std_srvs/srv/SetBool"),
     ],
 )
-def test_only_a_type_whose_name_is_alike_is_suggested(word, near):
+def test_only_a_type_with_a_similar_name_is_suggested(word, near):
     assert near_miss(word) == near
 
 

@@ -89,7 +89,7 @@ def test_the_run_is_as_bad_as_its_worst_process():
     assert dict(run.values) == {"id": "1-a", "pid": "1", "target": "x.launch.py", "domain_id": "7"}
 
 
-def test_a_stopped_process_is_no_alarm():
+def test_a_stopped_process_is_not_an_error():
     run, _ = statuses([row(state="STOPPED", last_exit=end(0, asked=True))], RUN, "launcher")
     assert (run.level, run.message) == (Level.OK, "0 of 1 process running")
 

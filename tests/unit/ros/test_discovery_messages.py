@@ -121,7 +121,7 @@ def test_a_stream_is_complete_when_all_that_was_promised_has_come_or_is_gone():
     assert stream.is_complete
 
 
-def test_a_participant_without_nodes_of_ros_is_told_with_its_endpoints():
+def test_a_participant_without_ros_nodes_is_listed_with_its_endpoints():
     peer = Participant(PEER, data_in(announcement(0b000100)), "127.0.0.1")
     stream = peer.stream(rtps.PUBLICATIONS_WRITER)
     assert stream is not None
@@ -136,7 +136,7 @@ def test_a_participant_without_nodes_of_ros_is_told_with_its_endpoints():
     assert [(i.topic, i.type, i.node) for i in look.infos] == [("Square", "ShapeType", "")]
 
 
-def test_one_of_ros_is_complete_only_with_its_nodes():
+def test_a_ros_participant_is_complete_only_with_its_nodes():
     peer = Participant(PEER, data_in(announcement(0b000100)), "127.0.0.1")
     stream = peer.stream(rtps.PUBLICATIONS_WRITER)
     assert stream is not None
@@ -162,7 +162,7 @@ def test_one_of_ros_is_complete_only_with_its_nodes():
     assert look.infos[0].node == "/talker"
 
 
-def test_what_dds_does_not_say_has_its_defaults():
+def test_missing_dds_values_get_their_defaults():
     payload = payload_of(publication("rt/a"))
     written, read = (endpoint_in(payload, d) for d in Direction)
     assert (written.reliability, read.reliability) == ("RELIABLE", "BEST_EFFORT")
@@ -191,7 +191,7 @@ def test_types_of_dds():
     assert ros_type("ShapeType") == "ShapeType"
 
 
-def test_actions_are_told_from_their_feedback():
+def test_actions_are_recognised_by_their_feedback():
     kind = "demo::action::dds_::Fold_FeedbackMessage_"
     common = {"reliability": "RELIABLE", "durability": "VOLATILE", "type": kind}
     infos = tuple(
@@ -229,7 +229,7 @@ def test_only_pairs_of_ports_count(tmp_path, monkeypatch):
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, False),
     ],
 )
-def test_what_changes_discovery_is_left_to_the_middleware(
+def test_unusual_discovery_settings_are_left_to_the_middleware(
     environment, plain, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
@@ -239,12 +239,12 @@ def test_what_changes_discovery_is_left_to_the_middleware(
 
 
 @pytest.mark.parametrize("number", [1, 2**32 + 5])
-def test_what_is_repeated_reads_as_if_its_writer_had_said_it(number: int):
+def test_a_relayed_message_reads_like_the_original(number: int):
     said = dataclasses.replace(data_in(publication("rt/chatter")), number=number)
     assert received(rtps.repeated(rtps.PUBLICATIONS_READER, said)) == [said]
 
 
-def test_sockets_get_room_for_a_burst_and_strangers_are_left_alone():
+def test_only_the_given_sockets_get_larger_buffers():
     with contextlib.ExitStack() as stack:
         ours, other = (
             stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(2)

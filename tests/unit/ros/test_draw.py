@@ -68,7 +68,7 @@ def test_a_bad_pattern_is_a_usage_error():
         Filter(include="[").check()
 
 
-def test_the_tree_says_who_hears_whom_and_where_nothing_arrives():
+def test_the_tree_shows_connections_and_edges_on_which_nothing_arrives():
     assert to_tree(Filter(exclude="alone").apply(GRAPH)) == (
         "/a\n"
         "├─ -> /t [T] -> /b\n"
@@ -154,12 +154,12 @@ def test_the_page_carries_everything_and_escapes_its_title():
 OWN = bytes([1, 15, 7, 7]) + (os.getpid() & 0xFFFF).to_bytes(2, "little") + bytes(10)
 
 
-def test_a_gid_of_fast_dds_tells_the_process():
+def test_a_gid_of_fast_dds_contains_the_process_id():
     assert scheme_holds(OWN, os.getpid())
     assert pid_low16(b"\x01\x10" + bytes(14)) is None
 
 
-def test_a_ghost_is_of_this_host_and_of_no_living_process():
+def test_a_ghost_is_of_this_host_and_of_no_running_process():
     living = {pid & 0xFFFF for pid in map(int, filter(str.isdigit, os.listdir("/proc")))}
     dead = next(low for low in range(1, 65536) if low not in living)
     ghost = OWN[:4] + dead.to_bytes(2, "little") + bytes(10)
@@ -168,7 +168,7 @@ def test_a_ghost_is_of_this_host_and_of_no_living_process():
     assert ghosts({ghost}, bytes(16), os.getpid()) == set()  # the scheme does not hold
 
 
-def test_silent_are_the_ports_of_participants_that_were_not_heard_of():
+def test_ports_of_participants_that_were_not_discovered_are_silent():
     first, third = (OWN[:8] + number.to_bytes(4, "little") for number in (0, 2))
     owned = {os.getpid(): [7410, 7412, 7414], os.getpid() + 1: [7416]}
     assert silent_ports(owned, {first, third}) == {7412, 7416}

@@ -49,7 +49,7 @@ def test_a_field_may_be_in_a_list(path: str, value: object):
         ("pose", "'PoseArray' object has no attribute 'pose'\nhint: fields: header, poses"),
     ],
 )
-def test_a_field_that_is_not_there_is_told_with_what_is(path: str, reason: str):
+def test_an_unknown_field_is_reported_with_the_existing_ones(path: str, reason: str):
     with pytest.raises(VerbError) as caught:
         field_of(POSES, path)
     assert caught.value.render().startswith(f"Invalid field '{path}': ")
@@ -70,7 +70,7 @@ def test_times_and_numbers_come_before_a_message_in_each_shape():
     )
 
 
-def test_json_has_no_word_for_nan_and_inf(capsys: pytest.CaptureFixture[str]):
+def test_nan_and_inf_have_no_json_form(capsys: pytest.CaptureFixture[str]):
     def strict(word: str) -> float:
         raise AssertionError(f"{word} is no JSON")
 

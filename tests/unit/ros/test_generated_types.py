@@ -69,7 +69,7 @@ def test_values_of_every_kind_survive_the_way_to_yaml_and_back():
     round_trip()
 
 
-def test_what_is_not_said_has_its_default():
+def test_fields_that_are_not_given_have_their_default():
     message = filled("wide: grüße \U0001f916")
     assert (message.flag, message.text, message.i8) == (True, "default", -8)
     assert (message.octet, message.letter, message.u64) == (b"\x07", 65, 2**64 - 1)

@@ -50,7 +50,7 @@ def test_a_removed_socket_is_made_anew_and_one_that_is_there_stays(path: Path):
     assert not path.exists()
 
 
-def test_nobody_makes_the_socket_anew_after_its_end(path: Path):
+def test_the_socket_is_not_created_again_after_the_end(path: Path):
     server = GraphServer(path, echo)
     server.close()
     server.look_after()

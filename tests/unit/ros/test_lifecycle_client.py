@@ -16,7 +16,7 @@ def configure(state: str | None = "unconfigured") -> TransitionRequest:
     return TransitionRequest(CONFIGURE, 0.0, state=state)
 
 
-def test_nothing_is_concluded_where_all_is_heard():
+def test_nothing_is_inferred_if_all_events_arrive():
     request = configure()
     request.answer(True, 0.1)
     assert request.hear(BEGUN, 0.1) == request.hear(DONE, 0.2) == []
@@ -24,7 +24,7 @@ def test_nothing_is_concluded_where_all_is_heard():
     assert (request.succeeded, request.error, request.is_settled) == (True, None, True)
 
 
-def test_events_that_are_overdue_follow_from_the_answer():
+def test_missing_events_are_inferred_from_the_answer():
     request = configure()
     request.answer(True, 0.5)
     assert not request.is_overdue(1.4)
@@ -39,7 +39,7 @@ def test_a_first_event_that_was_lost_comes_before_the_second():
     assert request.succeeded
 
 
-def test_a_lost_answer_follows_from_the_events():
+def test_a_lost_answer_is_inferred_from_the_events():
     request = configure()
     request.hear(BEGUN, 0.1)
     request.hear(DONE, 0.2)
@@ -47,7 +47,7 @@ def test_a_lost_answer_follows_from_the_events():
     assert not request.is_overdue(LATE_S * 2)  # whatever state the node has by now
 
 
-def test_where_all_is_lost_the_state_decides():
+def test_if_everything_is_lost_the_state_decides():
     request = configure()
     assert request.is_overdue(LATE_S)
     assert request.see("configuring", LATE_S) == []
@@ -82,7 +82,7 @@ def test_a_refusal_ends_in_the_state_that_the_node_has(heard: list[Step]):
     ],
     ids=["failure", "error"],
 )
-def test_a_refusal_whose_answer_is_lost_follows_from_the_events(steps: list[Step]):
+def test_a_refusal_without_an_answer_is_inferred_from_the_events(steps: list[Step]):
     request = configure()
     for step in steps:
         assert request.hear(step, 0.1) == []
@@ -96,7 +96,7 @@ def test_an_event_of_another_transition_is_left_alone():
     assert request.hear(BEGUN, 0.2) is None
 
 
-def test_a_node_that_never_begins_is_an_error_in_the_end():
+def test_a_transition_that_never_begins_is_an_error_at_the_timeout():
     request = configure()
     for number in range(1, MAX_QUESTIONS + 1):
         assert request.is_overdue(number * LATE_S)

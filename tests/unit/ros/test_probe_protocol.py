@@ -54,7 +54,7 @@ def test_messages_over_the_limit_are_dropped_and_counted_answers_are_not(pipe, m
     assert lines[-1]["messages"] == 50 - len(kept) > 0
 
 
-def test_what_was_dropped_is_told_before_the_next_message(pipe, monkeypatch):
+def test_the_number_of_dropped_messages_comes_before_the_next_message(pipe, monkeypatch):
     monkeypatch.setattr(module, "LIMIT_BYTES", 20)
     outbox = Outbox(pipe[1])
     outbox.push({"m": 1})
@@ -71,7 +71,7 @@ def test_a_graph_that_waits_is_replaced_by_a_newer_one(pipe):
     assert read_all(pipe[0], outbox) == [{"graph": 9}]
 
 
-def test_a_huge_message_is_told_without_its_content(pipe):
+def test_a_huge_message_is_reported_without_its_content(pipe):
     outbox = Outbox(pipe[1])
     outbox.push({"sub": "s", "data": "x" * module.MESSAGE_BYTES})
     (line,) = read_all(pipe[0], outbox)
@@ -89,7 +89,7 @@ def test_a_reader_that_is_gone_is_noticed():
     os.close(write)
 
 
-def test_what_json_has_no_word_for_becomes_text():
+def test_values_without_a_json_form_become_text():
     assert json.loads(encoded({"data": [math.nan, {"a": -math.inf}, 1.5]})) == {
         "data": ["nan", {"a": "-inf"}, 1.5]
     }

@@ -80,7 +80,7 @@ def test_an_explanation_of_a_healthy_topic_says_so():
     assert explain(pair[:1]) == "QoS: no pair of publisher and subscription to compare"
 
 
-def test_a_domain_is_told_from_pairs_of_ports():
+def test_participants_are_found_by_pairs_of_ports():
     pair_of_domain_0 = {7410, 7411}
     two_of_domain_42 = {17910, 17911, 17914, 17915}
     multicast_and_a_stranger = {7400, 7401, 8000}

@@ -29,14 +29,14 @@ HUGE = 99999999999999999999
     ],
     ids=lambda text: ascii(text[:20]),
 )
-def test_text_that_is_no_value_has_one_kind_of_error(text):
+def test_text_that_is_not_a_value_has_one_kind_of_error(text):
     with pytest.raises(yaml.YAMLError):
         value_of(text)
     with pytest.raises(VerbError, match=r"^The passed value is not YAML: "):
         parse(text)
 
 
-def test_as_many_levels_as_anybody_needs_are_read():
+def test_deeply_nested_values_are_read():
     value = value_of("[" * 90 + "1" + "]" * 90)
     for _ in range(90):
         (value,) = value

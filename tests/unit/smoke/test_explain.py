@@ -77,7 +77,7 @@ def test_a_wait_in_vain_ends_with_the_guess_and_the_last_lines():
         observed.wait_for_exit("robto_1", within_s=0.0)
 
 
-def test_a_misspelt_parameter_is_told_by_the_node_that_is_there():
+def test_the_answer_of_the_node_explains_a_misspelt_parameter():
     entry = "name: p, parameter: speeed, node: /talker, is: 1.5"
     answer = Answer(at_s=3, error="/talker has no parameter 'speeed'", hint="did you mean 'speed'?")
     there = graph(publisher("/a", node="/talker"), at_s=1.0)

@@ -269,14 +269,14 @@ def test_a_verdict_is_given_as_soon_as_it_is_certain(
     assert judge(expectation(entry), running(**facts)).outcome is outcome
 
 
-def test_a_step_that_never_happened_is_told():
+def test_a_step_that_never_happened_is_reported():
     wanted = expectation("log: x, after: kill")
     assert judge(wanted, running(30.0)).outcome is OPEN
     found = judge(wanted, seen(lines=lines("x")))
     assert (found.outcome, found.seen) == (VIOLATED, "the step 'kill' never happened")
 
 
-def test_an_announced_death_is_no_surprise():
+def test_an_excepted_or_requested_exit_is_no_failure():
     events = (*started("robot_1-1"), ended("robot_1-1", 3, 4.0))
     wanted = expectation("no_deaths: '*'")
     announced = replace(wanted, values={"but": ("robot_1",)})

@@ -115,13 +115,13 @@ GOOD = {
 
 
 @pytest.mark.parametrize(("text", "words"), BAD.values(), ids=BAD)
-def test_a_mistake_is_told_with_its_place_and_a_suggestion(text: str, words: tuple[str, ...]):
+def test_a_mistake_is_reported_with_its_place_and_a_suggestion(text: str, words: tuple[str, ...]):
     (error,) = told(text)
     assert all(word in error for word in words), error
 
 
 @pytest.mark.parametrize("text", GOOD.values(), ids=GOOD)
-def test_what_may_come_true_is_no_mistake(text: str):
+def test_an_expectation_that_may_be_met_is_no_mistake(text: str):
     assert told(text) == []
 
 
@@ -131,7 +131,7 @@ def test_a_misspelt_package_of_a_type_that_is_only_compared_is_a_warning():
     assert "x.yaml:1: " in warning and "did you mean std_msgs/msg/String?" in warning
 
 
-def test_an_option_of_the_command_line_is_told_by_its_words():
+def test_a_mistake_in_an_option_names_the_option():
     flag = expectation_of("--expect-message", "/a=m.dat == 1")
     kind = expectation_of("--expect-topic", "/a=std_msgs/String")
     (error,) = checks.of_script(Script(expectations=(flag, kind))).errors
@@ -139,7 +139,7 @@ def test_an_option_of_the_command_line_is_told_by_its_words():
     assert error.message.startswith("--expect-message /a=m.dat == 1: std_msgs/msg/String has no")
 
 
-def test_mistakes_of_all_sorts_are_told_at_once_in_order_of_their_lines():
+def test_mistakes_of_all_kinds_are_reported_at_once_in_order_of_their_lines():
     text = "for: 5 s\nexpect:\n- {message: /a, type: std_msgs/msg/Strin}\n- {nod: /b}\n"
     with pytest.raises(Exception) as raised:
         parse(text, "x.yaml")
@@ -257,7 +257,7 @@ def generate_launch_description():
         ("ExecuteProcess(cmd=['true'], on_exit=lambda event, context: None)", False),
     ],
 )
-def test_a_plan_is_certain_unless_functions_are_told_what_happens(
+def test_a_plan_is_certain_unless_functions_receive_events(
     tmp_path: Path, more: str, certain: bool
 ):
     path = tmp_path / "x.launch.py"

@@ -35,7 +35,7 @@ def refused(**wanted: Path) -> str:
     return told.value.render()
 
 
-def test_everything_that_cannot_be_written_is_told_at_once(tmp_path: Path):
+def test_all_unwritable_paths_are_reported_at_once(tmp_path: Path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     (tmp_path / "evidence" / "run-2" / "report.json").mkdir(parents=True)
     told = refused(
@@ -46,7 +46,7 @@ def test_everything_that_cannot_be_written_is_told_at_once(tmp_path: Path):
     assert f"--baseline {tmp_path}: Is a directory" in told
 
 
-def test_trying_leaves_no_file_and_changes_none(tmp_path: Path):
+def test_checking_paths_creates_and_changes_no_file(tmp_path: Path):
     old, new = tmp_path / "old.xml", tmp_path / "deep" / "new.json"
     old.write_text("<old/>", encoding="utf-8")
     refuse_unwritable(artifacts=tmp_path / "evidence", junit=old, baseline=new, repeat=2)
@@ -66,7 +66,7 @@ def test_a_baseline_that_cannot_be_read_is_refused_beforehand(tmp_path: Path):
 # ---- a disk that fills
 
 
-def test_a_full_disk_is_told_once_and_the_rest_goes_on(tmp_path: Path):
+def test_a_full_disk_is_reported_once_and_the_rest_is_written(tmp_path: Path):
     os.symlink("/dev/full", tmp_path / "smoke.log")
     screen = io.StringIO()
     progress = Progress(tmp_path, screen)
@@ -81,7 +81,7 @@ def test_a_full_disk_is_told_once_and_the_rest_goes_on(tmp_path: Path):
     ]
 
 
-def test_a_reader_that_goes_is_no_failure_and_a_full_disk_is_one():
+def test_a_closed_pipe_is_no_failure_and_a_full_disk_is_one():
     reading, writing = os.pipe()
     os.close(reading)
     with contextlib.suppress(BrokenPipeError), open(writing, "w", encoding="utf-8") as stream:
@@ -95,7 +95,7 @@ def test_a_reader_that_goes_is_no_failure_and_a_full_disk_is_one():
         assert stdout.trouble == "No space left on device"
 
 
-def test_half_a_file_is_none(tmp_path: Path):
+def test_a_partly_written_file_is_removed(tmp_path: Path):
     path = tmp_path / "out.xml"
     path.write_text("old", encoding="utf-8")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -113,7 +113,7 @@ def test_half_a_file_is_none(tmp_path: Path):
 # ---- evidence that nobody asked for
 
 
-def test_evidence_of_a_good_run_goes_and_that_of_a_bad_one_is_told(
+def test_artifacts_of_a_passed_run_are_removed_and_of_a_failed_one_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     env = {"ROS_LOG_DIR": str(tmp_path)}
@@ -125,7 +125,7 @@ def test_evidence_of_a_good_run_goes_and_that_of_a_bad_one_is_told(
     assert capsys.readouterr().out == f"smoke: the evidence is in {bad.path}\n"
 
 
-def test_the_last_folders_stay_and_those_in_use(tmp_path: Path):
+def test_the_latest_artifact_folders_and_those_in_use_are_kept(tmp_path: Path):
     env = {"ROS_LOG_DIR": str(tmp_path)}
     with evidence(None, env) as in_use:
         for number in range(KEPT + 3):
@@ -143,7 +143,7 @@ def judged(name: str, outcome: Outcome, *about: str) -> Judged:
     return Judged(expectation=Expectation(kind="node", subject="/a", name=name), verdict=verdict)
 
 
-def test_last_lines_of_a_process_are_told_once():
+def test_last_lines_of_a_process_are_reported_once():
     told: dict[str, str] = {}
     facts = seen(lines=lines("the end"))
     first = describe(judged("a", Outcome.VIOLATED, "robot_1-1"), facts, told)
@@ -153,7 +153,7 @@ def test_last_lines_of_a_process_are_told_once():
     assert describe(judged("b", Outcome.VIOLATED, "robot_1-1"), facts)[-1] == first[-1]
 
 
-def test_what_had_to_be_killed_at_the_stop_is_told():
+def test_processes_killed_at_the_stop_are_reported():
     asked = (signalled("robot_1-1", 2, 20.0), signalled("robot_1-1", 15, 25.0))
     assert forced_stop(seen(events=asked)) is None
     assert forced_stop(seen(events=(signalled("robot_1-1", 9, 10.0),))) is None  # before the stop
@@ -167,12 +167,12 @@ def result(*found: Judged, **more: object) -> Result:
     return Result(judged=found, **given)  # type: ignore[arg-type]
 
 
-def test_what_is_told_only_where_it_is_not_met_is_flaky():
+def test_a_failure_that_only_one_run_reports_is_flaky():
     rows = text_report.flake_rows([result(), result(judged("stop", Outcome.VIOLATED)), result()])
     assert [(row.verdict, row.met) for row in rows] == [("FLAKY", 2)]
 
 
-def test_junit_tells_why_a_launch_file_was_not_launched(tmp_path: Path):
+def test_junit_says_why_a_launch_file_was_not_launched(tmp_path: Path):
     path = tmp_path / "out.xml"
     words = ("error: x.launch.py:1: NameError: name 'a' is not defined", "    a()")
     facts = seen(events=(), ending=Ending(asked_s=None, down_s=1, returncode=2))
@@ -182,7 +182,7 @@ def test_junit_tells_why_a_launch_file_was_not_launched(tmp_path: Path):
     assert case[0].tag == "error" and (case[0].text or "").splitlines() == ["no", *words]
 
 
-def test_junit_and_annotations_tell_what_was_refused_beforehand(tmp_path: Path):
+def test_junit_and_annotations_report_what_was_refused_before_the_run(tmp_path: Path):
     path = tmp_path / "out.xml"
     one = LaunchFileError("there is no type x", hint="did you mean y?", where="a.expect.yaml:3")
     junit.write_refusal(path, SeveralErrors([one, one]), "x.launch.py")

@@ -131,7 +131,7 @@ def test_a_bad_file_is_bad_for_the_loader_and_the_schema(text: str):
     assert (is_loaded(text), fits_schema(text)) == (False, False)
 
 
-def test_every_kind_stands_in_the_corpus():
+def test_every_kind_is_in_the_sample_files():
     found = {
         key
         for text in GOOD.values()
@@ -180,7 +180,7 @@ def test_the_file_beside_a_launch_file_is_found_however_yaml_is_spelt(tmp_path: 
     ("entry", "hint"),
     [("no_errors", "as in '- no_errors: ...'"), ("[1]", "as in '- node: /robot_1'")],
 )
-def test_an_expectation_that_is_no_mapping_is_told_how_to_be_one(entry: str, hint: str):
+def test_an_expectation_that_is_not_a_mapping_gets_a_hint(entry: str, hint: str):
     with pytest.raises(LauncherError) as told:
         loader.parse(f"expect: [{entry}]", "x.yaml")
     assert told.value.hint == hint

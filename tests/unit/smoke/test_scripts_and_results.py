@@ -42,7 +42,7 @@ from tests.unit.smoke.facts import OVER, lines, running, seen, started
         (quantities.RATE, "0.9 to 1.1 Hz", [0.9, 1.1], [0.8, 1.2]),
     ],
 )
-def test_a_span_is_what_is_written(
+def test_a_duration_is_read_and_printed(
     quantity: FieldType, text: object, inside: list[float], outside: list[float]
 ):
     span = quantity.parse(text)
@@ -63,12 +63,12 @@ def test_a_span_is_what_is_written(
         (quantities.EXIT, 3, 3),
     ],
 )
-def test_a_value_is_what_is_written(quantity: FieldType, text: object, value: float):
+def test_a_value_is_read_with_its_unit(quantity: FieldType, text: object, value: float):
     assert quantity.parse(text) == pytest.approx(value)
 
 
 @pytest.mark.parametrize("text", ["8 to 5 s", "-1", True, None, [], "1 h"])
-def test_a_bad_time_is_told_with_an_example(text: object):
+def test_a_bad_time_is_reported_with_an_example(text: object):
     with pytest.raises(ValueError, match=r"8 s|ends before"):
         quantities.WINDOW.parse(text)
 
@@ -141,13 +141,13 @@ def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[
         ("--expect-log", "(", "not a regular expression"),
     ],
 )
-def test_a_bad_flag_is_told_by_its_name(flag: str, text: str, words: str):
+def test_a_mistake_in_a_flag_names_the_flag(flag: str, text: str, words: str):
     with pytest.raises(UsageError) as told:
         expectation_of(flag, text)
     assert flag in told.value.render() and words in told.value.render()
 
 
-def test_all_mistakes_of_a_file_are_told_with_line_and_suggestion():
+def test_all_mistakes_of_a_file_are_reported_with_line_and_suggestion():
     text = "expect:\n  - nod: /a\n  - {node: /a, withn: 3}\n  - {log: x, after: kil}\n"
     with pytest.raises(LauncherError) as told:
         parse(f"scenario: [{{do: kill a, name: kill}}]\n{text}", "x.yaml")
@@ -170,7 +170,7 @@ def test_all_mistakes_of_a_file_are_told_with_line_and_suggestion():
         ("for: 1 s\n---\nfor: 2 s", "expected a single document", ""),
     ],
 )
-def test_what_is_no_yaml_is_told_with_what_is_usual(text: str, told: str, hint: str):
+def test_invalid_yaml_is_reported_with_the_usual_cause(text: str, told: str, hint: str):
     with pytest.raises(LauncherError) as raised:
         parse(text, "x.yaml")
     assert told in raised.value.render() and hint in (raised.value.hint or "")
@@ -179,7 +179,7 @@ def test_what_is_no_yaml_is_told_with_what_is_usual(text: str, told: str, hint: 
 # ---- what happens when
 
 
-def test_steps_come_when_what_they_wait_for_has_come():
+def test_steps_run_once_their_condition_holds():
     script = parse(
         """
         scenario:
@@ -257,7 +257,7 @@ NOTHING = Ending(asked_s=None, down_s=1, returncode=2)
         (result(BAD, facts=seen(ending=OVER)), ExitCode.NOT_MET),
     ],
 )
-def test_the_exit_code_tells_what_weighs_most(found: Result, code: ExitCode):
+def test_the_exit_code_is_that_of_the_worst_result(found: Result, code: ExitCode):
     assert found.exit_code is code
 
 
@@ -305,7 +305,7 @@ def test_a_measure_that_is_missing_is_worse_and_tolerances_may_be_changed(tmp_pa
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"measures": {"a": 1}}', '{"measures": 1}'])
-def test_a_file_that_is_no_baseline_is_told(tmp_path: Path, text: str):
+def test_a_file_that_is_not_a_baseline_is_reported(tmp_path: Path, text: str):
     path = tmp_path / "baseline.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(UsageError, match="not a baseline"):
