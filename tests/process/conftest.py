@@ -91,7 +91,7 @@ class Bench:
         return terminal
 
     def glass(self, actions: str, *words: str, columns: int = 100, rows: int = 24) -> Glass:
-        """Start in a terminal and look at it as a person does."""
+        """Start in a terminal whose screen can be read."""
         glass = Glass(self.command(actions, *words), env=self.env, columns=columns, rows=rows)
         self.terminals.append(glass)
         return glass
@@ -158,6 +158,6 @@ def steering(tmp_path: Path) -> Iterator[SteeringBench]:
 
 @pytest.fixture
 def run(steering: SteeringBench) -> Iterator[Steered]:
-    """One process, `cat-1`, which says what it is told."""
+    """A run with one process, `cat-1`, which echoes its input."""
     with steering.steer('sh("exec cat", name="cat")') as one:
         yield one

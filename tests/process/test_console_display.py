@@ -1,4 +1,4 @@
-"""What the console shows below, above and between the lines of the processes."""
+"""What the console shows: top, logs, unfinished lines, progress bars, narrow terminals."""
 
 from __future__ import annotations
 

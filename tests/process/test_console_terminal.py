@@ -1,4 +1,4 @@
-"""The console and its terminal: who gets one, and that it is put into order whatever happens."""
+"""When the console starts, and how it restores the terminal: job control, crashes, resizing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What clients of every kind can do to a run: nothing."""
+"""Broken, slow and many clients of the control socket do not harm a run."""
 
 from __future__ import annotations
 

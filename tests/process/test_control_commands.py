@@ -1,4 +1,4 @@
-"""The commands of another shell."""
+"""Control commands from another shell: ps, logs, events, top and exit codes."""
 
 from __future__ import annotations
 

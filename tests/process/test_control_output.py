@@ -1,4 +1,4 @@
-"""What verbs tell of a run, and what of its output they show: on real processes."""
+"""Verbs that filter, follow or describe a run's output, on real processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The socket of a run: who gets in, what is said, and which run is meant."""
+"""The control socket: permissions, protocol errors, and how a run is found."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def ask_as_nobody(path: Path) -> subprocess.CompletedProcess[str]:
 
 
 def check_that_nobody_is_refused(run: Steered) -> None:
-    """Only root can become somebody else."""
+    """Only root can become another user."""
     path = run.socket
     assert "kept out" in ask_as_nobody(path).stderr
     for folder in (path.parent, path.parent.parent):

@@ -1,4 +1,4 @@
-"""The doctor on the real machine: what it finds, what it mends, and what it leaves alone."""
+"""The doctor on the real machine: what it finds, repairs and leaves alone."""
 
 from __future__ import annotations
 

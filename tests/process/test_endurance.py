@@ -1,4 +1,4 @@
-"""Much at once, for long, and with little room: nothing is lost, nothing leaks, nothing hangs."""
+"""Load tests: many processes, lines and restarts, full disks, few descriptors."""
 
 from __future__ import annotations
 

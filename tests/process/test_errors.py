@@ -1,4 +1,4 @@
-"""Launch files that are wrong: a place, a sentence, a suggestion, exit code 2, nothing started."""
+"""Faulty launch files: line, message, suggestion, exit code 2; nothing is started."""
 
 from __future__ import annotations
 

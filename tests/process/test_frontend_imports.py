@@ -1,4 +1,4 @@
-"""What loading a markup launch file imports."""
+"""Modules that are imported when an XML launch file is loaded."""
 
 from __future__ import annotations
 

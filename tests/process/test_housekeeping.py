@@ -1,4 +1,4 @@
-"""The caretaker of a run, with a real loop and real processes."""
+"""Sampling of resources beside the output, with a real reactor and real processes."""
 
 from __future__ import annotations
 

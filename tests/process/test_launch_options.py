@@ -1,4 +1,4 @@
-"""What the command line says about supervising, on real processes."""
+"""Options for restarts, budgets and required processes, on real processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What processes leave behind while the run goes on, and what no signal ends."""
+"""Descendants that outlive their process during a run, and processes that survive SIGKILL."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ class Stage:
         self.shutdown.idle()
 
     def __getattr__(self, name: str) -> Callable[..., None]:
-        """What else happens concerns nobody."""
+        """Ignore every other notification."""
         return lambda *words: None
 
     def close(self) -> None:

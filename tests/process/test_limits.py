@@ -1,4 +1,4 @@
-"""What the system grants a process, and how fast processes may start."""
+"""Resource limits, staggered starts, and stop signals and timeouts of a process."""
 
 from __future__ import annotations
 

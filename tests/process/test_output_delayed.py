@@ -1,4 +1,4 @@
-"""A launcher that is held up, by a busy machine or a signal, mixes and tears no lines."""
+"""Lines stay whole and in order when the launcher is delayed or suspended."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Desk:
             os.close(fd)
 
     def held_up(self, meanwhile: Callable[[], object]) -> None:
-        """Let the loop hang, between its look for lines and the timers, until all are overdue."""
+        """Block the loop, after its poll for lines, until all timers are overdue."""
         read_end, write_end = self._pipe()
 
         def hang() -> None:

@@ -1,4 +1,4 @@
-"""Promises about processes that have no better place."""
+"""Sessions, daemons, fork loops, failed starts, odd output and log files of real processes."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class Hopper:
         self._sizes: list[int] = []
 
     def stands_still(self) -> bool:
-        """Whether it has not hopped for the last ten looks; no look at processes can tell."""
+        """Whether it has not forked in the last ten polls; a list of processes cannot show it."""
         self._sizes.append(self.log.stat().st_size)
         return len(self._sizes) > 10 and self._sizes[-10] == self._sizes[-1] > 0
 

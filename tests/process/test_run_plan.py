@@ -1,4 +1,4 @@
-"""`plan.json` of a run: the document of `plan --json`, made of what the run really did."""
+"""`plan.json` of a run: the same document as `plan --json`, of what really happened."""
 
 from __future__ import annotations
 

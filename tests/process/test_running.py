@@ -1,4 +1,4 @@
-"""What is said about processes, and what the launcher's exit code says."""
+"""Output, messages and exit code of runs."""
 
 from __future__ import annotations
 

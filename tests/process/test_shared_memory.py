@@ -1,4 +1,4 @@
-"""What real rclpy nodes leave in /dev/shm, and that only that is freed."""
+"""Shared memory of real rclpy nodes: only that of ended nodes is freed."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def is_private(name: str) -> bool:
 
 
 def pid_from(node: subprocess.Popen[str]) -> int:
-    """The pid that the node says when it is ready."""
+    """The pid that the node prints when it is ready."""
     for line in node.stdout:
         if line.startswith("ready"):
             return int(line.split()[1])

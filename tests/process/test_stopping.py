@@ -1,4 +1,4 @@
-"""However a run ends, nothing of it is left."""
+"""Every way in which a run ends: no process is left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much real processes want of the processors."""
+"""CPU usage of real process trees."""
 
 from __future__ import annotations
 

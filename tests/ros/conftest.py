@@ -1,4 +1,4 @@
-"""A domain that all tests of the ROS verbs share, with publishers that the verbs look at."""
+"""A ROS domain with publishers that the tests of the ROS verbs share."""
 
 from __future__ import annotations
 

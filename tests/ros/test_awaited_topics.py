@@ -1,4 +1,4 @@
-"""`topic hz`, `bw` and `delay` of topics that nobody publishes, or not yet."""
+"""`topic hz`, `bw` and `delay` of topics without a publisher, or with a late one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`--ros`: a run that ROS sees and steers, and that knows the graph for other commands."""
+"""`--ros`: diagnostics, control services, and the observer that serves the graph."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def answer_of_the_observer(env: Mapping[str, str], domain_id: int | None = None)
 
 
 def answers(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> graph_socket.GraphSnapshot:
-    """What the observer of the run says, as soon as it knows all."""
+    """The answer of the run's observer once its graph is complete."""
     for name in ("XDG_RUNTIME_DIR", "TMPDIR", "ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
         monkeypatch.setenv(name, env[name])
     domain_id = int(env["ROS_DOMAIN_ID"])

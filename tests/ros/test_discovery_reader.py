@@ -1,4 +1,4 @@
-"""A look by the messages of discovery, against rclpy's, on the same nodes."""
+"""Snapshots by the discovery reader equal those by rclpy."""
 
 from __future__ import annotations
 

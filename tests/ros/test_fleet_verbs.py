@@ -1,4 +1,4 @@
-"""The verbs against the fleet, as docs/fleet.md tells its readers to type them."""
+"""The verbs of docs/fleet.md on the running fleet."""
 
 from __future__ import annotations
 

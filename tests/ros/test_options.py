@@ -1,4 +1,4 @@
-"""Options of the ROS verbs that have no test of their own elsewhere, against real nodes."""
+"""Options of the ROS verbs that no other module covers, against real nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The probe against real nodes: what it sees, hears, asks and says, and that it disturbs nobody."""
+"""The probe against real nodes: graph, subscriptions, calls, publishing; it stays invisible."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`node ps`: nodes as processes, stopped, busy and killed; the identity that it builds on."""
+"""`node ps`: the process of each node; stopped, busy and killed nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What nodes say cannot steer a terminal, and goes into a pipe as it is."""
+"""Escape sequences in messages do not reach a terminal; pipes get the raw text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Messages of many types on their whole way: YAML, DDS, YAML."""
+"""Messages of many types, published from YAML and echoed as YAML."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MESSAGES = {
 
 
 def has(whole: object, part: object) -> bool:
-    """Whether everything that is said in `part` is so in `whole`."""
+    """Whether all values in `part` are the same in `whole`."""
     if isinstance(part, dict) and isinstance(whole, dict):
         return all(name in whole and has(whole[name], value) for name, value in part.items())
     if isinstance(part, list) and isinstance(whole, list):

@@ -22,7 +22,7 @@ BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class Talking(Node):
-    """Everything that expectations can look at."""
+    """Has one of everything that expectations can check."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)

@@ -1,4 +1,4 @@
-"""The pytest plugin in runs of pytest of its own, over real processes."""
+"""The pytest plugin, in separate pytest runs with real processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a smoke run leaves for CI, for people and for the next run."""
+"""JUnit, annotations, artifacts, repeats and baselines of smoke runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whole smoke runs on real processes: how they come up, go on, and come down."""
+"""Whole smoke runs on real processes, and their exit codes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is done to a system while it runs, and what is expected after it."""
+"""Scenario steps and chaos on a running system."""
 
 from __future__ import annotations
 

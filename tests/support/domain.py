@@ -35,7 +35,7 @@ class Heard:
 
 
 class Domain:
-    """Starts nodes, hears and says things in one ROS domain; only `wait_until` takes messages."""
+    """Starts nodes, subscribes and publishes in a ROS domain; only `wait_until` takes messages."""
 
     def __init__(self, domain_id: int, log_dir: Path) -> None:
         self.nodes: list[NodeProcess] = []

@@ -1,4 +1,4 @@
-"""The fleet drill, as docs/fleet.md describes it: what is typed, and what has to be seen."""
+"""The fleet drill of docs/fleet.md: commands to type, and output to expect."""
 
 from __future__ import annotations
 

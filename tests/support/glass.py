@@ -1,4 +1,4 @@
-"""A command in a real pseudo-terminal, seen through a terminal emulator: what a person sees."""
+"""A command in a real pseudo-terminal whose screen is read by a terminal emulator."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _settings_of_a_new_terminal() -> list[Any]:
 
 
 class Glass:
-    """Types and looks. Use `with`: what is left in the end is killed."""
+    """Types, and reads the screen. Use `with`: what is left at the end is killed."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""The probe as a process, and everything that it has said."""
+"""The probe as a process, and all its output."""
 
 from __future__ import annotations
 

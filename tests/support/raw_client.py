@@ -1,4 +1,4 @@
-"""A client of a run that keeps to no protocol."""
+"""A client of the control socket that may violate the protocol."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.support.steered import PATIENCE_S
 
 
 class Raw:
-    """A client that says what it likes."""
+    """Sends any bytes and reads answers."""
 
     def __init__(self, path: Path) -> None:
         self.socket = socket.socket(socket.AF_UNIX)

@@ -1,4 +1,4 @@
-"""A real run that is steered over its socket, with its screen in a file."""
+"""A real run that is controlled over its socket; its screen output goes into a file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PATIENCE_S = 60.0
 
 
 class Steered:
-    """A launcher that runs; `socket` is where it listens. Use `with`: it is killed in the end."""
+    """A running launcher that listens at `socket`. Use `with`: it is killed at the end."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Steered:
             return connection.ask(verb, names, patience_s=PATIENCE_S, **options).result
 
     def tell(self, verb: str, *names: str, **options: Any) -> str:
-        """What a verb says to people."""
+        """The text that a verb prints."""
         with self.connect() as connection:
             return "\n".join(connection.ask(verb, names, patience_s=PATIENCE_S, **options).text)
 

@@ -1,4 +1,4 @@
-"""A command in a real pseudo-terminal, driven as a person drives it."""
+"""A command in a real pseudo-terminal, as a text stream."""
 
 from __future__ import annotations
 

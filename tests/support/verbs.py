@@ -64,7 +64,7 @@ def launcher(env: Mapping[str, str], *words: str, text: str | None = None) -> An
 
 
 def eventually(ask: Callable[[], Answer], fits: Callable[[Answer], object]) -> Answer:
-    """The first answer that fits; for what measures, or looks, for a few seconds only."""
+    """Run a verb again until its answer fits; for verbs that measure for a few seconds only."""
     answers: list[Answer] = []
 
     def is_there() -> bool:

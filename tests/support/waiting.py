@@ -1,4 +1,4 @@
-"""Waiting for facts."""
+"""Polling for a condition."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LOOK_S = 0.02
 
 
 def wait_until(fact: Callable[[], object], what: str, patience_s: float = 60.0) -> None:
-    """Look again and again until the fact holds; AssertionError at the deadline."""
+    """Poll until the fact holds; AssertionError at the deadline."""
     deadline = time.monotonic() + patience_s
     while not fact():
         assert time.monotonic() < deadline, f"not within {patience_s} s: {what}"

@@ -1,4 +1,4 @@
-"""A lease on a ROS domain leaves alone what others use."""
+"""Leases of ROS domains: never two at once, and never a domain in use."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_a_domain_with_an_open_port_is_busy():
 
 
 def leased_elsewhere(domain_id: int, folder: Path) -> str:
-    """What somebody hears who wants just this domain, with another folder for temporary files."""
+    """Output of a process that leases exactly this domain, with another temporary folder."""
     env = {**os.environ, "TMPDIR": str(folder), "XDG_RUNTIME_DIR": str(folder)}
     words = [sys.executable, "-c", LEASE, str(domain_id)]
     return subprocess.run(words, env=env, capture_output=True, text=True, check=True).stdout

@@ -1,4 +1,4 @@
-"""Frozen values."""
+"""`Record`: immutable values with fields, equality and pattern matching."""
 
 import pytest
 

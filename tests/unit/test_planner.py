@@ -1,4 +1,4 @@
-"""The plan: virtual time, visits, settings, and the argument names that mean something."""
+"""The plan: virtual time, visits, settings, and known argument names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is read from /proc: of this process, and of a made-up one."""
+"""Readers of /proc, for this process and for a made-up one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plan as a tree: what stands where, and command lines that really run."""
+"""The plan as a tree, and command lines that can be pasted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verbs of ros2cli that do not exist here are no launch targets, unless something is called so."""
+"""Verbs of ros2cli that this launcher lacks, unless a launch file has that name."""
 
 from __future__ import annotations
 

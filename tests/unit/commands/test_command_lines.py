@@ -1,4 +1,4 @@
-"""What each verb makes of its words: the command lines that have to go on meaning the same."""
+"""How each verb parses its arguments; these command lines must keep their meaning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What steering verbs make of the words of a command line, and of sockets that nobody serves."""
+"""How control verbs parse their arguments, and stale sockets."""
 
 import socket
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`help`, `-V` and their likes on the command line."""
+"""`help`, `--help` and `-V` on the command line."""
 
 from __future__ import annotations
 

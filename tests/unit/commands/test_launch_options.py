@@ -1,4 +1,4 @@
-"""What the command line says about supervising."""
+"""Parsing of restart policies, limits, stop signals and budgets of `launch`."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Mistakes in a launch file and its arguments: all that are independent, told at once."""
+"""Independent mistakes in a launch file and its arguments are reported together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values of ROS_DOMAIN_ID, as rcl reads them, and who is refused for one."""
+"""Values of ROS_DOMAIN_ID that rcl accepts, and nodes that are refused for a bad one."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Processes as `ps` tells them."""
+"""Rows of `ps` for the tests of the console."""
 
 from __future__ import annotations
 

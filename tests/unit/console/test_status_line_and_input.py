@@ -1,4 +1,4 @@
-"""The console's pure parts: the bar, figures, completion, what is read, lines and their ends."""
+"""Status line, number formats, completion, command input and history of the console."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of processes for every width, and the part of them that `top` shows."""
+"""Process tables for every terminal width, and scrolling and sorting in `top`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sentences for the results of requests."""
+"""Sentences that describe the results of requests."""
 
 from __future__ import annotations
 

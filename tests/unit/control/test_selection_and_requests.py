@@ -1,4 +1,4 @@
-"""Names, words and lines of those who steer a run."""
+"""Selecting processes by name, parsing of verbs and requests, and the socket directory."""
 
 from __future__ import annotations
 

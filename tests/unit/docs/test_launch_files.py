@@ -1,4 +1,4 @@
-"""docs/launch-files.md names every surprise, every class and every option that there is."""
+"""docs/launch-files.md lists every warning, class and option."""
 
 from __future__ import annotations
 

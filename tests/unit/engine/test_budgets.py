@@ -1,4 +1,4 @@
-"""Budgets: what is written, and what becomes of it."""
+"""Resource budgets: parsing, and when a process is over its budget."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is shown of a process, and what is remembered of it."""
+"""Filters of the shown output, and the ring of the last lines."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""How patient the launcher is with what processes left behind."""
+"""Grace periods for processes that outlive the process that started them."""
 
 import signal
 

@@ -1,4 +1,4 @@
-"""Bytes into lines: nothing lost, nothing torn, nothing that moves the reader's cursor."""
+"""From bytes to prefixed lines: nothing is lost or split, and no escape sequence gets through."""
 
 import re
 

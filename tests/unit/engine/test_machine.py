@@ -1,4 +1,4 @@
-"""The state machine of one process: every promise of stopping and restarting, without waiting."""
+"""The state machine of a process: starting, stopping and restarting, on a simulated clock."""
 
 import errno
 import signal

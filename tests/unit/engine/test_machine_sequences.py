@@ -1,4 +1,4 @@
-"""Ten thousand lives of a process, at random: never two at once, and every stop ends dead."""
+"""Random event sequences of a process: never two children, and every stop ends it."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ STOPS = [
 
 
 class World:
-    """Carries out what the machine says, as the keeper does, on a clock that only we turn.
+    """Carries out the actions of the machine, as the process driver does, on a simulated clock.
 
     A spawn is done at once, waits for its turn (`queued`), or is a child on its way to its
     program (`staged`). A `deaf` child is one that not even SIGKILL ends for now.

@@ -1,4 +1,4 @@
-"""Telling the kernel's kills from others."""
+"""Recognising kills by the kernel's OOM killer."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The arithmetic of samples."""
+"""Sums of resource samples over a process tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What counts as stale, in a folder of the test's own with real locks."""
+"""Which shared memory is stale, with real locks in a temporary folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shutdown of a run as a state machine: its reasons, its course and its exit code."""
+"""The shutdown of a run as a state machine: reasons, sequence and exit code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tracebacks stay whole; that of an ordinary stop becomes one line."""
+"""Tracebacks are kept whole; one of an ordinary stop is folded into a line."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""The words of a launch command line."""
+"""Splitting of `name:=value` arguments of a launch command line."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Entities: attributes with a type, nested entities, and what nobody asked for."""
+"""XML and YAML entities: typed attributes, children, and unread attributes."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Upper(Substitution):
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A package `demo_actions` that tells by its entry point that it exposes something."""
+    """A package `demo_actions` whose entry point declares what it exposes."""
     (tmp_path / "demo_actions.py").write_text(PACKAGE)
     info = tmp_path / "demo_actions-1.0.dist-info"
     info.mkdir()

@@ -1,4 +1,4 @@
-"""Launch files on disk: which format they have, and what is said if they have none."""
+"""Launch files on disk: detection of the format, and errors."""
 
 from __future__ import annotations
 

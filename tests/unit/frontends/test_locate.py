@@ -1,4 +1,4 @@
-"""From what a person typed to the launch file."""
+"""Finding the launch file for the target on the command line."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What tags and keys become: the constructor arguments of actions."""
+"""The constructor arguments of actions that XML tags and YAML keys become."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The backlog of a late joiner, told by the time stamps of DDS."""
+"""The backlog of a late joiner, by DDS time stamps."""
 
 from __future__ import annotations
 

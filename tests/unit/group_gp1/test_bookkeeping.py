@@ -1,4 +1,4 @@
-"""The monitor's books: each task once, silence at its marks, safe between threads."""
+"""The monitor's counts: each task once, warnings about silence, thread safety."""
 
 from __future__ import annotations
 

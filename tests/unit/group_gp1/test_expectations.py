@@ -1,4 +1,4 @@
-"""The fleet's files of expectations can be read, by smoke and by editors."""
+"""The fleet's expectation files satisfy the loader and the schema."""
 
 from __future__ import annotations
 

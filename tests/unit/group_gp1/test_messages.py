@@ -1,4 +1,4 @@
-"""Payloads: what goes out comes back, and nothing else gets in."""
+"""Encoding and decoding of payloads; bad ones are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The statuses of one robot over its work."""
+"""The statuses of a robot while it works."""
 
 from __future__ import annotations
 

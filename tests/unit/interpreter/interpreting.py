@@ -1,4 +1,4 @@
-"""Helpers of the interpreter's tests: run entities, look at effects."""
+"""Helpers for the interpreter's tests: run entities and read their effects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The interpreter: effects in order, events in, and the end of a run."""
+"""The interpreter: order of effects, events, and the end of a run."""
 
 from __future__ import annotations
 

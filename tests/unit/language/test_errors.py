@@ -1,4 +1,4 @@
-"""Launch files that are wrong: place, source line, caret, one sentence, one suggestion."""
+"""Faulty launch files: place, source line, caret, message and suggestion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The import names `launch` and `launch_ros`: ours inside of vocabulary(), untouched outside."""
+"""The import names `launch` and `launch_ros`, inside and outside of `vocabulary()`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def no_launch_module(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def real_launch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
-    """A package named `launch` that somebody imported before us."""
+    """A package named `launch` that was imported before."""
     package = tmp_path / "site" / "launch"
     package.mkdir(parents=True)
     (package / "__init__.py").write_text("WHOSE = 'theirs'\n")

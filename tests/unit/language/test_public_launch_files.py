@@ -1,4 +1,4 @@
-"""What public launch files do that none of the other tests does, one case each."""
+"""Features of published launch files that no other test covers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scopes: what a group changes ends with it, whatever is in it. Property tests."""
+"""Scopes: changes inside a group end with it. Property tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Substitutions and typed values: laws that hold for any input, and the edges of ROS 2."""
+"""Substitutions and typed values: properties, and edge cases of ROS 2."""
 
 from __future__ import annotations
 

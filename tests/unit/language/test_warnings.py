@@ -1,4 +1,4 @@
-"""Warnings: behaviour of ROS 2 that surprises, told once, with file and line."""
+"""Warnings about surprising behaviour of ROS 2, once each, with file and line."""
 
 from __future__ import annotations
 

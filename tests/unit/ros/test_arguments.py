@@ -1,4 +1,4 @@
-"""Options of the ROS verbs that no tool could do as told, and names of types."""
+"""Impossible option values of the ROS verbs, and names of types."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Levels and words of /diagnostics, by what a run tells about its processes."""
+"""Levels and values of /diagnostics for the states of processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Domains: how far discovery goes, and what is said of an empty one."""
+"""The discovery range, and hints for an empty domain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The messages of discovery: written and read back, and whatever else arrives at the socket."""
+"""Discovery messages: encoding, decoding, and malformed datagrams."""
 
 from __future__ import annotations
 

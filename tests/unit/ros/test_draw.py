@@ -1,4 +1,4 @@
-"""What is shown of a graph, and in which shapes; no ROS is needed."""
+"""Drawings of a graph as tree, dot, mermaid and page, without ROS."""
 
 from __future__ import annotations
 

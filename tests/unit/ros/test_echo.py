@@ -1,4 +1,4 @@
-"""What `topic echo` takes out of a message, and how it is written."""
+"""Fields and output formats of `topic echo`."""
 
 from __future__ import annotations
 

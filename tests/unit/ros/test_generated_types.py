@@ -1,4 +1,4 @@
-"""Fields of every kind, wide strings and actions, in types that ROS's own generator has made."""
+"""Fields of every kind, wide strings and actions, in types made by ROS's generator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The socket on which the observer of a run tells the graph."""
+"""The socket on which the observer of a run serves the graph."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A transition of which events or answers are lost."""
+"""Lifecycle transitions whose events or answers are lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Long arrays are written without PyYAML, as PyYAML would have written them."""
+"""Long arrays are written without PyYAML, in the same format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Messages to YAML and back: every installed type, and every way in which values do not fit."""
+"""Messages to YAML and back for every installed type, and values that do not fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a probe keeps for a slow reader, over a real pipe."""
+"""Buffering of the probe's output for a slow reader, over a real pipe."""
 
 from __future__ import annotations
 

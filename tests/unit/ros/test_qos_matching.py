@@ -1,4 +1,4 @@
-"""Snapshots of a graph and their drawing; no ROS is needed for either."""
+"""QoS compatibility and its explanation, without ROS."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Rates, delays and bandwidths from arrival times, in the words of ros2cli."""
+"""Rates, delays and bandwidths from arrival times, in the format of ros2cli."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values that a person types for messages and parameters, and what is no value."""
+"""Parsing of values for messages and parameters."""
 
 from __future__ import annotations
 

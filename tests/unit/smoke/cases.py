@@ -1,4 +1,4 @@
-"""A case of an expectation: what it is met by, what not, and what is said then."""
+"""Test cases of a kind of expectation: facts that meet it, facts that do not, and the message."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Case:
     guess: str | None = None
 
     def check(self) -> None:
-        """Met by the good facts, not met by the bad ones, and told so."""
+        """Assert that the good facts meet it, and the bad ones do not, with the right message."""
         good, bad = verdict(self.entry, **self.good), verdict(self.entry, **self.bad)
         assert good.outcome is Outcome.MET, good
         assert bad.outcome is Outcome.VIOLATED

@@ -1,4 +1,4 @@
-"""Facts for the tests of judges: what was seen of a run that never was."""
+"""Made-up facts of a run for the tests of judges."""
 
 from __future__ import annotations
 

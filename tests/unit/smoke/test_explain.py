@@ -1,4 +1,4 @@
-"""Whoever waits in vain is told why, as far as the facts say it."""
+"""Explanations for waits in vain, from the recorded facts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kinds of expectations about processes, lines and the run, met and not met, without a run."""
+"""Judges of processes, lines and the run, on made-up facts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kinds of expectations about ROS, met and not met, over facts without a run."""
+"""Judges of expectations about ROS, on made-up facts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be known to be wrong of a script is found before anything is started."""
+"""Mistakes in a script that are found before the run starts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a smoke command writes: tried beforehand, told once, and not kept for ever."""
+"""Output files of smoke: checked before the run, complete or absent, and pruned."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told about files of expectations is what the loader reads."""
+"""The loader, the JSON schema and docs/smoke.md agree about expectation files."""
 
 from __future__ import annotations
 

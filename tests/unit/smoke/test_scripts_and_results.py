@@ -1,4 +1,4 @@
-"""What smoke decides without a run: quantities, conditions, flags, timelines, codes, baselines."""
+"""Quantities, conditions, flags, steps, exit codes and baselines of smoke."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from tests.unit.smoke.facts import OVER, lines, running, seen, started
         (quantities.RATE, "0.9 to 1.1 Hz", [0.9, 1.1], [0.8, 1.2]),
     ],
 )
-def test_a_duration_is_read_and_printed(
+def test_a_range_is_read_with_its_tolerance(
     quantity: FieldType, text: object, inside: list[float], outside: list[float]
 ):
     span = quantity.parse(text)
