@@ -156,7 +156,7 @@ def test_warnings_are_below_the_tree_and_not_in_the_document(desk: Desk):
     done = desk.call("plan", file)
     assert f"warning: {file}:13: the actions of this timer run outside" in done.stdout
     plain = desk.call("plan", "--json", file)
-    assert "warning" not in plain.stdout
+    assert "warning:" not in plain.stdout
     assert f"warning: {file}:13: " in plain.stderr
 
 
