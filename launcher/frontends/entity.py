@@ -63,7 +63,7 @@ class Entity:
     @property
     def parent(self) -> Entity | None:
         """None: ROS 2's front ends do not provide it."""
-        raise NotImplementedError
+        return None
 
     @property
     def children(self) -> Sequence[Entity]:

@@ -128,23 +128,15 @@ def _qualified(name: str) -> str:
 class XmlEntity(Entity):
     """One tag of an XML launch file; values are coerced to the type that is read."""
 
-    def __init__(
-        self, xml_element: XmlElement, source: SourceText, *, parent: Entity | None = None
-    ) -> None:
+    def __init__(self, xml_element: XmlElement, source: SourceText) -> None:
         self._element = xml_element
         self._source = source
-        self._parent = parent
         self._read_attributes: set[str] = set()
         self._read_tags: set[str] = set()
 
     @property
     def type_name(self) -> str:
         return self._element.tag
-
-    @property
-    def parent(self) -> Entity | None:
-        """None: ROS 2's front ends do not provide it."""
-        return self._parent
 
     @property
     def children(self) -> list[XmlEntity]:

@@ -117,25 +117,18 @@ class YamlEntity(Entity):
         *,
         node: yaml.Node | None = None,
         key_node: yaml.Node | None = None,
-        parent: Entity | None = None,
     ) -> None:
         self._element = element
         self._type_name = type_name
         self._source = source
         self._node = node
         self._key_node = key_node
-        self._parent = parent
         self._read_keys: set[Any] = set()
         self._children_read = False
 
     @property
     def type_name(self) -> str:
         return self._type_name
-
-    @property
-    def parent(self) -> Entity | None:
-        """None: ROS 2's front ends do not provide it."""
-        return self._parent
 
     @property
     def place(self) -> Place | None:
@@ -257,17 +250,15 @@ class YamlEntity(Entity):
         return YamlEntity(value, key, self._source, node=value_node, key_node=key_node or node)
 
     def _value_node(self, name: Any) -> yaml.Node | None:
-        return node_of_key(self._node, name)
+        return _pair_of_key(self._node, name)[1]
 
     def _value_place(self, name: Any) -> Place | None:
         node = self._value_node(name)
         return _place(node, self._source) if node is not None else self.place
 
     def _key_place(self, key: Any) -> Place | None:
-        for key_node, _ in _pairs(self._node):
-            if key_node.value == str(key):
-                return _place(key_node, self._source)
-        return self._value_place(key)
+        node, _ = _pair_of_key(self._node, key)
+        return self.place if node is None else _place(node, self._source)
 
     def _fail_for_missing(self, name: str) -> NoReturn:
         unknown = [str(key) for key in self._element if key not in self._read_keys]
@@ -283,25 +274,13 @@ class YamlEntity(Entity):
         )
 
 
-def _pairs(node: yaml.Node | None) -> list[tuple[yaml.Node, yaml.Node]]:
-    return list(node.value) if isinstance(node, yaml.MappingNode) else []
-
-
-def key_of(node: yaml.Node | None) -> yaml.Node | None:
-    """The first key of a mapping."""
-    return next((key for key, _ in _pairs(node)), None)
-
-
-def node_of_key(node: yaml.Node | None, name: Any) -> yaml.Node | None:
-    """The value of a key of a mapping."""
-    return _pair_of_key(node, name)[1]
-
-
 def _pair_of_key(
     node: yaml.Node | None, name: Any
 ) -> tuple[yaml.Node, yaml.Node] | tuple[None, None]:
-    found = [pair for pair in _pairs(node) if pair[0].value == str(name)]
-    return found[-1] if found else (None, None)  # of keys that occur twice, the last one counts
+    """(key, value) of a mapping; of equal keys the last one, whose value counts."""
+    pairs = node.value if isinstance(node, yaml.MappingNode) else []
+    found = [pair for pair in pairs if pair[0].value == str(name)]
+    return found[-1] if found else (None, None)
 
 
 def _type_text(data_type: Any) -> str:
@@ -328,8 +307,8 @@ class YamlParser(Parser):
         if len(tree) != 1:
             raise StructureError("Expected only one root", place=source.place(1))
         ((type_name, element),) = tree.items()
-        value_node = node_of_key(node, type_name)
-        entity = YamlEntity(element, type_name, source, node=value_node, key_node=key_of(node))
+        key_node, value_node = _pair_of_key(node, type_name)
+        entity = YamlEntity(element, type_name, source, node=value_node, key_node=key_node or node)
         parser = cls()
         parser.source = source
         return entity, parser

@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 from launcher.language.conditions import Condition, LaunchConfigurationEquals
 from launcher.language.context import LaunchContext
 from launcher.language.diagnostics.origin import Origin
-from launcher.language.substitution import Substitution, TextSubstitution
+from launcher.language.substitution import Substitution, plain_text
 from launcher.language.substitutions.configuration import LaunchConfiguration
-
-if TYPE_CHECKING:
-    from typing import Any
-
 
 _MAX_NESTING = 20  # of substitutions in each other; deeper ones are not looked into
 
 
-class Setting:
+class Setting(NamedTuple):
     """A launch configuration that got a value; `origin` is None for the command line."""
 
-    __slots__ = ("name", "origin", "value")
-
-    def __init__(self, name: str, value: Any, origin: Origin | None) -> None:
-        self.name = name
-        self.value = value
-        self.origin = origin
+    name: str
+    value: Any
+    origin: Origin | None
 
 
 class Visit:
@@ -37,20 +30,6 @@ class Visit:
     reads, as they were. `settings` were made by this visit itself, `logs` are texts that it
     printed for the user, `processes` are the numbers of the processes that it started.
     """
-
-    __slots__ = (
-        "children",
-        "depth",
-        "entity",
-        "event",
-        "logs",
-        "parent",
-        "processes",
-        "read",
-        "settings",
-        "skipped",
-        "stamp",
-    )
 
     def __init__(self, entity: Any, parent: Visit | None, stamp: Any, event: Any) -> None:
         self.entity = entity
@@ -140,9 +119,9 @@ def _configurations_in(part: Any, depth: int) -> Iterator[str]:
     if depth == 0:
         return
     if isinstance(part, LaunchConfiguration):
-        name = part.variable_name
-        if all(isinstance(text, TextSubstitution) for text in name):
-            yield "".join(text.text for text in name if isinstance(text, TextSubstitution))
+        name = plain_text(part.variable_name)
+        if name is not None:
+            yield name
     elif isinstance(part, (Substitution, Condition)):
         if isinstance(part, LaunchConfigurationEquals):
             yield part.launch_configuration_name

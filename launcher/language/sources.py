@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from types import ModuleType
@@ -221,20 +222,15 @@ def get_launch_description_from_any_launch_file(
     extension = launch_file_path.rpartition("/")[2].rpartition(".")[2]
     is_markup = extension in ("xml", "yaml", "yml")
     likely: list[Exception] = []
-    for loader in _loaders(is_markup=is_markup):
+    # A file with an unknown suffix is far more often Python than markup.
+    loaders: list[Callable[[str], LaunchDescription]] = [
+        get_launch_description_from_python_launch_file,
+        get_launch_description_from_frontend_launch_file,
+    ]
+    for loader in reversed(loaders) if is_markup else loaders:
         try:
-            description: LaunchDescription = loader(launch_file_path)
-            return description
+            return loader(launch_file_path)
         except Exception as error:
             likely.append(error)
     known = extension if is_markup or extension == "py" else ""
     raise InvalidLaunchFileError(known, likely_errors=likely) from likely[0]
-
-
-def _loaders(*, is_markup: bool) -> list[Any]:
-    # A file with an unknown ending is far more often Python than markup.
-    loaders: list[Any] = [
-        get_launch_description_from_python_launch_file,
-        get_launch_description_from_frontend_launch_file,
-    ]
-    return loaders[::-1] if is_markup else loaders

@@ -101,6 +101,21 @@ def perform_substitutions(context: LaunchContext, subs: Any) -> str:
     return "".join([context.perform_substitution(sub) for sub in subs])
 
 
+def perform(context: LaunchContext, subs: Any) -> str:
+    """The text of one text, one substitution or several of them, before normalisation."""
+    return perform_substitutions(context, normalize_to_list_of_substitutions(subs))
+
+
+def plain_text(subs: Iterable[Substitution]) -> str | None:
+    """The joined texts if all substitutions are TextSubstitutions, else None."""
+    texts = []
+    for sub in subs:
+        if not isinstance(sub, TextSubstitution):
+            return None
+        texts.append(sub.text)
+    return "".join(texts)
+
+
 def describe_substitutions(subs: Iterable[Substitution]) -> str:
     """The descriptions of the substitutions, joined by plus signs."""
     return " + ".join([sub.describe() for sub in subs])

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from launcher.language.ros.generated_files import plain
 from launcher.model.spec import ProcessSpec
 
 _PRIVATE = 0o700
@@ -58,7 +59,7 @@ class ParameterFiles:
         """(path, text) of a file with this content; the path is None if it cannot be written."""
         import yaml
 
-        text = yaml.safe_dump(_plain(content), default_flow_style=False, sort_keys=False)
+        text = yaml.safe_dump(plain(content), default_flow_style=False, sort_keys=False)
         digest = hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()[:12]
         with contextlib.suppress(OSError):
             path = self._own_folder() / f"{_file_name(label)}-{digest}.yaml"
@@ -82,14 +83,6 @@ class ParameterFiles:
 
 def _file_name(label: str) -> str:
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in label)[:60] or "node"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return value
 
 
 def shell_word(word: str) -> str:

@@ -13,7 +13,7 @@ from launcher.frontends.parsers.attributes import (
     parse_action,
     parse_texts,
 )
-from launcher.language.substitution import TextSubstitution
+from launcher.language.substitution import plain_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -160,6 +160,6 @@ def parse_shutdown(cls: type, entity: Entity, parser: Any) -> Parsed:
     reason = entity.get_attr("reason", optional=True)
     if reason:
         parts = parser.parse_substitution(reason)
-        texts = [part.text for part in parts if isinstance(part, TextSubstitution)]
-        arguments["reason"] = "".join(texts) if len(texts) == len(parts) else parts
+        text = plain_text(parts)
+        arguments["reason"] = parts if text is None else text
     return cls, arguments

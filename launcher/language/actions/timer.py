@@ -124,7 +124,9 @@ class TimerAction(Action):
             self._lose(context, error)
             return
         if not self.__canceled:
-            self.__timer_id = self._call_later(context, delay_s)
+            self.__timer_id = context._host.call_later(
+                max(0.0, delay_s), lambda: self._fire(context)
+            )
 
     def _lose(self, context: LaunchContext, error: Exception) -> None:
         text = f"the timer never fires: its period is not a number: {error}"
@@ -132,9 +134,6 @@ class TimerAction(Action):
         context._host.warn_quirk(text, self._origin)
         assert self._completed_future is not None
         self._completed_future.set_result(None)
-
-    def _call_later(self, context: LaunchContext, delay_s: float) -> int:
-        return context._host.call_later(max(0.0, delay_s), lambda: self._fire(context))
 
     def _fire(self, context: LaunchContext) -> None:
         self.__timer_id = None

@@ -18,10 +18,8 @@ if TYPE_CHECKING:
 _LISTS = ("initial_entities", "actions")  # keywords that take a list of entities
 
 
-class WrongEntryError(AttributeError):
-    """One of several entities is something else."""
-
-    ros_type = "AttributeError"
+class _BadEntryError(Exception):
+    """Base of errors with a hint and a location for `faults.explain`."""
 
     def __init__(self, message: str, hint: str, place: Origin | None) -> None:
         super().__init__(message)
@@ -29,26 +27,22 @@ class WrongEntryError(AttributeError):
         self._launcher_place = place
 
 
-class NotAListError(TypeError):
+class WrongEntryError(_BadEntryError, AttributeError):
+    """An entry of a list of entities is not an entity."""
+
+    ros_type = "AttributeError"
+
+
+class NotAListError(_BadEntryError, TypeError):
     """A function returned a single object where a list is expected."""
 
     ros_type = "TypeError"
 
-    def __init__(self, message: str, hint: str, place: Origin | None) -> None:
-        super().__init__(message)
-        self._launcher_hint = hint
-        self._launcher_place = place
 
-
-class FromHandlerError(RuntimeError):
-    """An event handler yielded something that is no entity."""
+class FromHandlerError(_BadEntryError, RuntimeError):
+    """An event handler yielded something that is not an entity."""
 
     ros_type = "RuntimeError"
-
-    def __init__(self, item: Any, hint: str, place: Origin | None) -> None:
-        super().__init__(f"expected a LaunchDescriptionEntity from event_handler, got '{item}'")
-        self._launcher_hint = hint
-        self._launcher_place = place
 
 
 class NoCommandError(IndexError):
@@ -93,7 +87,8 @@ def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
     place = None if function is None else return_place(function)
     if place is None:
         place = getattr(getattr(event, "action", None), "_origin", None)
-    return FromHandlerError(item, _repair(item, handler), place)
+    message = f"expected a LaunchDescriptionEntity from event_handler, got '{item}'"
+    return FromHandlerError(message, _repair(item, handler), place)
 
 
 def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:

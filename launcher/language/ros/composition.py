@@ -29,6 +29,7 @@ from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
     optional_substitutions,
+    perform,
     perform_substitutions,
 )
 from launcher.model.events import ComponentLoaded, LoadRequest
@@ -169,8 +170,7 @@ class LoadComposableNodes(Action):
         if isinstance(self.__target_container, ComposableNodeContainer):
             self.__container_name = self.__target_container.node_name
         else:
-            subs = normalize_to_list_of_substitutions(self.__target_container)
-            self.__container_name = perform_substitutions(context, subs)
+            self.__container_name = perform(context, self.__target_container)
         requests = [
             get_composable_node_load_request(description, context, self.__container_name)
             for description in self.__composable_node_descriptions

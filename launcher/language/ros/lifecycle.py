@@ -143,12 +143,10 @@ class OnStateTransition(EventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, as a text."""
         return "<actions>"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, as a text."""
         if self.__target is None:
             return "event == StateTransition"
         return (

@@ -28,6 +28,7 @@ from launcher.language.ros.parameter_values import evaluate_parameters, normaliz
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
+    perform,
     perform_substitutions,
 )
 from launcher.language.substitutions.configuration import LocalSubstitution
@@ -179,11 +180,11 @@ class Node(ExecuteProcess):
 
     def _expand_names(self, context: LaunchContext) -> None:
         if self.__node_name is not None:
-            self.__expanded_node_name = _perform(context, self.__node_name)
+            self.__expanded_node_name = perform(context, self.__node_name)
             validate_node_name(self.__expanded_node_name)
         given = None
         if self.__node_namespace is not None:
-            given = _perform(context, self.__node_namespace)
+            given = perform(context, self.__node_namespace)
         base = context.launch_configurations.get("ros_namespace", None)
         namespace = make_namespace_absolute(prefix_namespace(base, given))
         if namespace is not None:
@@ -288,7 +289,3 @@ class Node(ExecuteProcess):
     def _program_word(self) -> str | None:
         words = self.process_description.final_cmd
         return None if not words else words[len(words) - len(self.process_description.cmd)]
-
-
-def _perform(context: LaunchContext, subs: Any) -> str:
-    return perform_substitutions(context, normalize_to_list_of_substitutions(subs))

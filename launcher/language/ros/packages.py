@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from launcher import packages
@@ -43,7 +44,7 @@ class IllFormedNameError(PackageNotFoundError, ValueError):
     ros_type = "ValueError"
 
 
-def _require_a_name(name: str) -> None:
+def _check_package_name(name: str) -> None:
     # REP 127 with the exceptions that it recommends
     if not re.fullmatch(r"[a-zA-Z0-9][a-zA-Z0-9_-]+", name, re.ASCII):
         raise IllFormedNameError(
@@ -53,18 +54,10 @@ def _require_a_name(name: str) -> None:
         )
 
 
-def _package_prefix(name: str) -> str:
-    _require_a_name(name)
+def _find(look_up: Callable[[str, Mapping[str, str]], Path], name: str) -> str:
+    _check_package_name(name)
     try:
-        return str(packages.package_prefix(name, os.environ))
-    except PackageNotFoundError as error:
-        raise _missing(error, name) from None
-
-
-def _share_directory(name: str) -> str:
-    _require_a_name(name)
-    try:
-        return str(packages.share_directory(name, os.environ))
+        return str(look_up(name, os.environ))
     except PackageNotFoundError as error:
         raise _missing(error, name) from None
 
@@ -106,7 +99,7 @@ class FindPackagePrefix(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        return _package_prefix(package_name)
+        return _find(packages.package_prefix, package_name)
 
 
 @public("launch_ros.substitutions.find_package")
@@ -115,7 +108,7 @@ class FindPackageShare(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        return _share_directory(package_name)
+        return _find(packages.share_directory, package_name)
 
 
 class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
@@ -127,7 +120,7 @@ class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
         ExecutableNotFoundError.__init__(self, error.message, hint=error.hint)
 
 
-def _program_elsewhere(package: str, executable: str) -> str:
+def _executable_path(package: str, executable: str) -> str:
     """A program given with a folder: as in ROS 2, it is not looked for in the package at all."""
     libexec = packages.package_prefix(package, os.environ) / "lib" / package
     if libexec.is_dir() and os.path.isfile(executable) and os.access(executable, os.X_OK):
@@ -169,10 +162,10 @@ class ExecutableInPackage(FindPackagePrefix):
         executable = perform_substitutions(context, self.executable)
         package = perform_substitutions(context, self.package)
         self._found = (package, executable)
-        _require_a_name(package)
+        _check_package_name(package)
         try:
             if os.path.dirname(executable):
-                return _program_elsewhere(package, executable)
+                return _executable_path(package, executable)
             path: Path = packages.find_executable(package, executable, os.environ)
         except PackageNotFoundError as error:
             raise _missing(error, package) from None

@@ -74,9 +74,6 @@ class _Joined(Substitution):
 class ThisLaunchFile(Substitution):
     """The path of the launch file that is being visited."""
 
-    def __init__(self) -> None:
-        super().__init__()
-
     def describe(self) -> str:
         return "ThisLaunchFile()"
 
@@ -89,9 +86,6 @@ class ThisLaunchFile(Substitution):
 @public("launch.substitutions.this_launch_file_dir")
 class ThisLaunchFileDir(Substitution):
     """The folder of the launch file that is being visited."""
-
-    def __init__(self) -> None:
-        super().__init__()
 
     def describe(self) -> str:
         return "ThisLaunchFileDir()"
@@ -163,9 +157,6 @@ class FileContent(Substitution):
 @public("launch.substitutions.launch_log_dir")
 class LaunchLogDir(Substitution):
     """The folder of this run's log files."""
-
-    def __init__(self) -> None:
-        super().__init__()
 
     def describe(self) -> str:
         return "LaunchLogDir()"
