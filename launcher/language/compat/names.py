@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
-from collections.abc import Iterator
 from types import FrameType, ModuleType
 
 from launcher.language.compat.table import MODULES, SUBMODULES
@@ -32,13 +31,6 @@ def submodules(package: str) -> set[str]:
     """The names of the modules directly in a public package; none if it is no package."""
     own = {name.rpartition(".")[2] for name in MODULES if name.rpartition(".")[0] == package}
     return own.union(SUBMODULES.get(package, ()))
-
-
-def public_modules() -> Iterator[str]:
-    """The dotted names of all modules that the table has."""
-    yield from MODULES
-    for package, names in SUBMODULES.items():
-        yield from (f"{package}.{name}" for name in names)
 
 
 def _sources(module: str) -> dict[str, tuple[str, str]]:
