@@ -14,12 +14,12 @@ SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
 
 def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
-    """The launch file that `TARGET` or `PACKAGE FILE` means; UsageError if there is none.
+    """The launch file that `TARGET` or `PACKAGE FILE` names; UsageError if there is none.
 
     TARGET is a path, or the name of a launch file without its suffix: in `launch/` below the
-    working directory or one of the folders above it, then in the share folders of the packages
-    that are installed. PACKAGE FILE is looked up as `ros2 launch` does: by the file's name
-    anywhere below the package's share folder.
+    working directory or one of its parents, then in the share folders of installed packages.
+    PACKAGE FILE is looked up as by `ros2 launch`: the file's name anywhere below the package's
+    share folder.
     """
     if len(words) == 2:
         return _in_package(words[0], words[1], env)
@@ -55,7 +55,7 @@ def _is_file(path: Path) -> bool:
 
 
 def _shown(target: str) -> str:
-    """The word as it can be printed: not endless, and without half characters."""
+    """The word for a message: shortened, and encodable."""
     text = target.encode(errors="surrogateescape").decode(errors="replace")
     return text if len(text) <= 80 else f"{text[:60]}...{text[-15:]}"
 

@@ -1,4 +1,4 @@
-"""YAML launch files: text to nodes with their marks, the entities on top of them, the parser.
+"""YAML launch files: the parser and its entities, with the line and column of each key.
 
 Values follow YAML's own rules and are kept beside their nodes, which have line and column.
 """
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 MAX_TEXT = 512 * 1024  # characters; YAML is read at some 100 KiB a second
 MAX_NUMBER = 1000  # digits; numbers to base 60 take quadratic time
-MAX_NODES = 200_000  # with every alias counted as what it stands for
+MAX_NODES = 200_000  # with all aliases expanded
 MAX_DEPTH = 120  # a nested action takes two levels
 
 
 def parse_yaml(source: SourceText) -> tuple[Any, yaml.Node | None]:
-    """(value, node) of the document; FrontendError that names the line if it is no YAML."""
+    """(value, node) of the document; FrontendError with the line if it is not YAML."""
     if len(source.text) > MAX_TEXT:
         raise FrontendError("the file is too large for a launch file", ros_type="YAMLError")
     try:
@@ -64,7 +64,7 @@ def _located(problem: yaml.MarkedYAMLError, source: SourceText) -> FrontendError
 
 
 def _check_size(root: yaml.Node, source: SourceText) -> None:
-    """Count every alias as what it stands for, so that an expansion bomb is refused."""
+    """Reject expansion bombs: every alias counts as the nodes that it expands to."""
     sizes: dict[int, int] = {}
     open_nodes: set[int] = set()
 
@@ -132,7 +132,7 @@ class YamlEntity(Entity):
 
     @property
     def place(self) -> Place | None:
-        """Where its key begins; an item of a list has none, then where the item begins."""
+        """Where its key begins; for an item of a list, where the item begins."""
         node = self._key_node or self._node
         return _place(node, self._source) if node is not None else None
 
@@ -183,7 +183,7 @@ class YamlEntity(Entity):
         optional: bool = False,
         can_be_str: bool = True,
     ) -> Any:
-        """The value if it has the type; nested entities if `List[Entity]` is asked for."""
+        """See Entity.get_attr; values are not converted."""
         if not self._has(name):
             self._read_keys.add(name)
             return None if optional else self._fail_for_missing(name)
@@ -298,7 +298,7 @@ class YamlParser(Parser):
 
     @classmethod
     def load(cls, file: Any) -> tuple[YamlEntity, YamlParser]:
-        """(root entity, parser) of a path or an open file; FrontendError if it is no YAML."""
+        """(root entity, parser) of a path or an open file; FrontendError if it is not YAML."""
         source = read_text(file)
         tree, node = parse_yaml(source)
         if not isinstance(tree, dict):

@@ -1,4 +1,4 @@
-"""The visited entities as a tree, for the rendering of a plan."""
+"""Records the visited entities as a tree, for plans."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from launcher.language.diagnostics.origin import Origin
 from launcher.language.substitution import Substitution, plain_text
 from launcher.language.substitutions.configuration import LaunchConfiguration
 
-_MAX_NESTING = 20  # of substitutions in each other; deeper ones are not looked into
+_MAX_NESTING = 20  # of substitutions; deeper ones are not searched
 
 
 class Setting(NamedTuple):
@@ -25,10 +25,10 @@ class Setting(NamedTuple):
 class Visit:
     """One visit of an entity and, below it, the visits of what it yielded.
 
-    `depth` counts from 1; `stamp` tells when; `event` is what led to a visit without parent.
-    `skipped`: the condition was false; `read` holds the launch configurations that the condition
-    reads, as they were. `settings` were made by this visit itself, `logs` are texts that it
-    printed for the user, `processes` are the numbers of the processes that it started.
+    `depth` counts from 1; `stamp`: the time; `event`: the cause of a visit without parent;
+    `skipped`: the condition was false; `read`: values of the launch configurations that the
+    condition reads; `settings`, `logs`, `processes`: launch configurations set, messages printed
+    and numbers of processes started by this visit itself.
     """
 
     def __init__(self, entity: Any, parent: Visit | None, stamp: Any, event: Any) -> None:
@@ -86,7 +86,7 @@ class Trace:
             self._current.skipped = True
 
     def configured(self, name: str, value: Any, origin: Origin | None) -> None:
-        """A launch configuration got a value."""
+        """A launch configuration was set."""
         if self._current is not None:
             self._current.settings.append(Setting(name, value, origin))
 

@@ -1,4 +1,4 @@
-"""Event handlers, except those of processes: a matcher, and what to do with a matching event."""
+"""Event handlers for actions, includes and shutdown; those of processes are in actions.process."""
 
 from __future__ import annotations
 

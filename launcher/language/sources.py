@@ -1,4 +1,4 @@
-"""Sources of launch descriptions: files, or a description that is there already."""
+"""Sources of launch descriptions: launch files, or an existing description."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from launcher.language.description import LaunchDescription
 
 
-_MODULE_NAME = "python_launch_file"  # what launch files find in their __name__
+_MODULE_NAME = "python_launch_file"  # `__name__` of launch files
 _REQUIRED = "generate_launch_description"
 
 
@@ -49,7 +49,7 @@ class InvalidLaunchFileError(Exception):
 
 @public("launch.launch_description_source")
 class LaunchDescriptionSource:
-    """A launch description and where it comes from; loaded once, when first asked for."""
+    """A launch description and its origin; loaded once, on first use."""
 
     def __init__(
         self,
@@ -63,7 +63,7 @@ class LaunchDescriptionSource:
         self.__method = method
 
     def try_get_launch_description_without_context(self) -> LaunchDescription | None:
-        """The description if it can be had with an empty context, else None; not kept."""
+        """The description if it can be loaded with an empty context, else None; not cached."""
         if self.__launch_description is not None:
             return self.__launch_description
         try:
@@ -95,7 +95,7 @@ class LaunchDescriptionSource:
 
     @property
     def method(self) -> str:
-        """How the description is made from the location."""
+        """How the description is loaded."""
         return self.__method
 
 
@@ -169,7 +169,7 @@ class InvalidPythonLaunchFileError(Exception):
 
 
 class _Loader(SourceFileLoader):
-    """Executes the source as it is on disk: no byte code is written next to launch files."""
+    """Writes no byte code next to launch files."""
 
     def get_code(self, fullname: str) -> Any:
         return self.source_to_code(self.get_data(self.path), self.path)
@@ -217,7 +217,7 @@ def get_launch_description_from_any_launch_file(
 ) -> LaunchDescription:
     """The description of a file of any kind; InvalidLaunchFileError if no loader accepts it.
 
-    The error's `__cause__` is that of the loader which the file's name suggests.
+    Its `__cause__` is the error of the loader that the file's suffix suggests.
     """
     extension = launch_file_path.rpartition("/")[2].rpartition(".")[2]
     is_markup = extension in ("xml", "yaml", "yml")

@@ -1,4 +1,4 @@
-"""Command lines to paste into a shell, and the parameter files that they name."""
+"""Command lines to paste into a shell, with their parameter files."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _environment_words(env: Mapping[str, str], before: Mapping[str, str]) -> lis
 class ParameterFiles:
     """Writes the generated parameter files of a plan for commands that are pasted later.
 
-    The name of a file contains a hash of its content, so that the next plan uses it again.
+    The name of a file contains a hash of its content, so the next plan reuses it.
     """
 
     def __init__(self) -> None:
@@ -72,7 +72,7 @@ class ParameterFiles:
             folder = Path(tempfile.gettempdir()) / f"launcher-plan-{os.getuid()}"
             with contextlib.suppress(FileExistsError):
                 folder.mkdir(_PRIVATE)
-            # Somebody else may have created a folder of this name.
+            # The folder may belong to another user.
             found = folder.lstat()
             ours = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
             if not ours or stat.S_IMODE(found.st_mode) & 0o022:

@@ -1,4 +1,4 @@
-"""Short texts about entities, conditions and events, for the tree of a plan."""
+"""Short descriptions of entities, conditions and events, for the tree of a plan."""
 
 from __future__ import annotations
 

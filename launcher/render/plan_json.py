@@ -1,4 +1,4 @@
-"""The plan as the document of `plan --json`."""
+"""The document of `plan --json`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nodes with their parameters and remappings, containers and composable nodes."""
+"""Parse functions of nodes, containers and composable nodes."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def _descriptions(entities: list[Entity], parser: Any) -> list[Any]:
 
 
 def parse_composable_node(cls: type, parser: Any, entity: Entity) -> Parsed:
-    """`composable_node`; unknown attributes are not looked for, as in ROS 2."""
+    """`composable_node`; as in ROS 2, unknown attributes are ignored."""
     arguments: dict[str, Any] = {}
     add_texts(arguments, entity, parser, {"package": "pkg", "plugin": "plugin"}, optional=False)
     texts = {"name": "name", "namespace": "namespace"}

@@ -1,4 +1,4 @@
-"""The words of `$(name word word)` as keyword arguments of substitutions."""
+"""Parse function of substitutions: words of `$(name word ...)` to keyword arguments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """Which keyword each word stands for, in order; the optional ones come last."""
+    """The keyword of each word, in order; the optional ones come last."""
 
     name: str
     required: tuple[str, ...] = ()
@@ -103,7 +103,7 @@ def _keywords(words: Words, data: Sequence[Any]) -> dict[str, Any]:
 
 
 def _modules(word: Sequence[Any]) -> list[str]:
-    """The names of modules, which stand in one word, separated by commas."""
+    """The names of modules in one word, separated by commas."""
     if not word:
         return []
     names: str = word[0].perform(None)

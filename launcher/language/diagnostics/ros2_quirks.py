@@ -1,4 +1,4 @@
-"""Warnings about behaviour that ROS 2 has and people do not expect."""
+"""Warnings about surprising behaviour of ROS 2 that this launcher reproduces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Composable nodes: their description, their container, and loading them into one."""
+"""Composable nodes: description, container, and loading into a container."""
 
 from __future__ import annotations
 
@@ -88,12 +88,10 @@ class ComposableNode:
 
     @property
     def parameters(self) -> Any:
-        """The parameters, normalised."""
         return self.__parameters
 
     @property
     def remappings(self) -> Any:
-        """The remappings, normalised."""
         return self.__remappings
 
     @property
@@ -102,7 +100,7 @@ class ComposableNode:
         return self.__extra_arguments
 
     def condition(self) -> Condition | None:
-        """Whether to load it at all."""
+        """The node is loaded only if this is true."""
         return self.__condition
 
 
@@ -123,7 +121,7 @@ class ComposableNodeContainer(Node):
         self.__composable_node_descriptions = composable_node_descriptions
 
     def execute(self, context: LaunchContext) -> Any:
-        """Start it; yield the loading of the nodes whose condition allows it."""
+        """Start the container; yield an action that loads the nodes."""
         wanted = [
             description
             for description in self.__composable_node_descriptions or ()
@@ -166,7 +164,7 @@ class LoadComposableNodes(Action):
         self.__container_name = ""
 
     def execute(self, context: LaunchContext) -> None:
-        """Build all requests now, in the current scope; send the first."""
+        """Build all requests in the current scope; send the first."""
         if isinstance(self.__target_container, ComposableNodeContainer):
             self.__container_name = self.__target_container.node_name
         else:
@@ -183,13 +181,15 @@ class LoadComposableNodes(Action):
         first, rest = requests[0], requests[1:]
 
         def answered(answer: ComponentLoaded) -> None:
-            self._tell(context, first, answer)
+            self._report(context, first, answer)
             if rest:
                 context._host.later(lambda: self._send(context, rest))
 
         context._host.load_component(first, answered)
 
-    def _tell(self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded) -> None:
+    def _report(
+        self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded
+    ) -> None:
         name = answer.full_node_name or request.name or ""
         container = self.__container_name
         if answer.error is not None:

@@ -54,7 +54,7 @@ class NodeActionExtension:
     def prepare_for_execute(
         self, context: LaunchContext, ros_specific_arguments: Any, node_action: Any
     ) -> tuple[list[Any], Any]:
-        """(further words, the arguments, changed or not)."""
+        """(further words, the possibly changed arguments)."""
         return [], ros_specific_arguments
 
 
@@ -158,7 +158,7 @@ class Node(ExecuteProcess):
 
     def _perform_substitutions(self, context: LaunchContext) -> None:
         if self.__substitutions_performed:
-            return  # a subclass did it already
+            return  # called by a subclass before
         self.__substitutions_performed = True
         try:
             self._expand_names(context)
@@ -233,7 +233,7 @@ class Node(ExecuteProcess):
         import yaml
 
         name, value = parameter.evaluate(context)
-        # A scalar is dumped as a document of its own, with an end mark that has no place here.
+        # PyYAML ends a scalar document with `...`.
         text = yaml.dump(value).rstrip("\n").removesuffix("\n...")
         return f"{name}:={text}"
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def _missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
-    """The error as one that launch files catch: a KeyError of ament_index_python's kind."""
+    """The error as launch files expect it: also ament_index_python's exception, or KeyError."""
     try:
         from ament_index_python.packages import PackageNotFoundError as AmentError
     except ImportError:
@@ -121,7 +121,7 @@ class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
 
 
 def _executable_path(package: str, executable: str) -> str:
-    """A program given with a folder: as in ROS 2, it is not looked for in the package at all."""
+    """The path of an executable given with a folder: as in ROS 2, not searched in the package."""
     libexec = packages.package_prefix(package, os.environ) / "lib" / package
     if libexec.is_dir() and os.path.isfile(executable) and os.access(executable, os.X_OK):
         return executable
@@ -138,7 +138,7 @@ class ExecutableInPackage(FindPackagePrefix):
     def __init__(self, executable: Any, package: Any) -> None:
         super().__init__(package)
         self.__executable = normalize_to_list_of_substitutions(executable)
-        # (package, executable) of the last `perform`, for renderings that show both.
+        # (package, executable) of the last `perform`, for plans.
         self._found: tuple[str, str] | None = None
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Paths: joined, of this launch file, of programs; the content of files; the log folder."""
+"""Substitutions for paths, programs and the content of files."""
 
 from __future__ import annotations
 
@@ -96,10 +96,10 @@ class ThisLaunchFileDir(Substitution):
         return _local(context, "current_launch_file_directory", "ThisLaunchFileDir")
 
 
-def _local(context: LaunchContext, key: str, who: str) -> str:
+def _local(context: LaunchContext, key: str, name: str) -> str:
     value = context.get_locals_as_dict().get(key)
     if value is None:
-        raise SubstitutionFailure(f"{who} used outside of a launch file (in a script)")
+        raise SubstitutionFailure(f"{name} used outside of a launch file (in a script)")
     return str(value)
 
 

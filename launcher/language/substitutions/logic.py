@@ -1,4 +1,4 @@
-"""Truth values as texts: not, and, or, any, all, equality, and a choice between two texts."""
+"""Boolean substitutions, equality, and the choice between two texts."""
 
 from __future__ import annotations
 
@@ -125,10 +125,10 @@ class AllSubstitution(_ManySided):
 
 @public("launch.substitutions.equals_substitution")
 class EqualsSubstitution(_TwoSided):
-    """Whether two values are equal: as truth values or numbers where both are such."""
+    """Whether two values are equal; compared as truth values or numbers if both are."""
 
     def __init__(self, left: Any, right: Any) -> None:
-        super().__init__(_side(left), _side(right))
+        super().__init__(_normalize_operand(left), _normalize_operand(right))
 
     def perform(self, context: LaunchContext) -> str:
         left = perform_substitutions(context, self.left)
@@ -136,7 +136,7 @@ class EqualsSubstitution(_TwoSided):
         return _text(_equal(left, right))
 
 
-def _side(value: Any) -> list[Substitution]:
+def _normalize_operand(value: Any) -> list[Substitution]:
     if is_substitution(value):
         return normalize_to_list_of_substitutions(value)
     if value is None:
@@ -193,6 +193,6 @@ class IfElseSubstitution(Substitution):
         return f"IfElseSubstitution({', '.join(texts)})"
 
     def perform(self, context: LaunchContext) -> str:
-        """The chosen text; SubstitutionFailure if the condition is no truth value."""
+        """The chosen text; SubstitutionFailure if the condition is not a truth value."""
         chosen = self.if_value if _truth(context, self.condition) else self.else_value
         return perform_substitutions(context, chosen)

@@ -1,4 +1,4 @@
-"""Python expressions as texts."""
+"""PythonExpression: the value of a Python expression."""
 
 from __future__ import annotations
 
