@@ -43,7 +43,7 @@ def load(path: str) -> LaunchDescription:
             f"generate_launch_description() returned {type(description).__name__}, "
             "not a LaunchDescription",
             where=f"{path}:1" if place is None else str(place),
-            hint="end it with `return LaunchDescription([...])`",
+            hint="return LaunchDescription([...])",
         )
     return description
 

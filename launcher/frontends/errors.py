@@ -99,12 +99,12 @@ def _taken_from(error: LaunchFileError) -> tuple[LaunchFileError, ...]:
 _OTHER_NAMES = {
     ("arg", "value"): "'default' suggests a value, <let> sets one",
     ("include", "ns"): "put it into a <group> with a <push_ros_namespace namespace=.../>",
-    ("node", "executable"): "it is written 'exec'",
-    ("node", "ns"): "it is written 'namespace'",
-    ("node", "package"): "it is written 'pkg'",
-    ("node", "type"): "it is written 'exec'",
+    ("node", "executable"): "use 'exec'",
+    ("node", "ns"): "use 'namespace'",
+    ("node", "package"): "use 'pkg'",
+    ("node", "type"): "use 'exec'",
     ("group", "ns"): "use push_ros_namespace within the group",
-    ("node", "required"): "it is written on_exit: shutdown",
+    ("node", "required"): "use on_exit: shutdown",
     ("node", "clear_params"): "not in ROS 2: every node has its own parameters",
 }
 
@@ -118,9 +118,9 @@ def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
     """A hint for a missing attribute: a similar one that is present."""
     for other in present:
         if f"'{name}'" in _OTHER_NAMES.get((tag, other), ""):
-            return f"'{other}' is written '{name}' in ROS 2"
+            return f"ROS 2 uses '{name}' instead of '{other}'"
     near = suggest(name, sorted(present))
-    return f"is '{near}' meant to be '{name}'?" if near else None
+    return f"is '{near}' a typo of '{name}'?" if near else None
 
 
 def count_of(error: LaunchFileError) -> int:

@@ -26,10 +26,10 @@ EXTENSION_GROUP = "launch.frontend.launch_extension"
 
 # Tags of ROS 1, and what to use instead.
 _ROS_1_TAGS = {
-    "param": "in ROS 2 a <param> stands within its <node>",
-    "rosparam": 'ROS 2 writes <param from="FILE"/> within the <node>',
-    "remap": "ROS 2 writes <set_remap from=... to=.../> outside of a <node>",
-    "env": "ROS 2 writes <set_env name=... value=.../> outside of a <node>",
+    "param": "in ROS 2, write <param> inside its <node>",
+    "rosparam": 'in ROS 2, write <param from="FILE"/> inside the <node>',
+    "remap": "in ROS 2, write <set_remap from=... to=.../> outside of a <node>",
+    "env": "in ROS 2, write <set_env name=... value=.../> outside of a <node>",
     "machine": "ROS 2 starts processes on this machine only",
     "test": "ROS 2 has launch_testing for this",
 }

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 # Substitutions of ROS 1, and what to use instead.
 _ROS_1_WORDS = {
-    "find": "ROS 2 writes $(find-pkg-share PACKAGE)",
-    "arg": "ROS 2 writes $(var NAME)",
-    "optenv": "ROS 2 writes $(env NAME DEFAULT)",
+    "find": "in ROS 2, write $(find-pkg-share PACKAGE)",
+    "arg": "in ROS 2, write $(var NAME)",
+    "optenv": "in ROS 2, write $(env NAME DEFAULT)",
 }
 
 
@@ -96,7 +96,7 @@ def _syntax_error(value: str, problem: GrammarError, place: Place | None) -> Fro
     return FrontendError(
         f"in '{shown(value)}': {problem}",
         place=_shifted(place, problem.position),
-        hint=r"a '$(' that is meant as text is written '\$('" if problem.at_end else None,
+        hint=r"write '\$(' for a literal '$('" if problem.at_end else None,
         ros_type="UnexpectedEOF" if problem.at_end else "UnexpectedCharacters",
     )
 

@@ -25,7 +25,7 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         return _in_package(words[0], words[1], env)
     (target,) = words
     if not target:
-        raise UsageError("the name of the launch file is empty", hint="is a variable not set?")
+        raise UsageError("the name of the launch file is empty", hint="is a shell variable unset?")
     path = Path(target)
     if _is_file(path):
         return path.absolute()
@@ -40,8 +40,8 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     if not found:
         known = sorted({_stem(file) for file in _all_launch_files(env)})
         hint = _near(target, known) or (
-            "names are searched in launch/ here and in the folders above, and in installed "
-            "packages; a path works from anywhere"
+            "names are searched in launch/ here and in parent directories, and in installed "
+            "packages; or give a path"
         )
         raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
     return _only(target, found)
@@ -115,8 +115,8 @@ def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
 def _only(name: str, found: list[Path]) -> Path:
     if len(found) > 1:
         raise UsageError(
-            f"'{name}' is found more than once: {', '.join(map(str, found))}",
-            hint="give the path of the one to use",
+            f"'{name}' is ambiguous: {', '.join(map(str, found))}",
+            hint="give the path of one of them",
         )
     return found[0]
 

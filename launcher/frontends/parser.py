@@ -107,7 +107,7 @@ class Parser:
         """The launch description of a root entity; errors of all actions are reported together."""
         if entity.type_name != "launch":
             raise StructureError(
-                f"a launch file begins with 'launch', not with '{entity.type_name}'",
+                f"the root of a launch file must be 'launch', not '{entity.type_name}'",
                 place=entity.place,
             )
         deprecated = entity.get_attr("deprecated", optional=True)
@@ -180,7 +180,7 @@ def read_text(file: Any) -> SourceText:
         with open(file, encoding="utf-8") as stream:
             return SourceText(path, stream.read())
     except UnicodeDecodeError as problem:
-        message = f"{path} is not UTF-8 text: byte {problem.start} is not"
+        message = f"{path} is not valid UTF-8 at byte {problem.start}"
         raise FrontendError(message, ros_type="UnicodeDecodeError") from problem
     except OSError as problem:
         message = f"cannot read {path}: {problem.strerror}"

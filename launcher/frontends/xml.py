@@ -84,7 +84,7 @@ class _TreeBuilder:
         if not self._open:
             return None
         tag = self._open[-1]
-        return f"<{tag.tag}> of line {tag.line} is still open here"
+        return f"<{tag.tag}> in line {tag.line} is not closed"
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         element = XmlElement(
@@ -110,7 +110,7 @@ class _TreeBuilder:
         if is_parameter or value is None:
             self._refuse(f"the XML entity '{name}' is defined outside of the file")
         elif len(value) > MAX_XML_ENTITY or "&" in value:
-            self._refuse(f"the XML entity '{name}' is too long, or is made of other ones")
+            self._refuse(f"the XML entity '{name}' is too long or refers to another one")
 
     def _refuse(self, message: str) -> NoReturn:
         place = self._source.place(
@@ -236,7 +236,7 @@ class XmlEntity(Entity):
 
     def _fail_for_tag(self, child: XmlElement) -> NoReturn:
         raise UnexpectedContentError(
-            f"<{child.tag}> has no meaning within <{self.type_name}>",
+            f"<{child.tag}> is not allowed inside <{self.type_name}>",
             place=self._source.place(child.line, child.column),
             hint=did_you_mean(child.tag, self._read_tags),
         )

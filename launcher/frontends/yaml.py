@@ -72,7 +72,7 @@ def _check_size(root: yaml.Node, source: SourceText) -> None:
         if id(node) in sizes:
             return sizes[id(node)]
         if id(node) in open_nodes or depth > MAX_DEPTH:
-            problem = "an alias within itself" if id(node) in open_nodes else "nested too deeply"
+            problem = "an alias of itself" if id(node) in open_nodes else "nested too deeply"
             place = _place(node, source)
             raise FrontendError(f"this YAML is {problem}", place=place, ros_type="RecursionError")
         if _is_long_number(node):
@@ -82,7 +82,7 @@ def _check_size(root: yaml.Node, source: SourceText) -> None:
         open_nodes.discard(id(node))
         sizes[id(node)] = total
         if total > MAX_NODES:
-            message = f"this YAML stands for more than {MAX_NODES} values"
+            message = f"this YAML expands to more than {MAX_NODES} values"
             raise FrontendError(message, place=_place(node, source), ros_type="MemoryError")
         return total
 
@@ -225,7 +225,7 @@ class YamlEntity(Entity):
             raise AttributeTypeError(
                 f"'{name}' of '{self._type_name}' should be a list of mappings",
                 place=self._value_place(name),
-                hint="begin each of them with '- '",
+                hint="begin each item with '- '",
                 ros_type="IndexError" if value == [] else None,
             )
         node = self._value_node(name)
@@ -242,7 +242,7 @@ class YamlEntity(Entity):
             raise StructureError(
                 f"each item of '{self._type_name}' is one action: a mapping with exactly one key",
                 place=place,
-                hint="a new action begins with '- '" if isinstance(item, dict) else None,
+                hint="begin each action with '- '" if isinstance(item, dict) else None,
                 ros_type="TypeError" if isinstance(item, (bool, int, float)) else None,
             )
         ((key, value),) = item.items()
@@ -302,7 +302,7 @@ class YamlParser(Parser):
         source = read_text(file)
         tree, node = parse_yaml(source)
         if not isinstance(tree, dict):
-            message = "a YAML launch file is a mapping with the one key 'launch'"
+            message = "a YAML launch file is a mapping with the single key 'launch'"
             raise AttributeTypeError(message, place=source.place(1))
         if len(tree) != 1:
             raise StructureError("Expected only one root", place=source.place(1))

@@ -150,7 +150,7 @@ _HEADLINES: tuple[tuple[type, Any], ...] = (
     (settings.UnsetLaunchConfiguration, lambda a: f"unset {described(a.name)}"),
     (settings.SetEnvironmentVariable, _variable),
     (settings.AppendEnvironmentVariable, _variable),
-    (settings.UnsetEnvironmentVariable, lambda a: f"environment without {described(a.name)}"),
+    (settings.UnsetEnvironmentVariable, lambda a: f"unset environment {described(a.name)}"),
     (GroupAction, lambda a: "group"),
     (TimerAction, _timer),
     (OpaqueFunction, _function_name),

@@ -322,7 +322,7 @@ def _restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
         return []
     limit = process.respawn_max_retries
     times = f", at most {limit} times" if isinstance(limit, int) and limit >= 0 else ""
-    return [("aside", f"started again {process.respawn_delay or 0.0:g} s after it ends{times}")]
+    return [("aside", f"restarted {process.respawn_delay or 0.0:g} s after it exits{times}")]
 
 
 def _unvisited(entities: Iterable[Any]) -> list[Branch]:
@@ -343,7 +343,7 @@ def _is_internal(visit: Visit) -> bool:
 def _run_process(plan: Plan, process: PlannedProcess) -> Branch:
     asides = [_identity(process), _time(process.stamp.time_s)]
     if process.stamp.cause is not None:
-        asides.append(f"after the end of {plan.processes[process.stamp.cause].spec.name}")
+        asides.append(f"after the exit of {plan.processes[process.stamp.cause].spec.name}")
     # With the parameter files of the run, which exist until it ends.
     command = command_line(process.spec, plan.environment, {})
     return Branch(

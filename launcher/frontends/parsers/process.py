@@ -122,7 +122,7 @@ def _split(text: str, cmd: str) -> list[str]:
     except ValueError as problem:
         raise UnexpectedContentError(
             f"in '{shown(cmd)}': {problem}",
-            hint="quotes cannot enclose a substitution: leave them out, its value is one word"
+            hint="remove the quotes: the value of a substitution is always one word"
             if "$(" in cmd
             else None,
         ) from problem

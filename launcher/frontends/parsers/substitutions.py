@@ -93,7 +93,7 @@ def _keywords(words: Words, data: Sequence[Any]) -> dict[str, Any]:
     if not len(words.required) <= len(data) <= len(keywords):
         raise AttributeTypeError(
             f"$({words.name} ...) has {len(data)} words",
-            hint=f"it is written {words.described()}",
+            hint=f"usage: {words.described()}",
             ros_type="VisitError",
         )
     arguments = dict(zip(keywords, data, strict=False))

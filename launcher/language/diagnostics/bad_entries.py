@@ -216,4 +216,4 @@ def _repair(item: Any, holder: Any) -> str:
         return "a substitution is a value for an action, as in LogInfo(msg=...)"
     if callable(item):
         return f"a function is called by OpaqueFunction(function={_name(item)})"
-    return f"{type(holder).__name__} takes actions, as Node(...) and LogInfo(...) are"
+    return f"{type(holder).__name__} takes actions, such as Node(...) or LogInfo(...)"

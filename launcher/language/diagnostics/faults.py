@@ -57,7 +57,7 @@ def _message(error: BaseException) -> str:
     if isinstance(error, LauncherError):
         return error.message.strip('"')
     if isinstance(error, RecursionError):
-        return "the launch file includes itself, or recurses without end"
+        return "the launch file includes itself, or recurses endlessly"
     if isinstance(error, SystemExit):
         return f"the launch file calls sys.exit({error.code!r})"
     if isinstance(error, SyntaxError):

@@ -49,8 +49,7 @@ def _check_package_name(name: str) -> None:
     if not re.fullmatch(r"[a-zA-Z0-9][a-zA-Z0-9_-]+", name, re.ASCII):
         raise IllFormedNameError(
             f"'{name}' is not a valid package name",
-            hint="a name has two or more letters, digits, '_' and '-', and begins with none of "
-            "these two",
+            hint="use two or more letters, digits, '_' or '-', and begin with a letter or a digit",
         )
 
 
