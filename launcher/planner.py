@@ -67,7 +67,7 @@ class PlannedProcess(Record):
 
 
 class PlanError(Record):
-    """What ended the evaluation: `stage` is `load` or `run`; `kind` names ROS 2's exception."""
+    """The error that ended the evaluation; `stage`: `load` or `run`; `kind`: ROS 2's exception."""
 
     kind: str
     message: str

@@ -31,7 +31,7 @@ class Place:
 
 
 class FrontendError(LaunchFileError):
-    """A mistake in an XML or YAML launch file; `others` are further ones, independent of it.
+    """An error in an XML or YAML launch file; `others` are further, independent ones.
 
     `ros_type` is the name of the exception that ROS 2 raises for it.
     """
@@ -124,7 +124,7 @@ def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
 
 
 def count_of(error: LaunchFileError) -> int:
-    """How many mistakes an error reports."""
+    """The number of errors that an error reports."""
     return 1 + len(getattr(error, "others", ()))
 
 

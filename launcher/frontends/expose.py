@@ -36,7 +36,7 @@ _ROS_1_TAGS = {
 
 
 def instantiate_action(entity: Entity, parser: Any) -> Action:
-    """The action that an entity stands for; RuntimeError if its name is unknown."""
+    """The action of an entity; RuntimeError if its name is unknown."""
     method = action_parser(entity.type_name)
     if method is None:
         raise _unknown_tag(entity)

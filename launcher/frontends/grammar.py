@@ -19,7 +19,7 @@ MAX_DEPTH = 40  # of nested calls; bounds the recursion
 _NAME = "[A-Za-z][A-Za-z0-9_-]*"
 _ESCAPED = r"\\(.)"
 
-# What counts as one run of text, by context. A dollar sign is text unless an unescaped `(`
+# Runs of text by context. A dollar sign is text unless an unescaped `(`
 # follows it; only in words does a parenthesis need a backslash. Patterns are compiled when they
 # are first needed: most texts of most launch files need none.
 _DOLLAR = r"\$(?!\()|(?<=\\)\$"

@@ -1,4 +1,4 @@
-"""Turns entities into actions, and finds the parser of a file."""
+"""Parser: selects the format of a file, and converts its entities to actions."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
 
 
 class Parser:
-    """Turns entities into actions; subclasses read one format each and override `load`."""
+    """Converts entities to actions; subclasses read one format each and override `load`."""
 
     source: SourceText | None = None  # of the file that this parser was made for
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def make_spec(
     action: ExecuteLocal, context: LaunchContext, generated: Mapping[str, Any]
 ) -> ProcessSpec:
-    """The final spec; `generated` holds the content of the parameter files written so far."""
+    """The final spec; `generated` maps parameter files written so far to their content."""
     description = action.process_description
     assert description.final_cmd is not None and description.final_env is not None
     if not description.final_cmd:

@@ -22,7 +22,7 @@ _MAX_SELF_INCLUDES = 6  # levels of a file that includes itself, searched for ar
 
 @public("launch.launch_description")
 class LaunchDescription(LaunchDescriptionEntity):
-    """What a launch file returns."""
+    """The result of `generate_launch_description()`."""
 
     def __init__(
         self,

@@ -79,7 +79,7 @@ class EventHandler(BaseEventHandler):
 
     @property
     def entities(self) -> Any:
-        """What a matching event yields: one entity, several, or None."""
+        """One entity, several, or None, as given."""
         return self.__entities
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:

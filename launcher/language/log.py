@@ -102,4 +102,4 @@ def reset() -> None:
 
 @public("launch.logging")
 class LaunchLogger(logging.Logger):
-    """The class of ROS 2's loggers; ours are plain ones."""
+    """For launch files that name ROS 2's class; `get_logger` returns plain loggers."""

@@ -176,7 +176,7 @@ class _Loader(SourceFileLoader):
 
 
 def load_python_launch_file_as_module(python_launch_file_path: str) -> ModuleType:
-    """Execute a launch file as a module; raises whatever the file raises."""
+    """Execute a launch file as a module; exceptions of the file are passed on."""
     loader = _Loader(_MODULE_NAME, python_launch_file_path)
     spec = spec_from_loader(_MODULE_NAME, loader)
     if spec is None:
@@ -189,7 +189,7 @@ def load_python_launch_file_as_module(python_launch_file_path: str) -> ModuleTyp
 def get_launch_description_from_python_launch_file(
     python_launch_file_path: str,
 ) -> LaunchDescription:
-    """What the file's `generate_launch_description()` returns; raises what loading raises."""
+    """The result of the file's `generate_launch_description()`; its exceptions are passed on."""
     module = load_python_launch_file_as_module(python_launch_file_path)
     function = getattr(module, _REQUIRED, None)
     if function is None:

@@ -1,4 +1,4 @@
-"""Substitutions: texts that are evaluated when needed; lists of them stand for one text."""
+"""Base class of substitutions; a list of them is one text, joined when it is performed."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class SubstitutionFailure(Exception):
 
 @public("launch.substitutions.text_substitution")
 class TextSubstitution(Substitution):
-    """A text that stands for itself."""
+    """A literal text."""
 
     def __init__(self, *, text: str) -> None:
         ensure_argument_type(text, str, "text", "TextSubstitution")

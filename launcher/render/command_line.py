@@ -74,8 +74,8 @@ class ParameterFiles:
                 folder.mkdir(_PRIVATE)
             # The folder may belong to another user.
             found = folder.lstat()
-            ours = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
-            if not ours or stat.S_IMODE(found.st_mode) & 0o022:
+            is_own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+            if not is_own or stat.S_IMODE(found.st_mode) & 0o022:
                 folder = Path(tempfile.mkdtemp(prefix="launcher-plan-"))
             self._folder = folder
         return self._folder

@@ -143,12 +143,12 @@ _TEXTS = {
 
 
 def builtin_action(tag: str) -> Callable[..., Any] | None:
-    """The `parse` method of the action behind a tag; None if it is no tag of ours."""
+    """The `parse` method of the action behind a tag; None if it is not built in."""
     return _parse_method(ACTIONS.get(tag))
 
 
 def builtin_substitution(name: str) -> Callable[..., Any] | None:
-    """The parse function of a substitution; None if it is none of ours."""
+    """The parse function of a substitution; None if it is not built in."""
     return _parse_method(SUBSTITUTIONS.get(name))
 
 

@@ -14,7 +14,7 @@ Parsed = tuple[type, dict[str, Any]]
 
 
 def parse_action(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """The class, and its condition if there is one."""
+    """(class, keyword arguments) with the condition, if given."""
     condition = parse_condition(entity, parser)
     return cls, {} if condition is None else {"condition": condition}
 

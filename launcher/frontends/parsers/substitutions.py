@@ -62,7 +62,7 @@ _JOINS = {"PathJoinSubstitution": 1, "StringJoinSubstitution": 2}
 
 
 def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
-    """The class and its keyword arguments, for any substitution of ours or a subclass of one."""
+    """The class and its keyword arguments, for a built-in substitution or a subclass of one."""
     for ancestor in cls.__mro__:
         if ancestor.__name__ in _WORDS:
             return cls, _keywords(_WORDS[ancestor.__name__], data)

@@ -65,7 +65,7 @@ class DeclareLaunchArgument(Action):
         return self.__choices
 
     def execute(self, context: LaunchContext) -> None:
-        """Set the default where there is no value; RuntimeError for a missing or bad value."""
+        """Set the default if there is no value; RuntimeError for a missing or invalid value."""
         if self.name not in context.launch_configurations:
             if self.default_value is None:
                 context._host.log(

@@ -160,7 +160,6 @@ class AppendEnvironmentVariable(_NamedValue):
 
     @property
     def separator(self) -> list[Substitution]:
-        """What goes between the old value and the new one."""
         return self.__separator
 
     def execute(self, context: LaunchContext) -> None:

@@ -286,11 +286,11 @@ class ExecuteLocal(Action):
         return self.__completed_future
 
     def get_stdout(self) -> str:
-        """What the process wrote to standard output; RuntimeError without `cached_output`."""
+        """The standard output so far; RuntimeError without `cached_output`."""
         return self._cached(self.__stdout_buffer, "stdout")
 
     def get_stderr(self) -> str:
-        """What the process wrote to standard error; RuntimeError without `cached_output`."""
+        """The standard error so far; RuntimeError without `cached_output`."""
         return self._cached(self.__stderr_buffer, "stderr")
 
     def _cached(self, buffer: io.StringIO, stream: str) -> str:
@@ -386,7 +386,6 @@ class ExecuteProcess(ExecuteLocal):
 
     @property
     def additional_env(self) -> Any:
-        """What is added to the environment."""
         return self.process_description.additional_env
 
 

@@ -34,7 +34,7 @@ def submodules(package: str) -> set[str]:
 
 
 def _sources(module: str) -> dict[str, tuple[str, str]]:
-    """Public name -> (module of ours, name in it)."""
+    """Public name -> (module of the launcher, name in it)."""
     if module not in MODULES:
         package, _, submodule = module.rpartition(".")
         found = _sources(package)

@@ -1,6 +1,6 @@
 """The modules that launch files import, the names in them, and where they are defined here."""
 
-# Public module -> module of ours -> names; `New=Old` is called `Old` there.
+# Public module -> module of the launcher -> names; `New=Old` is called `Old` there.
 MODULES = {
     "launch": {
         "launcher.language.action": "Action",

@@ -110,7 +110,7 @@ def make_namespace_absolute(ns: str | None) -> str | None:
 
 
 def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
-    """`ns` below `base_ns`; an absolute `ns` stands alone, None adds nothing."""
+    """`ns` below `base_ns`; an absolute `ns` is returned as it is."""
     if base_ns is None and ns is None:
         return None
     if ns is None:
@@ -154,5 +154,5 @@ def normalize_remap_rule(remap_rule: Any) -> RemapRule:
 
 
 def normalize_remap_rules(remap_rules: Iterable[Any]) -> Iterable[RemapRule]:
-    """Each rule normalised, when it is asked for."""
+    """A lazy iterable of the normalised rules."""
     return (normalize_remap_rule(rule) for rule in remap_rules)

@@ -25,7 +25,7 @@ _POLICIES = ("fail", "ignore", "warn", "capture")
 
 @public("launch.substitutions.command")
 class Command(Substitution):
-    """What a command writes to standard output; `on_stderr` is the policy for standard error.
+    """The standard output of a command; `on_stderr` is the policy for standard error.
 
     `fail` raises, `ignore` drops it, `warn` logs it, `capture` adds it to the output.
     """

@@ -84,7 +84,7 @@ class LocalSubstitution(Substitution):
         return f"LocalVar('{text}')"
 
     def perform(self, context: LaunchContext) -> str:
-        """The value; whatever evaluating the expression raises."""
+        """The value; exceptions of the expression are passed on."""
         key = re.fullmatch(_KEYED, self.expression)
         if key is not None:  # the common form, faster than eval
             value: str = getattr(context.locals, key["name"])[key["key"]]
