@@ -65,10 +65,8 @@ class ForLoop(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
-        self._length = (
-            normalize_to_list_of_substitutions(str(length))
-            if isinstance(length, int)
-            else normalize_to_list_of_substitutions(length)
+        self._length = normalize_to_list_of_substitutions(
+            str(length) if isinstance(length, int) else length
         )
         self._function = function
         self._name = name

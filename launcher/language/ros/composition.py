@@ -11,11 +11,10 @@ from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.component_parameters import parameter_pairs
 from launcher.language.ros.names import (
-    add_node_name,
-    get_node_name_count,
-    make_namespace_absolute,
+    count_node,
+    evaluate_remap_rules,
     normalize_remap_rules,
-    prefix_namespace,
+    resolve_namespace,
 )
 from launcher.language.ros.node import Node
 from launcher.language.ros.parameter_descriptions import ParameterFile
@@ -199,15 +198,7 @@ class LoadComposableNodes(Action):
             )
             context._host.log(_LOGGER, "ERROR", text)
             return
-        add_node_name(context, name)
-        count = get_node_name_count(context, name)
-        if count > 1:
-            context._host.log(
-                container,
-                "WARNING",
-                f"there are now at least {count} nodes with the name {name} created within "
-                "this launch context",
-            )
+        count_node(context, name, container)
         text = f"Loaded node '{answer.full_node_name}' in container '{container}'"
         context._host.log(_LOGGER, "INFO", text)
 
@@ -220,12 +211,7 @@ def get_composable_node_load_request(
     if not _is_wanted(description, context):
         return None
     name = _performed(context, description.node_name) or ""
-    namespace = make_namespace_absolute(
-        prefix_namespace(
-            context.launch_configurations.get("ros_namespace", None),
-            _performed(context, description.node_namespace),
-        )
-    )
+    namespace = resolve_namespace(context, _performed(context, description.node_namespace))
 
     def pairs(parameters: Iterable[Any]) -> tuple[tuple[str, object], ...]:
         evaluated = evaluate_parameters(context, parameters)
@@ -238,7 +224,7 @@ def get_composable_node_load_request(
         plugin=perform_substitutions(context, description.node_plugin),
         name=name,
         namespace=namespace or "",
-        remappings=tuple(_remappings(description, context)),
+        remappings=tuple(evaluate_remap_rules(context, description.remappings or ())),
         parameters=pairs(parameters) if parameters else (),
         extra_arguments=pairs(description.extra_arguments) if description.extra_arguments else (),
     )
@@ -246,15 +232,6 @@ def get_composable_node_load_request(
 
 def _performed(context: LaunchContext, subs: list[Substitution] | None) -> str | None:
     return None if subs is None else perform_substitutions(context, subs)
-
-
-def _remappings(description: ComposableNode, context: LaunchContext) -> list[tuple[str, str]]:
-    rules = list(context.launch_configurations.get("ros_remaps", None) or ())
-    rules += [
-        (perform_substitutions(context, src), perform_substitutions(context, dst))
-        for src, dst in description.remappings or ()
-    ]
-    return rules
 
 
 def _global_parameters(context: LaunchContext) -> list[Any]:

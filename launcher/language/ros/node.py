@@ -14,11 +14,11 @@ from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
-    add_node_name,
-    get_node_name_count,
-    make_namespace_absolute,
+    count_node,
+    evaluate_remap_rules,
     normalize_remap_rules,
     prefix_namespace,
+    resolve_namespace,
     validate_namespace,
     validate_node_name,
 )
@@ -29,7 +29,6 @@ from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
     perform,
-    perform_substitutions,
 )
 from launcher.language.substitutions.configuration import LocalSubstitution
 from launcher.model.spec import ParameterSource, RosIdentity
@@ -185,8 +184,7 @@ class Node(ExecuteProcess):
         given = None
         if self.__node_namespace is not None:
             given = perform(context, self.__node_namespace)
-        base = context.launch_configurations.get("ros_namespace", None)
-        namespace = make_namespace_absolute(prefix_namespace(base, given))
+        namespace = resolve_namespace(context, given)
         if namespace is not None:
             self.__expanded_node_namespace = namespace
             self._add_words("-r", LocalSubstitution("ros_specific_arguments['ns']"))
@@ -238,11 +236,7 @@ class Node(ExecuteProcess):
         return f"{name}:={text}"
 
     def _add_remappings(self, context: LaunchContext) -> None:
-        rules = list(context.launch_configurations.get("ros_remaps", None) or ())
-        rules += [
-            (perform_substitutions(context, src), perform_substitutions(context, dst))
-            for src, dst in self.__remappings
-        ]
+        rules = evaluate_remap_rules(context, self.__remappings)
         if rules:
             self.__expanded_remappings = rules
         for src, dst in rules:
@@ -257,19 +251,8 @@ class Node(ExecuteProcess):
         context.extend_locals({"ros_specific_arguments": arguments})
         result = super().execute(context)
         if self.is_node_name_fully_specified():
-            self._count_name(context)
+            count_node(context, self.node_name, str(self.name))
         return result
-
-    def _count_name(self, context: LaunchContext) -> None:
-        add_node_name(context, self.node_name)
-        count = get_node_name_count(context, self.node_name)
-        if count > 1:
-            context._host.log(
-                str(self.name),
-                "WARNING",
-                f"there are now at least {count} nodes with the name {self.node_name} created "
-                "within this launch context",
-            )
 
     def _ros_identity(self) -> RosIdentity:
         namespace: str | None = self.__expanded_node_namespace

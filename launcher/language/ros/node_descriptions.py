@@ -8,9 +8,9 @@ from launcher.language.executable import Executable
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
-    make_namespace_absolute,
     normalize_remap_rules,
     prefix_namespace,
+    resolve_namespace,
     validate_namespace,
     validate_node_name,
 )
@@ -106,10 +106,7 @@ class Node:
 
     def _namespace(self, context: LaunchContext) -> str | None:
         given = self.__node_namespace
-        base = context.launch_configurations.get("ros_namespace", None)
-        return make_namespace_absolute(
-            prefix_namespace(base, None if given is None else perform(context, given))
-        )
+        return resolve_namespace(context, None if given is None else perform(context, given))
 
     def _parameter_words(self, context: LaunchContext) -> list[str]:
         words: list[str] = []
