@@ -1,8 +1,8 @@
-"""Runs a launch file in virtual time; the plan holds what would be started, and when.
+"""Evaluates a launch file in virtual time; the plan records what would be started, and when.
 
-Phase `run`: every process starts and lives, timers fire. Phase `exit`: each process in turn ends
-once with code 0, and what follows from it is played. A shutdown ends phase `run` and is ignored
-in phase `exit`. `Command` and functions of the launch file run for real.
+Phase `run`: every process starts and keeps running, timers fire. Phase `exit`: each process in turn
+exits once with code 0, and the consequences are evaluated. A shutdown ends phase `run` and is
+ignored in phase `exit`. `Command` and functions of the launch file are really executed.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from launcher.language.description import LaunchDescription
     from launcher.language.events import Shutdown
 
-HORIZON_S = 3600.0  # virtual time is not played further; respawns and timers may go on for ever
+HORIZON_S = 3600.0  # end of virtual time: respawns and timers may repeat endlessly
 _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}
 USER_LOGGER = "launch.user"
 
-# Launch configurations that ROS 2 itself reads, whatever the launch file says.
+# Launch configurations that ROS 2 reads for every launch file.
 ROS_NAMES = (
     "emulate_tty",
     "launch-prefix",
@@ -49,7 +49,7 @@ ROS_NAMES = (
 
 
 class Stamp(Record):
-    """When something happened: virtual seconds, the phase, and the process whose end caused it."""
+    """When: virtual seconds, the phase, and the index of the process whose exit was the cause."""
 
     time_s: float
     phase: str
@@ -67,7 +67,7 @@ class PlannedProcess(Record):
 
 
 class PlanError(Record):
-    """What ended the evaluation: `stage` is `load` or `run`; `kind` names ROS 2's exception."""
+    """The error that ended the evaluation; `stage`: `load` or `run`; `kind`: ROS 2's exception."""
 
     kind: str
     message: str
@@ -77,7 +77,7 @@ class PlanError(Record):
 
 
 class Plan:
-    """Everything that a launch file would do."""
+    """The processes, loads, transitions, logs and visits of a launch file."""
 
     def __init__(self, path: str) -> None:
         self.path = path
@@ -90,19 +90,19 @@ class Plan:
         self.lifecycle: list[tuple[model.StateRequest, Stamp]] = []
         self.logs: list[tuple[str, Stamp]] = []
         self.shutdowns: list[tuple[str, Stamp]] = []
-        self.visits: list[Visit] = []  # those that events led to; the others are below them
+        self.visits: list[Visit] = []  # caused by events; the others are below them
         self.warnings: tuple[Quirk, ...] = ()
         self.names_read: frozenset[str] = frozenset()
-        # What was evaluated, and its state at the end, for the analysis of errors.
+        # For the analysis of errors.
         self.description: LaunchDescription | None = None
         self.context: LaunchContext | None = None
         self.error: PlanError | None = None
 
     @property
     def known_names(self) -> frozenset[str]:
-        """Every argument name that has a meaning: declared, read while evaluated, or ROS 2's own.
+        """Argument names that have an effect: declared, read by the launch file, or ROS 2's own.
 
-        Holds ALL_NAMES if the launch file looks at all configurations, whatever their names.
+        Contains ALL_NAMES if the launch file reads all configurations.
         """
         listed = [argument.name for argument in self.arguments or ()]
         return frozenset([*listed, *self.declared, *self.names_read, *ROS_NAMES])
@@ -135,17 +135,17 @@ def _load(plan: Plan) -> LaunchDescription | None:
 def _evaluate(
     plan: Plan, description: LaunchDescription, arguments: Iterable[tuple[str, str]]
 ) -> None:
-    world = _VirtualTime(plan)
+    simulation = _VirtualTime(plan)
     interpreter = Interpreter(
         description,
         path=plan.path,
         arguments=arguments,
-        answer=world.answer,
+        answer=simulation.answer,
     )
     plan.environment = interpreter.environment
     plan.description = description
     plan.context = interpreter.context
-    world.play(interpreter, description)
+    simulation.run(interpreter, description)
     plan.warnings = tuple(interpreter.warnings)
     plan.names_read = frozenset(interpreter.host.names_read)
 
@@ -170,17 +170,17 @@ class _VirtualTime:
         self._timers: list[tuple[float, int, model.Event]] = []
         self._cancelled: set[int] = set()
         self._sequence = 0
-        self._living: dict[int, int] = {}  # process_id -> index in the plan
+        self._running: dict[int, int] = {}  # process_id -> index in the plan
         self._to_exit: deque[int] = deque()
 
     # ---- time
 
-    def play(self, interpreter: Interpreter, description: LaunchDescription) -> None:
-        """Phase run, then phase exit; the interpreter is closed in the end."""
+    def run(self, interpreter: Interpreter, description: LaunchDescription) -> None:
+        """Phase run, then phase exit; closes the interpreter."""
         self._interpreter = interpreter
         interpreter.host.shutdown_filter = self._shutdown
         self._trace = Trace(interpreter.context, lambda: self._stamp)
-        interpreter.host.watcher = self._trace
+        interpreter.host.trace = self._trace
         self._plan.visits = self._trace.roots
         try:
             self._list_arguments(description)
@@ -220,14 +220,14 @@ class _VirtualTime:
         while self._continues and self._to_exit:
             self._phase = "exit"
             process_id = self._to_exit.popleft()
-            if process_id not in self._living:
+            if process_id not in self._running:
                 continue
-            self._cause = self._living[process_id]
+            self._cause = self._running[process_id]
             self._interpreter.handle_together([self._exit(process_id)])
             self._run_timers()
 
     def _exit(self, process_id: int) -> model.ProcessExited:
-        index = self._living.pop(process_id)
+        index = self._running.pop(process_id)
         process = self._plan.processes[index]
         if process.respawn and process.respawn_max_retries != 0:
             delay_s = max(0.0, process.respawn_delay or 0.0)
@@ -244,7 +244,7 @@ class _VirtualTime:
         self._sequence += 1
         heapq.heappush(self._timers, (self._now_s + delay_s, self._sequence, event))
 
-    # ---- what happens
+    # ---- effects
 
     @property
     def _stamp(self) -> Stamp:
@@ -260,7 +260,7 @@ class _VirtualTime:
         return True
 
     def answer(self, effect: model.Effect) -> list[model.Event]:
-        """Note the effect in the plan; the events that it brings at once."""
+        """Record the effect in the plan; returns the events that it causes immediately."""
         match effect:
             case model.StartProcess():
                 return self._start(effect)
@@ -273,10 +273,10 @@ class _VirtualTime:
                     self._plan.logs.append((text, self._stamp))
                     self._trace.logged(text)
             case model.SignalProcess(process_id=process_id, signum=signum):
-                if signum in _FATAL_SIGNALS and process_id in self._living:
+                if signum in _FATAL_SIGNALS and process_id in self._running:
                     return [self._exit(process_id)]
             case model.StopProcess(process_id=process_id):
-                if process_id in self._living:
+                if process_id in self._running:
                     return [self._exit(process_id)]
             case model.LoadComponent(request_id=request_id, request=load):
                 self._plan.loads.append((load, self._stamp))
@@ -298,14 +298,14 @@ class _VirtualTime:
         )
         index = len(self._plan.processes)
         self._trace.started(action, index)
-        self._living[effect.process_id] = index
+        self._running[effect.process_id] = index
         self._to_exit.append(effect.process_id)
         self._plan.processes.append(planned)
         return [model.ProcessStarted(process_id=effect.process_id, pid=_pid(effect.process_id))]
 
 
 def with_temporary_files(spec: ProcessSpec) -> ProcessSpec:
-    """The spec with the content of parameter files that helpers of the launch file wrote."""
+    """The spec with the content of parameter files that functions of the launch file wrote."""
     if spec.ros is None:
         return spec
     parameters = tuple(_with_content(source) for source in spec.ros.parameters)
@@ -328,7 +328,7 @@ def _with_content(source: ParameterSource) -> ParameterSource:
 
 
 def _pid(process_id: int) -> int:
-    return 100_000 + process_id  # looks like a pid; no process has it
+    return 100_000 + process_id  # a placeholder: nothing is started
 
 
 def _loaded(request_id: int, load: model.LoadRequest) -> model.ComponentLoaded:

@@ -1,6 +1,6 @@
-"""The front ends: a launch file of any kind becomes a LaunchDescription.
+"""Loads Python, XML and YAML launch files.
 
-Importing this package gives the language its parsers, which are imported when first needed.
+Importing this package registers the parsers with the language; they are imported on first use.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 
 class NoDescriptionError(LaunchFileError):
-    """`generate_launch_description()` returned something else."""
+    """`generate_launch_description()` did not return a LaunchDescription."""
 
     ros_type = "AttributeError"
-    stage = "run"  # ROS 2 finds out when it looks at what it got
+    stage = "run"  # ROS 2 raises it when it visits the result
 
 
 def load(path: str) -> LaunchDescription:
     """The description in a launch file; the vocabulary must be open (language.compat).
 
-    Raises LaunchFileError with the place in the file; its `__cause__` is what went wrong.
+    Raises LaunchFileError with the place in the file; its `__cause__` is the original exception.
     """
     try:
         description = get_launch_description_from_any_launch_file(path)
@@ -43,7 +43,7 @@ def load(path: str) -> LaunchDescription:
             f"generate_launch_description() returned {type(description).__name__}, "
             "not a LaunchDescription",
             where=f"{path}:1" if place is None else str(place),
-            hint="end it with `return LaunchDescription([...])`",
+            hint="return LaunchDescription([...])",
         )
     return description
 

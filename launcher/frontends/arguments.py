@@ -1,4 +1,4 @@
-"""The `name:=value` arguments of a command line."""
+"""Splits the command line into launch file and `name:=value` arguments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The interface of a tag of an XML launch file, or a key of a YAML launch file."""
+"""Entity: the interface of XML tags and YAML keys for `parse` methods."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class SourceText:
-    """The text of a launch file, for messages, and which attribute was read last."""
+    """The text of a launch file, and the place of the attribute that was read last."""
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path
@@ -27,9 +27,8 @@ class SourceText:
     def lines(self) -> list[str]:
         """The lines without their ends."""
         if self._lines is None:
-            self._lines = self.text.split(
-                "\n"
-            )  # as expat counts; splitlines() splits at more characters
+            # Lines as expat counts them: splitlines() splits at more characters.
+            self._lines = self.text.split("\n")
         return self._lines
 
     def place(self, line: int, column: int | None = None) -> Place:
@@ -43,7 +42,7 @@ class SourceText:
             self._last_read = (value, place)
 
     def place_of(self, value: object) -> Place | None:
-        """Where this text came from, if it is the one that was read last."""
+        """The place of this text, if it was read last."""
         if self._last_read is not None and self._last_read[0] == value:
             return self._last_read[1]
         return None
@@ -63,7 +62,7 @@ class Entity:
     @property
     def parent(self) -> Entity | None:
         """None: ROS 2's front ends do not provide it."""
-        raise NotImplementedError
+        return None
 
     @property
     def children(self) -> Sequence[Entity]:
@@ -72,7 +71,7 @@ class Entity:
 
     @property
     def place(self) -> Place | None:
-        """Where it stands, if it comes from a file."""
+        """Its position, if it comes from a file."""
         return None
 
     @property
@@ -95,16 +94,16 @@ class Entity:
         """The value of an attribute as a `data_type`; None if it is optional and not there.
 
         `data_type` is bool, int, float, str, a `List` of one of these, `List[Entity]` for nested
-        entities of this name, or None for whatever YAML would make of the text. With `can_be_str`
-        a text that is no such value stays a text: it may hold substitutions.
+        entities of this name, or None for the type that YAML gives the text. With `can_be_str` a
+        text that cannot be converted is returned, since it may contain substitutions.
         AttributeError if it is missing, TypeError if it has another type.
         """
         raise NotImplementedError
 
 
-MAX_TYPED = 100_000  # characters; what is longer is a text (a robot description), no value
+MAX_TYPED = 100_000  # characters; longer texts (a robot description) are not converted
 
-# How `type="..."` of a parameter is written.
+# Values of the attribute `type` of a parameter.
 TYPE_IDENTIFIERS: dict[str, Any] = {
     "bool": bool,
     "float": float,
@@ -129,7 +128,7 @@ def get_data_type_from_identifier(identifier: str) -> Any:
 
 
 def is_entity_list(data_type: Any) -> bool:
-    """Whether nested entities are asked for: `List[Entity]`, of any class of entities."""
+    """Whether the type is `List[Entity]`, or a list of a subclass."""
     if get_origin(data_type) is not list:
         return False
     (member,) = get_args(data_type)
@@ -137,9 +136,9 @@ def is_entity_list(data_type: Any) -> bool:
 
 
 def coerce_text(text: str | list[str], data_type: Any, *, can_be_str: bool) -> Any:
-    """The value of the text of an XML attribute, or of its pieces.
+    """Convert the text of an XML attribute, or its pieces.
 
-    ValueError if it is no such value, TypeError if pieces are given for a scalar.
+    ValueError if it cannot be converted, TypeError if pieces are given for a scalar.
     """
     if len(text) > MAX_TYPED and isinstance(text, str) and can_be_str:
         return text

@@ -1,7 +1,7 @@
 """Errors in XML and YAML launch files, each with its place.
 
-They are LaunchFileErrors that also are what ROS 2 raises (AttributeError, TypeError, ...), since
-`parse` methods of third-party actions may rely on it.
+They are LaunchFileErrors, and subclasses of what ROS 2 raises (AttributeError, TypeError, ...),
+which `parse` methods of third-party actions may catch.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Place:
 
 
 class FrontendError(LaunchFileError):
-    """A mistake in an XML or YAML launch file; `others` are further ones, independent of it.
+    """An error in an XML or YAML launch file; `others` are further, independent ones.
 
     `ros_type` is the name of the exception that ROS 2 raises for it.
     """
@@ -53,12 +53,12 @@ class FrontendError(LaunchFileError):
         locate(self, place)
 
     def render(self) -> str:
-        """The error and its companions, as they are printed."""
+        """This error and the others, as text."""
         return "\n".join([super().render(), *(other.render() for other in self.others)])
 
 
 class MissingAttributeError(FrontendError, AttributeError):
-    """An attribute that is needed is not there."""
+    """A required attribute is missing."""
 
     ros_type = "AttributeError"
 
@@ -76,7 +76,7 @@ class UnexpectedContentError(FrontendError, ValueError):
 
 
 class StructureError(FrontendError, RuntimeError):
-    """The tags or keys do not make up a launch description."""
+    """The tags or keys do not form a launch description."""
 
 
 def first_of(errors: Sequence[LaunchFileError]) -> LaunchFileError:
@@ -95,16 +95,16 @@ def _taken_from(error: LaunchFileError) -> tuple[LaunchFileError, ...]:
     return taken
 
 
-# What users of ROS 1 write, or attributes of similar tags: the right attribute.
+# Attributes of ROS 1 or of similar tags, and what to use instead.
 _OTHER_NAMES = {
     ("arg", "value"): "'default' suggests a value, <let> sets one",
     ("include", "ns"): "put it into a <group> with a <push_ros_namespace namespace=.../>",
-    ("node", "executable"): "it is written 'exec'",
-    ("node", "ns"): "it is written 'namespace'",
-    ("node", "package"): "it is written 'pkg'",
-    ("node", "type"): "it is written 'exec'",
+    ("node", "executable"): "use 'exec'",
+    ("node", "ns"): "use 'namespace'",
+    ("node", "package"): "use 'pkg'",
+    ("node", "type"): "use 'exec'",
     ("group", "ns"): "use push_ros_namespace within the group",
-    ("node", "required"): "it is written on_exit: shutdown",
+    ("node", "required"): "use on_exit: shutdown",
     ("node", "clear_params"): "not in ROS 2: every node has its own parameters",
 }
 
@@ -115,21 +115,21 @@ def attribute_hint(tag: str, name: str, known: Iterable[str]) -> str | None:
 
 
 def missing_hint(tag: str, name: str, present: Iterable[str]) -> str | None:
-    """A hint for a missing attribute: one of those present may be meant."""
+    """A hint for a missing attribute: a similar one that is present."""
     for other in present:
         if f"'{name}'" in _OTHER_NAMES.get((tag, other), ""):
-            return f"'{other}' is written '{name}' in ROS 2"
+            return f"ROS 2 uses '{name}' instead of '{other}'"
     near = suggest(name, sorted(present))
-    return f"is '{near}' meant to be '{name}'?" if near else None
+    return f"is '{near}' a typo of '{name}'?" if near else None
 
 
 def count_of(error: LaunchFileError) -> int:
-    """How many mistakes an error reports."""
+    """The number of errors that an error reports."""
     return 1 + len(getattr(error, "others", ()))
 
 
 def shown(text: object) -> str:
-    """A text as it may stand in a message: not longer than a line."""
+    """A text for a message, shortened to about a line."""
     found = str(text)
     return found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
 

@@ -1,8 +1,7 @@
-"""Which tags and substitutions there are: the built-in ones, then those of installed packages.
+"""Looks up tags and substitutions: built-in ones, then those of installed packages.
 
-Packages that expose their own are found by the entry points of the group
-`launch.frontend.launch_extension`. Importing them takes time, so it is done when an unknown name
-turns up.
+Packages register theirs by entry points of the group `launch.frontend.launch_extension`. They are
+imported, which takes time, only for a name that is not built in.
 """
 
 from __future__ import annotations
@@ -25,19 +24,19 @@ if TYPE_CHECKING:
 
 EXTENSION_GROUP = "launch.frontend.launch_extension"
 
-# What users of ROS 1 write, and what ROS 2 has instead.
+# Tags of ROS 1, and what to use instead.
 _ROS_1_TAGS = {
-    "param": "in ROS 2 a <param> stands within its <node>",
-    "rosparam": 'ROS 2 writes <param from="FILE"/> within the <node>',
-    "remap": "ROS 2 writes <set_remap from=... to=.../> outside of a <node>",
-    "env": "ROS 2 writes <set_env name=... value=.../> outside of a <node>",
+    "param": "in ROS 2, write <param> inside its <node>",
+    "rosparam": 'in ROS 2, write <param from="FILE"/> inside the <node>',
+    "remap": "in ROS 2, write <set_remap from=... to=.../> outside of a <node>",
+    "env": "in ROS 2, write <set_env name=... value=.../> outside of a <node>",
     "machine": "ROS 2 starts processes on this machine only",
     "test": "ROS 2 has launch_testing for this",
 }
 
 
 def instantiate_action(entity: Entity, parser: Any) -> Action:
-    """The action that an entity stands for; RuntimeError if its name is unknown."""
+    """The action of an entity; RuntimeError if its name is unknown."""
     method = action_parser(entity.type_name)
     if method is None:
         raise _unknown_tag(entity)
@@ -57,12 +56,12 @@ def instantiate_substitution(type_name: str, args: Iterable[Any] | None = None) 
 
 
 def action_parser(name: str) -> _ParseMethod | None:
-    """What parses entities of this name."""
+    """The parse method for entities of this name."""
     return _find(name, frontend_registry.action_parse_methods, parsers.builtin_action)
 
 
 def substitution_parser(name: str) -> _ParseMethod | None:
-    """What parses substitutions of this name."""
+    """The parse method for substitutions of this name."""
     return _find(name, frontend_registry.substitution_parse_methods, parsers.builtin_substitution)
 
 

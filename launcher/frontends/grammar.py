@@ -1,8 +1,8 @@
 """The `$(...)` language: text of a launch file to a tree of texts and calls.
 
 Three kinds of context exist: bare (the words of a call), and between single or double quotes. A
-backslash takes the meaning from the character after it. One space separates the words of a call;
-a word is either quoted as a whole or holds no quote, space or bare parenthesis.
+backslash escapes the character after it. One space separates the words of a call; a word is either
+quoted as a whole or contains no quote, space or bare parenthesis.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ MAX_DEPTH = 40  # of nested calls; bounds the recursion
 _NAME = "[A-Za-z][A-Za-z0-9_-]*"
 _ESCAPED = r"\\(.)"
 
-# What counts as one run of text, by context. A dollar sign is text unless an unescaped `(`
+# Runs of text by context. A dollar sign is text unless an unescaped `(`
 # follows it; only in words does a parenthesis need a backslash. Patterns are compiled when they
 # are first needed: most texts of most launch files need none.
 _DOLLAR = r"\$(?!\()|(?<=\\)\$"
@@ -34,7 +34,7 @@ _WORD_TEXT = {
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Literal text, escapes taken away; `position` is its place in the source text."""
+    """Literal text without escapes; `position` is its offset in the source text."""
 
     text: str
     position: int
@@ -53,7 +53,7 @@ Part = Text | Call
 
 
 class GrammarError(ValueError):
-    """The text is no template; `position` counts from 0, `at_end` if more text was expected."""
+    """Invalid syntax; `position` counts from 0, `at_end`: more text was expected."""
 
     def __init__(self, message: str, *, position: int, at_end: bool) -> None:
         super().__init__(message)
@@ -62,14 +62,14 @@ class GrammarError(ValueError):
 
 
 def parse_template(source: str) -> tuple[Part, ...]:
-    """The parts of an attribute's value; GrammarError if it is none. Never empty."""
+    """The parts of an attribute's value; GrammarError if it is invalid. Never empty."""
     if "$" not in source:
         return (Text(unescape(source), 0),)
     return _Reader(source).template()
 
 
 def unescape(text: str) -> str:
-    """Take one level of backslashes away."""
+    """Remove one level of backslashes."""
     return re.sub(_ESCAPED, r"\1", text) if "\\" in text else text
 
 

@@ -1,4 +1,4 @@
-"""From the text of an attribute to substitutions that can be performed."""
+"""Parses the text of an attribute into substitutions."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-# What users of ROS 1 write, and what ROS 2 has instead.
+# Substitutions of ROS 1, and what to use instead.
 _ROS_1_WORDS = {
-    "find": "ROS 2 writes $(find-pkg-share PACKAGE)",
-    "arg": "ROS 2 writes $(var NAME)",
-    "optenv": "ROS 2 writes $(env NAME DEFAULT)",
+    "find": "in ROS 2, write $(find-pkg-share PACKAGE)",
+    "arg": "in ROS 2, write $(var NAME)",
+    "optenv": "in ROS 2, write $(env NAME DEFAULT)",
 }
 
 
 def parse_substitution(value: str, place: Place | None = None) -> list[Substitution]:
     """The substitutions of a template; `place` is where it begins in the launch file.
 
-    FrontendError if it is no template, or a substitution is unknown or has the wrong words.
+    FrontendError for invalid syntax, an unknown substitution or wrong arguments.
     """
     try:
         parts = parse_template(value)
@@ -36,9 +36,9 @@ def parse_substitution(value: str, place: Place | None = None) -> list[Substitut
 
 
 def parse_if_substitutions(value: Any, place: Place | None = None) -> Any:
-    """Substitutions for a text that holds some; the text itself, or another value, as it is.
+    """Substitutions if the value is a text that contains some, else the value.
 
-    In a list each item is treated alone; ValueError if it then holds values of several types.
+    Items of a list are parsed one by one; ValueError if their types then differ.
     """
     kinds: set[type] = set()
     if isinstance(value, list):
@@ -86,7 +86,7 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
     except FrontendError as error:
         locate(error, here)
         raise
-    except Exception as problem:  # third-party code may raise whatever it likes
+    except Exception as problem:  # third-party code may raise anything
         message = f"$({call.name} ...): {problem}"
         raise FrontendError(message, place=here, ros_type="VisitError") from problem
     return made
@@ -96,13 +96,13 @@ def _syntax_error(value: str, problem: GrammarError, place: Place | None) -> Fro
     return FrontendError(
         f"in '{shown(value)}': {problem}",
         place=_shifted(place, problem.position),
-        hint=r"a '$(' that is meant as text is written '\$('" if problem.at_end else None,
+        hint=r"write '\$(' for a literal '$('" if problem.at_end else None,
         ros_type="UnexpectedEOF" if problem.at_end else "UnexpectedCharacters",
     )
 
 
 def _shifted(place: Place | None, characters: int) -> Place | None:
-    """The place some characters on, if the line shows them; escapes may shift it a little."""
+    """The place moved right within its line; approximate if the line contains escapes."""
     if place is None or place.column is None or place.source_line is None:
         return place
     column = place.column + characters

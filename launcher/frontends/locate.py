@@ -14,18 +14,18 @@ SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
 
 def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
-    """The launch file that `TARGET` or `PACKAGE FILE` means; UsageError if there is none.
+    """The launch file that `TARGET` or `PACKAGE FILE` names; UsageError if there is none.
 
     TARGET is a path, or the name of a launch file without its suffix: in `launch/` below the
-    working directory or one of the folders above it, then in the share folders of the packages
-    that are installed. PACKAGE FILE is looked up as `ros2 launch` does: by the file's name
-    anywhere below the package's share folder.
+    working directory or one of its parents, then in the share folders of installed packages.
+    PACKAGE FILE is looked up as by `ros2 launch`: the file's name anywhere below the package's
+    share folder.
     """
     if len(words) == 2:
         return _in_package(words[0], words[1], env)
     (target,) = words
     if not target:
-        raise UsageError("the name of the launch file is empty", hint="is a variable not set?")
+        raise UsageError("the name of the launch file is empty", hint="is a shell variable unset?")
     path = Path(target)
     if _is_file(path):
         return path.absolute()
@@ -40,8 +40,8 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     if not found:
         known = sorted({_stem(file) for file in _all_launch_files(env)})
         hint = _near(target, known) or (
-            "names are searched in launch/ here and in the folders above, and in installed "
-            "packages; a path works from anywhere"
+            "names are searched in launch/ here and in parent directories, and in installed "
+            "packages; or give a path"
         )
         raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
     return _only(target, found)
@@ -55,7 +55,7 @@ def _is_file(path: Path) -> bool:
 
 
 def _shown(target: str) -> str:
-    """The word as it can be printed: not endless, and without half characters."""
+    """The word for a message: shortened, and encodable."""
     text = target.encode(errors="surrogateescape").decode(errors="replace")
     return text if len(text) <= 80 else f"{text[:60]}...{text[-15:]}"
 
@@ -115,8 +115,8 @@ def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
 def _only(name: str, found: list[Path]) -> Path:
     if len(found) > 1:
         raise UsageError(
-            f"'{name}' is found more than once: {', '.join(map(str, found))}",
-            hint="give the path of the one to use",
+            f"'{name}' is ambiguous: {', '.join(map(str, found))}",
+            hint="give the path of one of them",
         )
     return found[0]
 

@@ -1,4 +1,4 @@
-"""Turns entities into actions, and finds the parser of a file."""
+"""Parser: selects the format of a file, and converts its entities to actions."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ MAX_PROBLEMS = 20  # reported at once
 
 @public("launch.frontend.parser")
 class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
-    """An XML or YAML launch file is not valid; here for those who import it."""
+    """An XML or YAML launch file is not valid; for launch files that import it."""
 
 
 class Parser:
-    """Turns entities into actions; subclasses read one format each and override `load`."""
+    """Converts entities to actions; subclasses read one format each and override `load`."""
 
     source: SourceText | None = None  # of the file that this parser was made for
 
@@ -49,7 +49,7 @@ class Parser:
         """(root entity, parser) of a path or an open file.
 
         The format that the name suggests is tried first, then the others. If none fits, the
-        error is that of the first one; without a telling name, those of the others follow.
+        error is that of the first one, followed by the others if the suffix is unknown.
         """
         suffix = Path(str(getattr(file, "name", file))).suffix[1:]
         problems: list[LaunchFileError] = []
@@ -67,7 +67,7 @@ class Parser:
     def _by_likelihood(cls, suffix: str) -> Iterator[type[Parser]]:
         builtin = sorted(BUILTIN_SUFFIXES, key=lambda name: (name != suffix, name))
         yield from map(cls.get_parser_from_extension, builtin)
-        for name in cls.get_available_extensions():  # slow, and nearly never needed
+        for name in cls.get_available_extensions():  # slow, and rarely needed
             if name not in builtin:
                 yield cls.get_parser_from_extension(name)
 
@@ -104,10 +104,10 @@ class Parser:
         expose.load_extensions()
 
     def parse_description(self, entity: Entity) -> LaunchDescription:
-        """The launch description of a root entity; the mistakes of all actions at once."""
+        """The launch description of a root entity; errors of all actions are reported together."""
         if entity.type_name != "launch":
             raise StructureError(
-                f"a launch file begins with 'launch', not with '{entity.type_name}'",
+                f"the root of a launch file must be 'launch', not '{entity.type_name}'",
                 place=entity.place,
             )
         deprecated = entity.get_attr("deprecated", optional=True)
@@ -115,7 +115,7 @@ class Parser:
         return LaunchDescription(actions, deprecated_reason=deprecated)
 
     def parse_actions(self, entities: Iterable[Entity]) -> list[Action]:
-        """The actions of entities side by side; the mistakes of all of them at once."""
+        """The actions of sibling entities; all errors are reported together."""
         actions: list[Action] = []
         problems: list[LaunchFileError] = []
         for entity in entities:
@@ -139,7 +139,7 @@ class Parser:
             raise
         except LauncherError:
             raise
-        except Exception as problem:  # third-party code may raise whatever it likes
+        except Exception as problem:  # third-party code may raise anything
             message = f"<{entity.type_name}>: {problem}"
             ros_type = type(problem).__name__
             raise FrontendError(message, place=place, ros_type=ros_type) from problem
@@ -152,7 +152,7 @@ class Parser:
         return grammar_substitutions.parse_substitution(value, self._place_of(value))
 
     def parse_if_substitutions(self, value: Any) -> Any:
-        """Substitutions where a value is a text that holds some, else the value as it is."""
+        """Substitutions if the value is a text that contains some, else the value."""
         return grammar_substitutions.parse_if_substitutions(value, self._place_of(value))
 
     def _place_of(self, value: object) -> Place | None:
@@ -172,7 +172,7 @@ def _guess(file: Any) -> str:
 
 
 def read_text(file: Any) -> SourceText:
-    """The text of a path or of an open file; FrontendError if it is not UTF-8, or not there."""
+    """The text of a path or an open file; FrontendError if it cannot be read or decoded."""
     path = str(getattr(file, "name", file))
     try:
         if hasattr(file, "read"):
@@ -180,7 +180,7 @@ def read_text(file: Any) -> SourceText:
         with open(file, encoding="utf-8") as stream:
             return SourceText(path, stream.read())
     except UnicodeDecodeError as problem:
-        message = f"{path} is not UTF-8 text: byte {problem.start} is not"
+        message = f"{path} is not valid UTF-8 at byte {problem.start}"
         raise FrontendError(message, ros_type="UnicodeDecodeError") from problem
     except OSError as problem:
         message = f"cannot read {path}: {problem.strerror}"

@@ -1,7 +1,7 @@
-"""XML launch files: text to elements with their lines, the entities on top of them, the parser.
+"""XML launch files: the parser and its entities, with the line and column of each tag.
 
 ElementTree drops line numbers, so expat is used directly. Bounds on size, depth and entity
-declarations keep a hostile file from eating time or memory.
+declarations bound time and memory for malicious files.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class XmlElement:
 
 
 def parse_xml(source: SourceText) -> XmlElement:
-    """The root element; FrontendError that names the line if the text is no XML."""
+    """The root element; FrontendError with the line if the text is not well-formed."""
     if len(source.text) > MAX_TEXT:
         raise FrontendError("the file is too large for a launch file", ros_type="ParseError")
     builder = _TreeBuilder(source)
@@ -63,8 +63,6 @@ def parse_xml(source: SourceText) -> XmlElement:
 
 
 class _TreeBuilder:
-    """Collects what expat reports."""
-
     def __init__(self, source: SourceText) -> None:
         self._source = source
         self._open: list[XmlElement] = []
@@ -76,9 +74,9 @@ class _TreeBuilder:
         self._expat.ExternalEntityRefHandler = lambda *_: 0
 
     def parse(self) -> XmlElement:
-        # As bytes, so that an encoding that the text declares counts, as for ElementTree.
+        # As bytes, so that a declared encoding is used, as by ElementTree.
         self._expat.Parse(self._source.text.encode(errors="surrogatepass"), True)
-        assert self._root is not None  # expat has complained about a file without a root
+        assert self._root is not None  # expat rejects a file without a root
         return self._root
 
     def open_tag_hint(self) -> str | None:
@@ -86,7 +84,7 @@ class _TreeBuilder:
         if not self._open:
             return None
         tag = self._open[-1]
-        return f"<{tag.tag}> of line {tag.line} is still open here"
+        return f"<{tag.tag}> in line {tag.line} is not closed"
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         element = XmlElement(
@@ -112,7 +110,7 @@ class _TreeBuilder:
         if is_parameter or value is None:
             self._refuse(f"the XML entity '{name}' is defined outside of the file")
         elif len(value) > MAX_XML_ENTITY or "&" in value:
-            self._refuse(f"the XML entity '{name}' is too long, or is made of other ones")
+            self._refuse(f"the XML entity '{name}' is too long or refers to another one")
 
     def _refuse(self, message: str) -> NoReturn:
         place = self._source.place(
@@ -128,12 +126,9 @@ def _qualified(name: str) -> str:
 class XmlEntity(Entity):
     """One tag of an XML launch file; values are coerced to the type that is read."""
 
-    def __init__(
-        self, xml_element: XmlElement, source: SourceText, *, parent: Entity | None = None
-    ) -> None:
+    def __init__(self, xml_element: XmlElement, source: SourceText) -> None:
         self._element = xml_element
         self._source = source
-        self._parent = parent
         self._read_attributes: set[str] = set()
         self._read_tags: set[str] = set()
 
@@ -142,13 +137,8 @@ class XmlEntity(Entity):
         return self._element.tag
 
     @property
-    def parent(self) -> Entity | None:
-        """None: ROS 2's front ends do not provide it."""
-        return self._parent
-
-    @property
     def children(self) -> list[XmlEntity]:
-        """All nested tags; reading them counts as asking for each of them."""
+        """All nested tags, which are then all marked as read."""
         self._read_tags = {child.tag for child in self._element.children}
         return self._entities(self._element.children)
 
@@ -177,7 +167,7 @@ class XmlEntity(Entity):
         optional: bool = False,
         can_be_str: bool = True,
     ) -> Any:
-        """The value, coerced; nested tags of that name if `List[Entity]` is asked for."""
+        """See Entity.get_attr."""
         if is_entity_list(data_type):
             return self._nested(name, optional=optional)
         self._read_attributes.add(name)
@@ -222,7 +212,7 @@ class XmlEntity(Entity):
         return self.place if found is None else self._source.place(found[0], found[1].end() + 1)
 
     def _find_attribute(self, name: str) -> tuple[int, re.Match[str]] | None:
-        """(line, `name="` in it): the attribute may stand on a line below its tag."""
+        """(line, `name="` in it): the attribute may be on a line below its tag."""
         start = re.compile(rf"(?<![\w:.-]){re.escape(name)}\s*=\s*[\"']")
         column = self._element.column - 1
         for line in range(self._element.line, len(self._source.lines) + 1):
@@ -246,7 +236,7 @@ class XmlEntity(Entity):
 
     def _fail_for_tag(self, child: XmlElement) -> NoReturn:
         raise UnexpectedContentError(
-            f"<{child.tag}> has no meaning within <{self.type_name}>",
+            f"<{child.tag}> is not allowed inside <{self.type_name}>",
             place=self._source.place(child.line, child.column),
             hint=did_you_mean(child.tag, self._read_tags),
         )
@@ -267,7 +257,7 @@ class XmlParser(Parser):
 
     @classmethod
     def load(cls, file: Any) -> tuple[XmlEntity, XmlParser]:
-        """(root entity, parser) of a path or an open file; FrontendError if it is no XML."""
+        """(root entity, parser) of a path or an open file; FrontendError if it is not XML."""
         source = read_text(file)
         entity = XmlEntity(parse_xml(source), source)
         parser = cls()

@@ -1,4 +1,4 @@
-"""YAML launch files: text to nodes with their marks, the entities on top of them, the parser.
+"""YAML launch files: the parser and its entities, with the line and column of each key.
 
 Values follow YAML's own rules and are kept beside their nodes, which have line and column.
 """
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 MAX_TEXT = 512 * 1024  # characters; YAML is read at some 100 KiB a second
 MAX_NUMBER = 1000  # digits; numbers to base 60 take quadratic time
-MAX_NODES = 200_000  # with every alias counted as what it stands for
+MAX_NODES = 200_000  # with all aliases expanded
 MAX_DEPTH = 120  # a nested action takes two levels
 
 
 def parse_yaml(source: SourceText) -> tuple[Any, yaml.Node | None]:
-    """(value, node) of the document; FrontendError that names the line if it is no YAML."""
+    """(value, node) of the document; FrontendError with the line if it is not YAML."""
     if len(source.text) > MAX_TEXT:
         raise FrontendError("the file is too large for a launch file", ros_type="YAMLError")
     try:
@@ -64,7 +64,7 @@ def _located(problem: yaml.MarkedYAMLError, source: SourceText) -> FrontendError
 
 
 def _check_size(root: yaml.Node, source: SourceText) -> None:
-    """Count every alias as what it stands for, so that an expansion bomb is refused."""
+    """Reject expansion bombs: every alias counts as the nodes that it expands to."""
     sizes: dict[int, int] = {}
     open_nodes: set[int] = set()
 
@@ -72,7 +72,7 @@ def _check_size(root: yaml.Node, source: SourceText) -> None:
         if id(node) in sizes:
             return sizes[id(node)]
         if id(node) in open_nodes or depth > MAX_DEPTH:
-            problem = "an alias within itself" if id(node) in open_nodes else "nested too deeply"
+            problem = "an alias of itself" if id(node) in open_nodes else "nested too deeply"
             place = _place(node, source)
             raise FrontendError(f"this YAML is {problem}", place=place, ros_type="RecursionError")
         if _is_long_number(node):
@@ -82,7 +82,7 @@ def _check_size(root: yaml.Node, source: SourceText) -> None:
         open_nodes.discard(id(node))
         sizes[id(node)] = total
         if total > MAX_NODES:
-            message = f"this YAML stands for more than {MAX_NODES} values"
+            message = f"this YAML expands to more than {MAX_NODES} values"
             raise FrontendError(message, place=_place(node, source), ros_type="MemoryError")
         return total
 
@@ -117,14 +117,12 @@ class YamlEntity(Entity):
         *,
         node: yaml.Node | None = None,
         key_node: yaml.Node | None = None,
-        parent: Entity | None = None,
     ) -> None:
         self._element = element
         self._type_name = type_name
         self._source = source
         self._node = node
         self._key_node = key_node
-        self._parent = parent
         self._read_keys: set[Any] = set()
         self._children_read = False
 
@@ -133,13 +131,8 @@ class YamlEntity(Entity):
         return self._type_name
 
     @property
-    def parent(self) -> Entity | None:
-        """None: ROS 2's front ends do not provide it."""
-        return self._parent
-
-    @property
     def place(self) -> Place | None:
-        """Where its key begins; an item of a list has none, then where the item begins."""
+        """Where its key begins; for an item of a list, where the item begins."""
         node = self._key_node or self._node
         return _place(node, self._source) if node is not None else None
 
@@ -190,7 +183,7 @@ class YamlEntity(Entity):
         optional: bool = False,
         can_be_str: bool = True,
     ) -> Any:
-        """The value if it has the type; nested entities if `List[Entity]` is asked for."""
+        """See Entity.get_attr; values are not converted."""
         if not self._has(name):
             self._read_keys.add(name)
             return None if optional else self._fail_for_missing(name)
@@ -232,7 +225,7 @@ class YamlEntity(Entity):
             raise AttributeTypeError(
                 f"'{name}' of '{self._type_name}' should be a list of mappings",
                 place=self._value_place(name),
-                hint="begin each of them with '- '",
+                hint="begin each item with '- '",
                 ros_type="IndexError" if value == [] else None,
             )
         node = self._value_node(name)
@@ -249,7 +242,7 @@ class YamlEntity(Entity):
             raise StructureError(
                 f"each item of '{self._type_name}' is one action: a mapping with exactly one key",
                 place=place,
-                hint="a new action begins with '- '" if isinstance(item, dict) else None,
+                hint="begin each action with '- '" if isinstance(item, dict) else None,
                 ros_type="TypeError" if isinstance(item, (bool, int, float)) else None,
             )
         ((key, value),) = item.items()
@@ -257,17 +250,15 @@ class YamlEntity(Entity):
         return YamlEntity(value, key, self._source, node=value_node, key_node=key_node or node)
 
     def _value_node(self, name: Any) -> yaml.Node | None:
-        return node_of_key(self._node, name)
+        return _pair_of_key(self._node, name)[1]
 
     def _value_place(self, name: Any) -> Place | None:
         node = self._value_node(name)
         return _place(node, self._source) if node is not None else self.place
 
     def _key_place(self, key: Any) -> Place | None:
-        for key_node, _ in _pairs(self._node):
-            if key_node.value == str(key):
-                return _place(key_node, self._source)
-        return self._value_place(key)
+        node, _ = _pair_of_key(self._node, key)
+        return self.place if node is None else _place(node, self._source)
 
     def _fail_for_missing(self, name: str) -> NoReturn:
         unknown = [str(key) for key in self._element if key not in self._read_keys]
@@ -283,25 +274,13 @@ class YamlEntity(Entity):
         )
 
 
-def _pairs(node: yaml.Node | None) -> list[tuple[yaml.Node, yaml.Node]]:
-    return list(node.value) if isinstance(node, yaml.MappingNode) else []
-
-
-def key_of(node: yaml.Node | None) -> yaml.Node | None:
-    """The first key of a mapping."""
-    return next((key for key, _ in _pairs(node)), None)
-
-
-def node_of_key(node: yaml.Node | None, name: Any) -> yaml.Node | None:
-    """The value of a key of a mapping."""
-    return _pair_of_key(node, name)[1]
-
-
 def _pair_of_key(
     node: yaml.Node | None, name: Any
 ) -> tuple[yaml.Node, yaml.Node] | tuple[None, None]:
-    found = [pair for pair in _pairs(node) if pair[0].value == str(name)]
-    return found[-1] if found else (None, None)  # of keys that occur twice, the last one counts
+    """(key, value) of a mapping; of equal keys the last one, whose value counts."""
+    pairs = node.value if isinstance(node, yaml.MappingNode) else []
+    found = [pair for pair in pairs if pair[0].value == str(name)]
+    return found[-1] if found else (None, None)
 
 
 def _type_text(data_type: Any) -> str:
@@ -319,17 +298,17 @@ class YamlParser(Parser):
 
     @classmethod
     def load(cls, file: Any) -> tuple[YamlEntity, YamlParser]:
-        """(root entity, parser) of a path or an open file; FrontendError if it is no YAML."""
+        """(root entity, parser) of a path or an open file; FrontendError if it is not YAML."""
         source = read_text(file)
         tree, node = parse_yaml(source)
         if not isinstance(tree, dict):
-            message = "a YAML launch file is a mapping with the one key 'launch'"
+            message = "a YAML launch file is a mapping with the single key 'launch'"
             raise AttributeTypeError(message, place=source.place(1))
         if len(tree) != 1:
             raise StructureError("Expected only one root", place=source.place(1))
         ((type_name, element),) = tree.items()
-        value_node = node_of_key(node, type_name)
-        entity = YamlEntity(element, type_name, source, node=value_node, key_node=key_of(node))
+        key_node, value_node = _pair_of_key(node, type_name)
+        entity = YamlEntity(element, type_name, source, node=value_node, key_node=key_node or node)
         parser = cls()
         parser.source = source
         return entity, parser

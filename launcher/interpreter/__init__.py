@@ -1,4 +1,4 @@
-"""The interpreter: a launch description becomes effects, step by step. It does no I/O itself.
+"""The interpreter turns a launch description into effects, step by step. It does no I/O.
 
 How a driver uses it::
 
@@ -19,14 +19,13 @@ How a driver uses it::
             interpreter.close()              # deletes generated files, restores os.environ
 
 `handle` never raises for a fault of the launch file: it sets `interpreter.failure` and requests
-the shutdown of the system, as ROS 2 does. ProcessExited(will_restart=True) keeps the action
-alive; ProcessStarted comes again after each restart. Ctrl-C is `handle(SignalReceived(...))`,
-which answers with RequestShutdown among others; so does `handle(ShutdownAsked(...))`, for every
-other reason to end the run. A StartProcess after a RequestShutdown comes
-from an OnShutdown handler: start it and let it end by itself. When no process is left the
-interpreter itself requests the shutdown (reason `idle`). `watches_output(process_id)`: whether
-the launch file handles the output of a process. `warnings` holds those of
-`launcher.language.diagnostics.ros2_quirks`.
+the shutdown of the system, as ROS 2 does. After ProcessExited(will_restart=True) the action
+continues, and ProcessStarted follows each restart. Ctrl-C is `handle(SignalReceived(...))`,
+any other reason to end the run `handle(ShutdownAsked(...))`: the effects include
+RequestShutdown. A StartProcess after a RequestShutdown comes from an OnShutdown handler: start it
+and do not stop it. When no process is left, the interpreter requests the shutdown itself
+(reason `idle`). `watches_output(process_id)`: whether the launch file handles the output of a
+process. `warnings` holds those of `launcher.language.diagnostics.ros2_quirks`.
 """
 
 from launcher.interpreter.core import Interpreter

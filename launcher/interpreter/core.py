@@ -1,4 +1,4 @@
-"""The event queue of a run, from the first visit to the last event."""
+"""Interpreter: visits a launch description and processes its event queue."""
 
 from __future__ import annotations
 
@@ -54,8 +54,7 @@ class Interpreter:
 
     `path` is the launch file (for `ThisLaunchFileDir` and messages); `environment` replaces
     `os.environ` for the run. `answer` is for a driver in virtual time (see RunHost): there the
-    interpreter neither ends an idle run nor one that failed, and shows what a failed visit had
-    asked for already.
+    interpreter does not shut down an idle or failed run, and keeps the effects of a failed visit.
     """
 
     def __init__(
@@ -93,7 +92,6 @@ class Interpreter:
 
     @property
     def event_handlers(self) -> Sequence[BaseEventHandler]:
-        """Those that are registered now."""
         return tuple(self.context._event_handlers)
 
     @property
@@ -128,7 +126,7 @@ class Interpreter:
         current.pending.clear()
         source = LaunchDescriptionSource(self._description, self._path)
         include = IncludeLaunchDescription(source, launch_arguments=self.arguments.items())
-        include._origin = None  # it stands for the command line
+        include._origin = None  # from the command line
         event = language.IncludeLaunchDescription(LaunchDescription([include]))
         self.context.emit_event_sync(event)
         try:
@@ -139,18 +137,18 @@ class Interpreter:
                 self._run_steps()
 
     def take_effects(self) -> list[model.Effect]:
-        """The effects that were not taken yet."""
+        """The effects since the last call."""
         return self.host.take_effects()
 
     def handle(self, event: model.Event) -> list[model.Effect]:
-        """Process an event of the driver; the effects, in order."""
+        """Process an event of the driver; returns the effects, in order."""
         return self.handle_together([event])
 
     def handle_together(self, events: Iterable[model.Event]) -> list[model.Effect]:
-        """Like `handle`, for events of the same moment: all are taken in before any is handled."""
+        """Like `handle`, for events of the same moment: all are queued before any is handled."""
         try:
             for event in events:
-                self._take_in(event)
+                self._accept(event)
             self._drain()
         except (Exception, SystemExit) as error:
             self._fail(error)
@@ -175,7 +173,7 @@ class Interpreter:
 
     # ---- events of the driver become events of the language
 
-    def _take_in(self, event: model.Event) -> None:
+    def _accept(self, event: model.Event) -> None:
         match event:
             case model.TimerFired(timer_id=timer_id):
                 callback = self.host.timers.pop(timer_id, None)
@@ -183,7 +181,7 @@ class Interpreter:
                     callback()
             case model.ProcessStarted(process_id=process_id, pid=pid):
                 process = self.host.processes[process_id]
-                process.alive = True  # again, if the user started an exited process
+                process.active = True  # again, if the user started an exited process
                 details = process.action._started(pid)
                 self.context.emit_event_sync(process_events.ProcessStarted(**details))
             case model.ProcessExited():
@@ -217,7 +215,7 @@ class Interpreter:
 
     def _process_ended(self, process_id: int) -> None:
         process = self.host.processes[process_id]
-        process.alive = False
+        process.active = False
         process.action._completed()
 
     def _signal_received(self, signum: int) -> None:
@@ -252,7 +250,7 @@ class Interpreter:
                 self.host.steps.popleft()()
             # Immediate answers come before the next event of the queue.
             while self.host.answers:
-                self._take_in(self.host.answers.popleft())
+                self._accept(self.host.answers.popleft())
 
     def _becomes_idle(self) -> bool:
         if self._is_virtual or self.host.is_busy or self.host.shutdown_pending:

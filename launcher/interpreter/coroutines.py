@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class TimerLoop(asyncio.AbstractEventLoop):
     """Tasks, futures and sleeping; no sockets, no subprocesses.
 
-    Whatever becomes ready is run as a deferred step of the interpreter, so coroutines take
-    turns with events in a fixed order, in real time and in virtual time.
+    Ready callbacks run as deferred steps of the interpreter, so that coroutines and events
+    interleave in a fixed order, in real and in virtual time.
     """
 
     def __init__(self, host: Host) -> None:
@@ -88,7 +88,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
         return task
 
     def run_in_executor(self, executor: Any, func: Any, *args: Any) -> asyncio.Future[Any]:  # type: ignore[override]
-        """Call the function on the loop's next turn; there are no threads here."""
+        """Call the function in the next iteration of the loop, without a thread."""
         future = self.create_future()
 
         def call() -> None:
@@ -128,7 +128,8 @@ class TimerLoop(asyncio.AbstractEventLoop):
 
 
 def make_loop(host: Host) -> TimerLoop:
-    """A loop for the coroutines of one run; what it does not offer raises NotImplementedError."""
-    vars_of_loop: Any = TimerLoop
-    vars_of_loop.__abstractmethods__ = frozenset()
-    return TimerLoop(host)  # type: ignore[abstract]
+    """A loop for the coroutines of one run; unsupported methods raise NotImplementedError."""
+    loop_class: Any = TimerLoop
+    loop_class.__abstractmethods__ = frozenset()
+    loop: TimerLoop = loop_class(host)
+    return loop

@@ -1,4 +1,4 @@
-"""Collects the requests of entities as effects for the driver."""
+"""RunHost: collects the requests of entities as effects for the driver."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ Answer = Callable[[model.Effect], Iterable[model.Event]]
 
 
 class Process:
-    """A requested process; `alive` from StartProcess to its last exit."""
+    """A requested process; `active` from StartProcess to its last exit."""
 
-    __slots__ = ("action", "alive")
+    __slots__ = ("action", "active")
 
     def __init__(self, action: ExecuteLocal) -> None:
         self.action = action
-        self.alive = True
+        self.active = True
 
 
 class Quirk(Record):
-    """Behaviour copied from ROS 2 that people do not expect, and where it happens."""
+    """A warning about surprising behaviour copied from ROS 2, and its place."""
 
     text: str
     origin: Origin | None
@@ -45,8 +45,8 @@ class Quirk(Record):
 class RunHost:
     """Collects effects in order; the interpreter's loop runs the deferred steps.
 
-    `answer` returns the events that follow an effect at once (the planner); a driver in real
-    time has none.
+    `answer` returns the events that an effect causes immediately, in virtual time; None in real
+    time.
     """
 
     def __init__(self, context: LaunchContext, answer: Answer | None = None) -> None:
@@ -68,7 +68,7 @@ class RunHost:
         self.names_read: set[str] = set()
         self.quirks: dict[Quirk, None] = {}
         self.shutdown_pending = False
-        self.watcher: Trace | None = None
+        self.trace: Trace | None = None
         self._depth = 0
         self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
 
@@ -91,7 +91,7 @@ class RunHost:
         return self._processes_numbered
 
     def spawn(self, action: ExecuteLocal) -> None:
-        """Start the process when the current event is done."""
+        """Start the process after the current event."""
         self.steps.append(lambda: self._start(action))
 
     def _start(self, action: ExecuteLocal) -> None:
@@ -101,7 +101,7 @@ class RunHost:
         try:
             spec = make_spec(action, self._context, self.generated)
         except Exception as error:
-            # As in ROS 2, where the task of this one process fails; the others go on.
+            # As in ROS 2, only the task of this process fails.
             name = str(action.process_description.final_name)
             self.log(name, "ERROR", f"exception occurred while executing process: {error}")
             action._completed()
@@ -121,9 +121,8 @@ class RunHost:
             self.answers.extend(self._answer(effect))
 
     def process_of(self, action: Any) -> int | None:
-        """The process_id of an action whose process lives, else None."""
         for process_id, process in self.processes.items():
-            if process.action is action and process.alive:
+            if process.action is action and process.active:
                 return process_id
         return None
 
@@ -142,15 +141,15 @@ class RunHost:
 
     def visiting(self, entity: Any) -> None:
         self._depth += 1
-        if self.watcher is not None:
-            self.watcher.visiting(entity, self._depth)
+        if self.trace is not None:
+            self.trace.visiting(entity, self._depth)
 
     def visited(self) -> None:
         self._depth -= 1
 
     def skipped(self, action: Any) -> None:
-        if self.watcher is not None:
-            self.watcher.skipped(action)
+        if self.trace is not None:
+            self.trace.skipped(action)
 
     def warn_quirk(self, text: str, origin: Origin | None) -> None:
         quirk = Quirk(text, origin)
@@ -163,8 +162,8 @@ class RunHost:
         self.names_read.add(name)
 
     def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
-        if self.watcher is not None:
-            self.watcher.configured(name, value, origin)
+        if self.trace is not None:
+            self.trace.configured(name, value, origin)
 
     def declared(self, argument: Any, value: str) -> None:
         self.declared_values[argument.name] = value
@@ -197,14 +196,14 @@ class RunHost:
     # ---- for the interpreter
 
     def take_effects(self) -> list[model.Effect]:
-        """The effects since the last time."""
+        """The effects since the last call."""
         taken, self.effects = self.effects, []
         return taken
 
     @property
     def is_busy(self) -> bool:
         """Whether further events are possible."""
-        if self.timers or self.waiting or any(p.alive for p in self.processes.values()):
+        if self.timers or self.waiting or any(p.active for p in self.processes.values()):
             return True
         return any(not future.done() for future in self._context._completion_futures)
 

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 def make_spec(
     action: ExecuteLocal, context: LaunchContext, generated: Mapping[str, Any]
 ) -> ProcessSpec:
-    """The final spec; `generated` holds the content of the parameter files written so far."""
+    """The final spec; `generated` maps parameter files written so far to their content."""
     description = action.process_description
     assert description.final_cmd is not None and description.final_env is not None
     if not description.final_cmd:
-        # Most launch files have none.
+        # Imported only for an error.
         from launcher.language.diagnostics.bad_entries import NoCommandError
 
         raise NoCommandError
@@ -86,14 +86,14 @@ def _stop_policy(
 def _seconds(text: str, default_s: float) -> tuple[float, str | None]:
     """(seconds to wait, what is wrong with the text).
 
-    ROS 2 looks at these texts only when it stops the process, so a bad one is no start error.
-    There it ends the escalation, or waits for ever; here a stop always ends.
+    ROS 2 parses these texts only when it stops the process, so a bad one must not prevent the
+    start. In ROS 2 a bad text ends the escalation or waits forever; here the stop always ends.
     """
     try:
         value_s = float(text)
     except ValueError:
         value_s = float("nan")
-    if not abs(value_s) < float("inf"):  # nan is not, either; importing math would take its time
+    if not abs(value_s) < float("inf"):  # also for nan; avoids importing math
         return default_s, f"is not a number of seconds; using {default_s:g}"
     if value_s < 0:
         return 0.0, "is negative; using 0"

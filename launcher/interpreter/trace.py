@@ -1,56 +1,35 @@
-"""The visited entities as a tree, for the rendering of a plan."""
+"""Records the visited entities as a tree, for plans."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 from launcher.language.conditions import Condition, LaunchConfigurationEquals
 from launcher.language.context import LaunchContext
 from launcher.language.diagnostics.origin import Origin
-from launcher.language.substitution import Substitution, TextSubstitution
+from launcher.language.substitution import Substitution, plain_text
 from launcher.language.substitutions.configuration import LaunchConfiguration
 
-if TYPE_CHECKING:
-    from typing import Any
+_MAX_NESTING = 20  # of substitutions; deeper ones are not searched
 
 
-_MAX_NESTING = 20  # of substitutions in each other; deeper ones are not looked into
-
-
-class Setting:
+class Setting(NamedTuple):
     """A launch configuration that got a value; `origin` is None for the command line."""
 
-    __slots__ = ("name", "origin", "value")
-
-    def __init__(self, name: str, value: Any, origin: Origin | None) -> None:
-        self.name = name
-        self.value = value
-        self.origin = origin
+    name: str
+    value: Any
+    origin: Origin | None
 
 
 class Visit:
     """One visit of an entity and, below it, the visits of what it yielded.
 
-    `depth` counts from 1; `stamp` tells when; `event` is what led to a visit without parent.
-    `skipped`: the condition was false; `read` holds the launch configurations that the condition
-    reads, as they were. `settings` were made by this visit itself, `logs` are texts that it
-    printed for the user, `processes` are the numbers of the processes that it started.
+    `depth` counts from 1; `stamp`: the time; `event`: the cause of a visit without parent;
+    `skipped`: the condition was false; `read`: values of the launch configurations that the
+    condition reads; `settings`, `logs`, `processes`: launch configurations set, messages printed
+    and numbers of processes started by this visit itself.
     """
-
-    __slots__ = (
-        "children",
-        "depth",
-        "entity",
-        "event",
-        "logs",
-        "parent",
-        "processes",
-        "read",
-        "settings",
-        "skipped",
-        "stamp",
-    )
 
     def __init__(self, entity: Any, parent: Visit | None, stamp: Any, event: Any) -> None:
         self.entity = entity
@@ -107,7 +86,7 @@ class Trace:
             self._current.skipped = True
 
     def configured(self, name: str, value: Any, origin: Origin | None) -> None:
-        """A launch configuration got a value."""
+        """A launch configuration was set."""
         if self._current is not None:
             self._current.settings.append(Setting(name, value, origin))
 
@@ -140,9 +119,9 @@ def _configurations_in(part: Any, depth: int) -> Iterator[str]:
     if depth == 0:
         return
     if isinstance(part, LaunchConfiguration):
-        name = part.variable_name
-        if all(isinstance(text, TextSubstitution) for text in name):
-            yield "".join(text.text for text in name if isinstance(text, TextSubstitution))
+        name = plain_text(part.variable_name)
+        if name is not None:
+            yield name
     elif isinstance(part, (Substitution, Condition)):
         if isinstance(part, LaunchConfigurationEquals):
             yield part.launch_configuration_name

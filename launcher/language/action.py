@@ -31,7 +31,6 @@ class Action(LaunchDescriptionEntity):
 
     @property
     def condition(self) -> Condition | None:
-        """The condition, if there is one."""
         return self.__condition
 
     def describe(self) -> str:
@@ -59,7 +58,7 @@ class Action(LaunchDescriptionEntity):
             future.add_done_callback(lambda _: context.emit_event_sync(event))
 
     def execute(self, context: LaunchContext) -> Any:
-        """Do it; entities that are returned are visited next."""
+        """Called by `visit`; the entities returned are visited next."""
         return None
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
 
 
 def is_iterable(obj: Any) -> bool:
-    """What `isinstance(obj, Iterable)` says, without its cost for each class that is new."""
+    """Like `isinstance(obj, Iterable)`, which is slow for each new class."""
     return getattr(type(obj), "__iter__", None) is not None
 
 
@@ -35,8 +35,8 @@ def ensure_argument_type(
     allowed = list(types) if is_iterable(types) else [types]
     if any(is_a_subclass(argument, one) for one in allowed):
         return
-    who = "Expected" if caller is None else f"'{caller}' expected"
+    subject = "Expected" if caller is None else f"'{caller}' expected"
     raise TypeError(
-        f"{who} '{argument_name}' to be one of {allowed}, "
+        f"{subject} '{argument_name}' to be one of {allowed}, "
         f"but got '{argument}' of type '{type(argument)}'"
     )

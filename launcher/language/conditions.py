@@ -1,4 +1,4 @@
-"""Conditions on texts and on launch configurations."""
+"""Conditions of actions: on an expression or on a launch configuration."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class InvalidConditionExpressionError(Exception):
 
 
 def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bool:
-    """The truth of a text: `true` and `1`, `false` and `0`, in any case, with blanks around."""
+    """True for `true` and `1`, False for `false` and `0`; ignores case and outer whitespace."""
     expanded = perform_substitutions(context, expression).strip().lower()
     if expanded in VALID_TRUE_EXPRESSIONS:
         return True

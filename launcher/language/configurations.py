@@ -21,9 +21,8 @@ ALL_NAMES = "*"  # recorded when a launch file reads all of them
 class Configurations(_Table):
     """A dictionary that records where each value was set.
 
-    `read` is called with each name that is asked for, so that the launcher knows which arguments
-    a launch file understands, also those that nothing declares; `written` with each name, value
-    and origin that is set.
+    `read` is called with each name that is read, which reveals the arguments of a launch file
+    that are not declared; `written` with each name, value and origin that is set.
     """
 
     def __init__(

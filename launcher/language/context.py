@@ -99,7 +99,7 @@ class LaunchContext:
 
     @property
     def asyncio_loop(self) -> Any:
-        """An event loop for coroutines of the launch file; made when first asked for."""
+        """An event loop for coroutines of the launch file; created on first use."""
         return self._host.asyncio_loop()
 
     def add_completion_future(self, completion_future: Any) -> None:

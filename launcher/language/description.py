@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from launcher.language.diagnostics.origin import Origin
 
 
-_MAX_INSIDE_ITSELF = 6  # levels of a file that includes itself, searched for arguments
+_MAX_SELF_INCLUDES = 6  # levels of a file that includes itself, searched for arguments
 
 
 @public("launch.launch_description")
 class LaunchDescription(LaunchDescriptionEntity):
-    """What a launch file returns."""
+    """The result of `generate_launch_description()`."""
 
     def __init__(
         self,
@@ -49,7 +49,7 @@ class LaunchDescription(LaunchDescriptionEntity):
     def get_launch_arguments(
         self, conditional_inclusion: bool = False
     ) -> list[DeclareLaunchArgument]:
-        """Declared arguments, those of included files too, as far as they can be seen."""
+        """Declared arguments, also those of files that can be included without a context."""
         pairs = self.get_launch_arguments_with_include_launch_description_actions(
             conditional_inclusion
         )
@@ -58,10 +58,10 @@ class LaunchDescription(LaunchDescriptionEntity):
     def get_launch_arguments_with_include_launch_description_actions(
         self, conditional_inclusion: bool = False
     ) -> list[tuple[DeclareLaunchArgument, list[Any] | None]]:
-        """(argument, the includes on the way to it); the first declaration of a name counts."""
-        search = _ArgumentSearch()
-        search.look_at(self, self.entities, conditional=conditional_inclusion, includes=None)
-        return list(search.found.values())
+        """(argument, the includes that lead to it); the first declaration of a name counts."""
+        found = _ArgumentSearch()
+        found.search(self, self.entities, conditional=conditional_inclusion, includes=None)
+        return list(found.found.values())
 
     @property
     def entities(self) -> list[LaunchDescriptionEntity]:
@@ -87,9 +87,9 @@ class _ArgumentSearch:
 
     def __init__(self) -> None:
         self.found: dict[str, tuple[DeclareLaunchArgument, list[Any] | None]] = {}
-        self._around: list[Origin] = []  # of the descriptions that are being looked into
+        self._enclosing: list[Origin] = []  # of the descriptions being searched
 
-    def look_at(
+    def search(
         self,
         holder: LaunchDescriptionEntity,
         entities: Iterable[Any],
@@ -99,14 +99,14 @@ class _ArgumentSearch:
     ) -> None:
         for entity in entities:
             if isinstance(entity, LaunchDescription):
-                self._look_into(entity, includes)
+                self._search_description(entity, includes)
                 continue
             if not hasattr(type(entity), "describe_sub_entities"):
-                # Most launch files have none.
+                # Imported only for an error.
                 from launcher.language.diagnostics.bad_entries import wrong_entry
 
                 raise wrong_entry(entity, holder, entities)
-            # By an attribute, so that these actions are not imported where none is used.
+            # By an attribute, so that the classes need not be imported.
             meaning = getattr(entity, "_to_arguments", "")
             if meaning == "resets":
                 return
@@ -118,19 +118,21 @@ class _ArgumentSearch:
                 below = [] if includes is None else includes
                 below.append(entity)
             known = entity.describe_sub_entities()
-            self.look_at(entity, known, conditional=False, includes=below)
+            self.search(entity, known, conditional=False, includes=below)
             for _, conditionals in entity.describe_conditional_sub_entities():
-                self.look_at(entity, conditionals, conditional=True, includes=below)
+                self.search(entity, conditionals, conditional=True, includes=below)
 
-    def _look_into(self, description: LaunchDescription, includes: list[Any] | None) -> None:
-        # A file that includes itself would be looked into for ever, in many ways.
+    def _search_description(
+        self, description: LaunchDescription, includes: list[Any] | None
+    ) -> None:
+        # A file that includes itself would be searched endlessly.
         origin = description._origin
-        if origin is not None and self._around.count(origin) > _MAX_INSIDE_ITSELF:
+        if origin is not None and self._enclosing.count(origin) > _MAX_SELF_INCLUDES:
             return
         known = [] if origin is None else [origin]
-        self._around += known
-        self.look_at(description, description.entities, conditional=False, includes=includes)
-        del self._around[len(self._around) - len(known) :]
+        self._enclosing += known
+        self.search(description, description.entities, conditional=False, includes=includes)
+        del self._enclosing[len(self._enclosing) - len(known) :]
 
     def _add(
         self, argument: DeclareLaunchArgument, conditional: bool, includes: list[Any] | None

@@ -20,8 +20,8 @@ class LaunchDescriptionEntity:
 
     _origin: Origin | None
 
-    # Its role in the search for launch arguments: it "declares" one, "includes" a file,
-    # or "resets", so that nothing behind it can be set from outside.
+    # Role in the search for launch arguments: "declares" an argument, "includes" a file, or
+    # "resets" the configurations, which ends the search.
     _to_arguments = ""
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Any:
@@ -31,7 +31,7 @@ class LaunchDescriptionEntity:
         return entity
 
     def __init__(self) -> None:
-        """Nothing to set; subclasses may leave it out."""
+        """Subclasses need not call it: `__new__` sets what the launcher needs."""
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Execute; the entities returned are visited next, in order."""
@@ -47,9 +47,9 @@ class LaunchDescriptionEntity:
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """(condition, entities) for what a visit may yield some time later."""
+        """(condition, entities) for what a visit may yield later."""
         return []
 
     def get_asyncio_future(self) -> Any:
-        """An object with `done()` while the entity is still at work, else None."""
+        """A future that is done when the entity has finished; None if the visit finishes it."""
         return None

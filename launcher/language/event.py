@@ -1,4 +1,4 @@
-"""Event: something that happened. EventHandler: a matcher, and what to do with its events."""
+"""Base classes of events and event handlers."""
 
 from __future__ import annotations
 
@@ -36,20 +36,19 @@ class BaseEventHandler:
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, as a text."""
+        """The reaction, for `describe`."""
         return self.__repr__()
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, as a text."""
+        """The events that match, for `describe`."""
         return self.__repr__()
 
     def matches(self, event: Event) -> bool:
-        """Whether the event is one for this handler."""
         return self.__matcher(event)
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
-        """A text and the entities that are known beforehand."""
+        """(text, entities that are known before an event)."""
         return (
             f"{type(self).__name__}(matcher='{self.matcher_description}', "
             f"handler='{self.handler_description}', handle_once={self.handle_once})",
@@ -57,7 +56,7 @@ class BaseEventHandler:
         )
 
     def handle(self, event: Event, context: LaunchContext) -> Any:
-        """Make the event known as `context.locals.event`; unregister if it is the only one."""
+        """Set `context.locals.event`; with `handle_once`, unregister this handler."""
         context.extend_locals({"event": event})
         if self.handle_once:
             context.unregister_event_handler(self)
@@ -80,7 +79,7 @@ class EventHandler(BaseEventHandler):
 
     @property
     def entities(self) -> Any:
-        """What a matching event yields: one entity, several, or None."""
+        """One entity, several, or None, as given."""
         return self.__entities
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:

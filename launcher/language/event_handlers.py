@@ -1,4 +1,4 @@
-"""Event handlers, except those of processes: a matcher, and what to do with a matching event."""
+"""Event handlers for actions, includes and shutdown; those of processes are in actions.process."""
 
 from __future__ import annotations
 
@@ -56,19 +56,16 @@ class OnActionEventBase(BaseEventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, as a text."""
         return "<actions>" if self.__actions_on_event else f"{self.__on_event}"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, as a text."""
         text = f"event == {self.__target_event_cls.__name__}"
         if self.__action_matcher is None:
             return text
         return f"{text} and {self.__target_action_cls.__name__}(event.action)"
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
-        """A text and the entities that are known beforehand."""
         text, actions = super().describe()
         return (text, [*actions, *self.__actions_on_event])
 
@@ -119,12 +116,10 @@ class OnShutdown(BaseEventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, as a text."""
         return f"{self.__on_shutdown}"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, as a text."""
         return "event issubclass of launch.events.Shutdown"
 
     def handle(self, event: Event, context: LaunchContext) -> Any:
@@ -146,12 +141,10 @@ class OnIncludeLaunchDescription(BaseEventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, as a text."""
         return "returns the launch_description in the event"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, as a text."""
         return "event issubclass of launch.events.IncludeLaunchDescription"
 
     def handle(self, event: Event, context: LaunchContext) -> Any:

@@ -1,4 +1,4 @@
-"""Events that the launcher itself emits, except those of processes."""
+"""Events of the launch itself; those of processes are in process_events."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @public("launch.events.execution_complete")
 class ExecutionComplete(Event):
-    """An action was executed, and what it does over time has ended."""
+    """An action was executed and has finished."""
 
     name = "launch.events.ExecutionComplete"
 

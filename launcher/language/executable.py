@@ -1,4 +1,4 @@
-"""Executable: the description of a command, and its final words, folder and environment."""
+"""Executable: a command with its working directory and environment."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @public("launch.descriptions.executable")
 class Executable:
-    """A command that can be run; `prepare` fixes everything that is `final_...`."""
+    """A command; `prepare` sets the properties `final_...`."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Executable:
         self.__prefix = normalize_to_list_of_substitutions(
             LaunchConfiguration("launch-prefix", default="") if prefix is None else prefix
         )
-        # The filter belongs to the prefix of the command line, not to one of the launch file.
+        # The filter applies to `launch-prefix` of the command line, not to `prefix`.
         self.__prefix_filter = (
             [LaunchConfiguration("launch-prefix-filter", default="")] if prefix is None else None
         )
@@ -88,12 +88,12 @@ class Executable:
 
     @property
     def arguments(self) -> Iterable[Any] | None:
-        """The words that were given apart from `cmd`."""
+        """The words given in addition to `cmd`."""
         return self.__arguments
 
     @property
     def final_name(self) -> str | None:
-        """The label with its running number."""
+        """The label with the number of the process."""
         return self.__final_name
 
     @property
@@ -113,7 +113,7 @@ class Executable:
         cmd = [perform_substitutions(context, word) for word in self.__cmd]
         self.__final_cmd = [*self._prefix_words(context, cmd), *cmd]
         if self.__name is None and not self.__final_cmd:
-            # Most launch files have none.
+            # Imported only for an error.
             from launcher.language.diagnostics.bad_entries import NoCommandError
 
             raise NoCommandError

@@ -1,4 +1,4 @@
-"""What XML and YAML launch files can name, and the way from the language to their parsers.
+"""Registry of tags and substitutions, and of the parsers for XML and YAML launch files.
 
 The front ends import the language, never the reverse: `launcher.frontends` provides its functions
 here when it is imported.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 class Future:
     """The part of `asyncio.Future` that launch entities and their callers use.
 
-    Callbacks run at once when the result is set (asyncio would run them on its next turn).
+    Callbacks run at once when the result is set (asyncio runs them in its next iteration).
     """
 
     def __init__(self) -> None:

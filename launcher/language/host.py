@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Host(Protocol):
-    """Requests of entities; none blocks, and none takes effect before the visit is over.
+    """Requests of entities; none blocks, and none takes effect before the visit ends.
 
     `shutdown_pending` is true from the request of a shutdown to its handling.
     """
@@ -22,7 +22,7 @@ class Host(Protocol):
         """Whether an emitted event is to be queued."""
 
     def later(self, step: Callable[[], None]) -> None:
-        """Run `step` when the event that is being handled is done, in order of the requests."""
+        """Run `step` after the current event was handled, in order of the requests."""
 
     def next_process_number(self) -> int:
         """The number of the next process of this run, from 1."""
@@ -34,7 +34,7 @@ class Host(Protocol):
         """Hand an effect to the driver, in order."""
 
     def process_of(self, action: Any) -> int | None:
-        """The process_id of an action whose process lives, else None."""
+        """The process_id of the action's process while it runs or will be restarted, else None."""
 
     def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
         """Call `callback` after `delay_s` seconds; the result is for `cancel_call`."""
@@ -55,7 +55,7 @@ class Host(Protocol):
         """The condition of an action was false."""
 
     def warn_quirk(self, text: str, origin: Origin | None) -> None:
-        """Warn about behaviour copied from ROS 2 that people do not expect."""
+        """Warn about surprising behaviour that was copied from ROS 2."""
 
     def configuration_read(self, name: str) -> None:
         """The launch file reads this launch configuration."""
@@ -67,7 +67,7 @@ class Host(Protocol):
         """The declaration of a launch argument was executed; `value` is its value."""
 
     def remember_file(self, path: str, content: Any) -> None:
-        """Own a generated parameter file: show its content, delete it at the end."""
+        """Register a generated parameter file: shown in plans, deleted at the end of the run."""
 
     def load_component(self, request: Any, done: Callable[[Any], None]) -> None:
         """Ask a container to load a node; `done` gets the answer event."""
@@ -79,4 +79,4 @@ class Host(Protocol):
         """Call `seen` with each TransitionSeen of this node."""
 
     def asyncio_loop(self) -> Any:
-        """An asyncio loop that lives on the driver's timers."""
+        """An asyncio event loop driven by the timers of the run."""

@@ -9,7 +9,10 @@ from launcher.language.actions.events import EmitEvent, LogInfo, RegisterEventHa
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
-from launcher.language.substitution import normalize_to_list_of_substitutions
+from launcher.language.substitution import (
+    describe_substitutions,
+    normalize_to_list_of_substitutions,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -73,4 +76,4 @@ def _handler(register: RegisterEventHandler) -> _Tree:
 
 def format_substitutions(substitutions: Any) -> str:
     """The descriptions of substitutions, joined by plus signs."""
-    return " + ".join(sub.describe() for sub in normalize_to_list_of_substitutions(substitutions))
+    return describe_substitutions(normalize_to_list_of_substitutions(substitutions))

@@ -26,7 +26,7 @@ class SessionHandler(logging.Handler):
 
 @public("launch.logging")
 class LaunchConfig:
-    """Settings of the log files; the driver decides, so most of them have no effect."""
+    """Settings of log files; only `log_dir` has an effect."""
 
     def __init__(self) -> None:
         self.level: int | str = logging.INFO
@@ -46,13 +46,12 @@ class LaunchConfig:
         self.__init__()  # type: ignore[misc]
 
     def set_screen_format(self, screen_format: str, *, screen_style: str | None = None) -> None:
-        """Kept without effect: the driver decides how lines look."""
+        """No effect: the launcher formats the lines."""
 
     def set_log_format(self, log_format: str, *, log_style: str | None = None) -> None:
-        """Kept without effect: the driver decides how lines look."""
+        """No effect: the launcher formats the lines."""
 
     def get_log_file_path(self, file_name: str = "launch.log") -> str:
-        """The path of a log file."""
         return f"{self.log_dir}/{file_name}"
 
     def get_screen_handler(self) -> logging.Handler:
@@ -91,15 +90,16 @@ def get_output_loggers(
 
 def log_launch_config(*, logger: logging.Logger | None = None) -> None:
     """Log where the log files are."""
-    said = get_logger() if logger is None else logger
-    said.info("All log files can be found below %s", launch_config.log_dir)
+    (get_logger() if logger is None else logger).info(
+        "All log files can be found below %s", launch_config.log_dir
+    )
 
 
 def reset() -> None:
-    """Back to the defaults."""
+    """Reset `launch_config`."""
     launch_config.reset()
 
 
 @public("launch.logging")
 class LaunchLogger(logging.Logger):
-    """The class of ROS 2's loggers; ours are plain ones."""
+    """For launch files that name ROS 2's class; `get_logger` returns plain loggers."""

@@ -1,4 +1,4 @@
-"""The host of a context that nobody runs: a launch file made it to perform substitutions."""
+"""The host of a LaunchContext that a launch file creates itself, to perform substitutions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class NullHost:
         return None
 
     def _ignore(self, *args: Any, **kwargs: Any) -> None:
-        """No-op."""
+        pass
 
     later = spawn = request = cancel_call = log = _ignore
     visiting = visited = skipped = warn_quirk = _ignore

@@ -1,4 +1,4 @@
-"""Events of processes, and matchers that pick the process."""
+"""Events of processes, and matchers that select processes."""
 
 from __future__ import annotations
 
@@ -53,12 +53,11 @@ class RunningProcessEvent(Event):
 
     @property
     def process_name(self) -> str:
-        """The label with its running number."""
+        """The label with the number of the process."""
         return self.__name
 
     @property
     def cmd(self) -> list[str]:
-        """The words of the command line."""
         return self.__cmd
 
     @property
@@ -84,7 +83,7 @@ class ProcessStarted(RunningProcessEvent):
 
 @public("launch.events.process.process_exited")
 class ProcessExited(RunningProcessEvent):
-    """A process ended."""
+    """A process exited."""
 
     name = "launch.events.process.ProcessExited"
 
@@ -161,7 +160,7 @@ class ProcessStderr(ProcessIO):
 
 @public("launch.events.process.process_targeted_event")
 class ProcessTargetedEvent(Event):
-    """Base of events that are meant for the processes that a matcher picks."""
+    """Base of events for the processes that a matcher selects."""
 
     name = "launch.events.process.ProcessTargetedEvent"
 
@@ -209,21 +208,21 @@ class SignalProcess(ProcessTargetedEvent):
 
 def matches_pid(pid: int) -> ProcessMatcher:
     """A matcher for the process with this id."""
-    return _matcher(lambda details: details.get("pid") == pid)
+    return _matches(lambda details: details.get("pid") == pid)
 
 
 def matches_name(name: str) -> ProcessMatcher:
     """A matcher for the process with this label."""
-    return _matcher(lambda details: details["name"] == name)
+    return _matches(lambda details: details["name"] == name)
 
 
 def matches_executable(executable: str) -> ProcessMatcher:
     """A matcher for processes whose first word is this."""
-    return _matcher(lambda details: details["cmd"][0] == executable)
+    return _matches(lambda details: details["cmd"][0] == executable)
 
 
-def _matcher(fits: Callable[[Mapping[str, Any]], bool]) -> ProcessMatcher:
+def _matches(predicate: Callable[[Mapping[str, Any]], bool]) -> ProcessMatcher:
     def matcher(action: Any) -> bool:
-        return action.process_details is not None and bool(fits(action.process_details))
+        return action.process_details is not None and bool(predicate(action.process_details))
 
     return matcher

@@ -34,12 +34,10 @@ class LaunchService:
 
     @property
     def event_loop(self) -> None:
-        """None: no loop runs."""
         return None
 
     @property
     def task(self) -> None:
-        """None: no task runs."""
         return None
 
     def emit_event(self, event: Any) -> None:
@@ -49,7 +47,7 @@ class LaunchService:
         self._descriptions.append(launch_description)
 
     def run(self, *, shutdown_when_idle: bool = True) -> NoReturn:
-        """RuntimeError: a launch file cannot start a second launcher inside of this one."""
+        """RuntimeError: a launch file cannot run a second launcher inside this one."""
         raise RuntimeError(
             "LaunchService.run() is not available inside of a launch file; "
             "start the file with `python -m launcher FILE`"
@@ -60,4 +58,4 @@ class LaunchService:
         self.run(shutdown_when_idle=shutdown_when_idle)
 
     def shutdown(self) -> None:
-        """Nothing runs."""
+        """No-op."""

@@ -1,4 +1,4 @@
-"""What launch files of one run use without a context: the log folder and loggers."""
+"""The log folder and the loggers of a run, which launch files use without a context."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Session:
 
     @property
     def log_dir(self) -> str:
-        """The folder that the driver chose, else the one below which runs have theirs."""
+        """The folder that the driver has set, else the parent folder of all runs."""
         return default_log_dir() if self._log_dir is None else self._log_dir
 
     @log_dir.setter
@@ -48,7 +48,7 @@ def default_log_dir() -> str:
     return os.path.normpath(os.path.expanduser(folder))
 
 
-open_sessions: list[Session] = []  # of the vocabularies that are open, the innermost last
+open_sessions: list[Session] = []  # of open vocabularies, the innermost last
 
 
 def current() -> Session:

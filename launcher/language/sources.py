@@ -1,7 +1,8 @@
-"""Sources of launch descriptions: files, or a description that is there already."""
+"""Sources of launch descriptions: launch files, or an existing description."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from types import ModuleType
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from launcher.language.description import LaunchDescription
 
 
-_MODULE_NAME = "python_launch_file"  # what launch files find in their __name__
+_MODULE_NAME = "python_launch_file"  # `__name__` of launch files
 _REQUIRED = "generate_launch_description"
 
 
@@ -48,7 +49,7 @@ class InvalidLaunchFileError(Exception):
 
 @public("launch.launch_description_source")
 class LaunchDescriptionSource:
-    """A launch description and where it comes from; loaded once, when first asked for."""
+    """A launch description and its origin; loaded once, on first use."""
 
     def __init__(
         self,
@@ -62,7 +63,7 @@ class LaunchDescriptionSource:
         self.__method = method
 
     def try_get_launch_description_without_context(self) -> LaunchDescription | None:
-        """The description if it can be had with an empty context, else None; not kept."""
+        """The description if it can be loaded with an empty context, else None; not cached."""
         if self.__launch_description is not None:
             return self.__launch_description
         try:
@@ -94,7 +95,7 @@ class LaunchDescriptionSource:
 
     @property
     def method(self) -> str:
-        """How the description is made from the location."""
+        """How the description is loaded."""
         return self.__method
 
 
@@ -168,14 +169,14 @@ class InvalidPythonLaunchFileError(Exception):
 
 
 class _Loader(SourceFileLoader):
-    """Executes the source as it is on disk: no byte code is written next to launch files."""
+    """Writes no byte code next to launch files."""
 
     def get_code(self, fullname: str) -> Any:
         return self.source_to_code(self.get_data(self.path), self.path)
 
 
 def load_python_launch_file_as_module(python_launch_file_path: str) -> ModuleType:
-    """Execute a launch file as a module; raises whatever the file raises."""
+    """Execute a launch file as a module; exceptions of the file are passed on."""
     loader = _Loader(_MODULE_NAME, python_launch_file_path)
     spec = spec_from_loader(_MODULE_NAME, loader)
     if spec is None:
@@ -188,7 +189,7 @@ def load_python_launch_file_as_module(python_launch_file_path: str) -> ModuleTyp
 def get_launch_description_from_python_launch_file(
     python_launch_file_path: str,
 ) -> LaunchDescription:
-    """What the file's `generate_launch_description()` returns; raises what loading raises."""
+    """The result of the file's `generate_launch_description()`; its exceptions are passed on."""
     module = load_python_launch_file_as_module(python_launch_file_path)
     function = getattr(module, _REQUIRED, None)
     if function is None:
@@ -216,25 +217,20 @@ def get_launch_description_from_any_launch_file(
 ) -> LaunchDescription:
     """The description of a file of any kind; InvalidLaunchFileError if no loader accepts it.
 
-    The error's `__cause__` is that of the loader which the file's name suggests.
+    Its `__cause__` is the error of the loader that the file's suffix suggests.
     """
     extension = launch_file_path.rpartition("/")[2].rpartition(".")[2]
     is_markup = extension in ("xml", "yaml", "yml")
     likely: list[Exception] = []
-    for loader in _loaders(is_markup=is_markup):
+    # A file with an unknown suffix is far more often Python than markup.
+    loaders: list[Callable[[str], LaunchDescription]] = [
+        get_launch_description_from_python_launch_file,
+        get_launch_description_from_frontend_launch_file,
+    ]
+    for loader in reversed(loaders) if is_markup else loaders:
         try:
-            description: LaunchDescription = loader(launch_file_path)
-            return description
+            return loader(launch_file_path)
         except Exception as error:
             likely.append(error)
     known = extension if is_markup or extension == "py" else ""
     raise InvalidLaunchFileError(known, likely_errors=likely) from likely[0]
-
-
-def _loaders(*, is_markup: bool) -> list[Any]:
-    # A file with an unknown ending is far more often Python than markup.
-    loaders: list[Any] = [
-        get_launch_description_from_python_launch_file,
-        get_launch_description_from_frontend_launch_file,
-    ]
-    return loaders[::-1] if is_markup else loaders

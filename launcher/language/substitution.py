@@ -1,4 +1,4 @@
-"""Substitutions: texts that are evaluated when needed; lists of them stand for one text."""
+"""Base class of substitutions; a list of them is one text, joined when it is performed."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class SubstitutionFailure(Exception):
 
 @public("launch.substitutions.text_substitution")
 class TextSubstitution(Substitution):
-    """A text that stands for itself."""
+    """A literal text."""
 
     def __init__(self, *, text: str) -> None:
         ensure_argument_type(text, str, "text", "TextSubstitution")
@@ -99,6 +99,21 @@ def optional_substitutions(subs: Any) -> list[Substitution] | None:
 def perform_substitutions(context: LaunchContext, subs: Any) -> str:
     """The texts of the substitutions, joined."""
     return "".join([context.perform_substitution(sub) for sub in subs])
+
+
+def perform(context: LaunchContext, subs: Any) -> str:
+    """The text of one text, one substitution or several of them, before normalisation."""
+    return perform_substitutions(context, normalize_to_list_of_substitutions(subs))
+
+
+def plain_text(subs: Iterable[Substitution]) -> str | None:
+    """The joined texts if all substitutions are TextSubstitutions, else None."""
+    texts = []
+    for sub in subs:
+        if not isinstance(sub, TextSubstitution):
+            return None
+        texts.append(sub.text)
+    return "".join(texts)
 
 
 def describe_substitutions(subs: Iterable[Substitution]) -> str:

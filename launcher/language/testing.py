@@ -40,7 +40,7 @@ class KeepAliveProc(ExecuteProcess):
 
 @public("launch_testing.legacy")
 class LaunchTestService:
-    """Ends the launched system when its tests have ended, or when a fixture of theirs died."""
+    """Shuts the system down when all tests have ended or a fixture process exits unexpectedly."""
 
     def __init__(self) -> None:
         self.__running: list[Action] = []
@@ -49,7 +49,7 @@ class LaunchTestService:
     def add_fixture_action(
         self, launch_description: Any, action: Action, exit_allowed: Any = (0,)
     ) -> Action:
-        """Add what the tests need; `exit_allowed`: with these codes, or True for any."""
+        """Add a fixture of the tests; `exit_allowed`: exit codes it may have, or True for any."""
         launch_description.add_action(action)
         if isinstance(action, ExecuteProcess):
             handler = OnProcessExit(
@@ -60,7 +60,7 @@ class LaunchTestService:
         return action
 
     def add_test_action(self, launch_description: Any, action: Action) -> Action:
-        """Add a test: an exit code other than 0 fails it and ends all, else the last ends all."""
+        """Add a test. The end of the last test, or a nonzero exit code, shuts the system down."""
         handler: Any
         if isinstance(action, ExecuteProcess):
             handler = OnProcessExit(
@@ -68,7 +68,7 @@ class LaunchTestService:
             )
         else:
             handler = OnExecutionComplete(
-                target_action=action, on_completion=lambda *_: self.__succeed(action)
+                target_action=action, on_completion=lambda *_: self.__test_passed(action)
             )
         launch_description.add_action(RegisterEventHandler(handler))
         launch_description.add_action(action)
@@ -82,19 +82,19 @@ class LaunchTestService:
         if allowed or context.is_shutdown:
             return None
         self.__failed_with = event.returncode or 1
-        return _end(f"{event.process_name} fixture process died!")
+        return _shutdown(f"{event.process_name} fixture process died!")
 
     def __test_ended(self, action: Action, event: Any) -> Any:
         if event.returncode == 0:
-            return self.__succeed(action)
+            return self.__test_passed(action)
         self.__failed_with = event.returncode
         self.__running.clear()
-        return _end(f"{event.process_name} test failed!")
+        return _shutdown(f"{event.process_name} test failed!")
 
-    def __succeed(self, action: Action) -> Any:
+    def __test_passed(self, action: Action) -> Any:
         if action in self.__running:
             self.__running.remove(action)
-        return [] if self.__running else _end("all tests finished")
+        return [] if self.__running else _shutdown("all tests finished")
 
     def run(self, launch_service: Any, *args: Any, **kwargs: Any) -> int:
         """Run the service; its return code, or that of the last test that failed."""
@@ -102,25 +102,25 @@ class LaunchTestService:
         return self.__failed_with if code == 0 and self.__failed_with else code
 
 
-def _end(reason: str) -> list[EmitEvent]:
+def _shutdown(reason: str) -> list[EmitEvent]:
     return [EmitEvent(event=Shutdown(reason=reason))]
 
 
 def keep_alive(test_description: _T) -> _T:
-    """Mark a description: its system is not stopped by the end of the tests."""
+    """Mark a description: the system keeps running after the tests."""
     return test_description
 
 
 def retry_on_failure(*, times: int, delay: float | None = None) -> Callable[[_T], _T]:
-    """Mark a test: it is run again when it fails."""
+    """Mark a test: it is repeated when it fails."""
     return lambda test: test
 
 
 def post_shutdown_test() -> Callable[[_T], _T]:
-    """Mark test cases: they run after the system was stopped."""
+    """Mark test cases: they run after the shutdown."""
     return lambda test_case: test_case
 
 
 def parametrize(argnames: Any, argvalues: Iterable[Any]) -> Callable[[_T], _T]:
-    """Mark a description: it is made once for each set of values."""
+    """Mark a description: it is generated for each set of values."""
     return lambda description: description

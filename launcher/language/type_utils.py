@@ -1,4 +1,4 @@
-"""Values with a type: checking them, and coercing texts to them by YAML's rules."""
+"""Type checks of values, and conversion of texts by YAML's rules."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ def is_typing_list(data_type: Any) -> bool:
 
 
 def is_valid_scalar_type(data_type: Any) -> bool:
-    """Whether it is int, float, bool or str."""
     return data_type in ScalarTypesTuple
 
 
@@ -42,7 +41,7 @@ def extract_type(data_type: Any) -> tuple[Any, bool]:
 
 
 def is_instance_of_valid_type(value: Any, can_be_str: bool = False) -> bool:
-    """Whether it is a scalar or a uniform list; `can_be_str` lets texts stand among others."""
+    """Whether it is a scalar or a uniform list; with `can_be_str`, texts may be mixed in."""
     if not isinstance(value, list):
         return isinstance(value, ScalarTypesTuple)
     kinds = {type(item) for item in value}
@@ -62,7 +61,7 @@ def is_instance_of(value: Any, data_type: Any = None, can_be_str: bool = False) 
     return isinstance(value, list) and all(isinstance(item, allowed) for item in value)
 
 
-def _load_yaml(value: str, complaint: str, can_be_str: bool) -> Any:
+def _load_yaml(value: str, message: str, can_be_str: bool) -> Any:
     if not value:
         return value  # YAML would make None of it
     import yaml
@@ -72,14 +71,14 @@ def _load_yaml(value: str, complaint: str, can_be_str: bool) -> Any:
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         if can_be_str:
             return value
-        raise ValueError(f"{complaint}: yaml.safe_load() failed\n{error}") from error
+        raise ValueError(f"{message}: yaml.safe_load() failed\n{error}") from error
     if not is_instance_of_valid_type(output, can_be_str):
-        raise ValueError(f"{complaint}: output type is not allowed, got {type(output)}")
+        raise ValueError(f"{message}: output type is not allowed, got {type(output)}")
     return output
 
 
 def coerce_to_type(value: str, data_type: Any = None, can_be_str: bool = False) -> Any:
-    """A text as a value of the type; ValueError if it is none, unless it may stay a text."""
+    """Convert a text to the type; ValueError if that fails, but with `can_be_str` the text."""
     ensure_argument_type(value, str, "value", "coerce_to_type")
     if data_type is None:
         return _load_yaml(value, f"Failed to convert '{value}' using yaml rules", can_be_str)
@@ -104,12 +103,12 @@ def coerce_to_type(value: str, data_type: Any = None, can_be_str: bool = False) 
 
 
 def _coerce_to_list(value: str, allowed: tuple[type, ...], can_be_str: bool) -> Any:
-    complaint = f"Cannot convert value '{value}' to a list of '{allowed}'"
-    output = _load_yaml(value, complaint, can_be_str)
+    message = f"Cannot convert value '{value}' to a list of '{allowed}'"
+    output = _load_yaml(value, message, can_be_str)
     if not isinstance(output, list):
-        raise ValueError(complaint)
+        raise ValueError(message)
     if not all(isinstance(item, allowed) for item in output):
-        raise ValueError(f"{complaint}, got {output}")
+        raise ValueError(f"{message}, got {output}")
     return output
 
 

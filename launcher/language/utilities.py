@@ -1,4 +1,4 @@
-"""Walking entities: flattening what users pass, and visiting it."""
+"""`launch.utilities`: flattening and visiting of entities."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def visit_all_entities_and_collect_futures(
     try:
         sub_entities = entity.visit(context)
         if sub_entities is not None:
-            _check_several(entity, sub_entities)
+            _check_is_list(entity, sub_entities)
             for sub_entity in sub_entities:
                 if not hasattr(type(sub_entity), "visit"):
                     raise _wrong_entry(entity, sub_entity, sub_entities)
@@ -55,12 +55,12 @@ def visit_all_entities_and_collect_futures(
     return pairs
 
 
-def _check_several(entity: LaunchDescriptionEntity, sub_entities: Any) -> None:
+def _check_is_list(entity: LaunchDescriptionEntity, sub_entities: Any) -> None:
     if is_iterable(sub_entities) and not (isinstance(sub_entities, str) and sub_entities):
         return
     if hasattr(type(sub_entities), "__getitem__") and not isinstance(sub_entities, str):
-        return  # the old way to be iterable
-    # Most launch files have none.
+        return  # iterable by the old protocol
+    # Imported only for an error.
     from launcher.language.diagnostics.bad_entries import not_a_list
 
     raise not_a_list(sub_entities, entity)
@@ -73,7 +73,7 @@ def _wrong_entry(entity: LaunchDescriptionEntity, item: Any, items: Any) -> Exce
 
 
 def remember_place(error: Exception, entity: Any) -> None:
-    """Attach the innermost entity to an error, for the message."""
+    """Attach the place of the innermost entity to an error, for `faults.explain`."""
     if not hasattr(error, "_launcher_origin"):
         error._launcher_origin = getattr(entity, "_origin", None)  # type: ignore[attr-defined]
 

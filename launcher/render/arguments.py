@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from launcher.language.substitution import describe_substitutions
+
 if TYPE_CHECKING:
     from launcher.language.actions.arguments import DeclareLaunchArgument
 
@@ -23,6 +25,5 @@ def _describe(argument: DeclareLaunchArgument) -> str:
     star = "*" if argument._conditionally_included else ""
     lines = [f"    '{argument.name}':{star}", f"        {argument.description}"]
     if argument.default_value is not None:
-        default = " + ".join([part.describe() for part in argument.default_value])
-        lines.append(f"        (default: {default})")
+        lines.append(f"        (default: {describe_substitutions(argument.default_value)})")
     return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""Command lines to paste into a shell, and the parameter files that they name."""
+"""Command lines to paste into a shell, with their parameter files."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from launcher.language.ros.generated_files import plain
 from launcher.model.spec import ProcessSpec
 
 _PRIVATE = 0o700
@@ -48,7 +49,7 @@ def _environment_words(env: Mapping[str, str], before: Mapping[str, str]) -> lis
 class ParameterFiles:
     """Writes the generated parameter files of a plan for commands that are pasted later.
 
-    The name of a file contains a hash of its content, so that the next plan uses it again.
+    The name of a file contains a hash of its content, so the next plan reuses it.
     """
 
     def __init__(self) -> None:
@@ -58,7 +59,7 @@ class ParameterFiles:
         """(path, text) of a file with this content; the path is None if it cannot be written."""
         import yaml
 
-        text = yaml.safe_dump(_plain(content), default_flow_style=False, sort_keys=False)
+        text = yaml.safe_dump(plain(content), default_flow_style=False, sort_keys=False)
         digest = hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()[:12]
         with contextlib.suppress(OSError):
             path = self._own_folder() / f"{_file_name(label)}-{digest}.yaml"
@@ -71,10 +72,10 @@ class ParameterFiles:
             folder = Path(tempfile.gettempdir()) / f"launcher-plan-{os.getuid()}"
             with contextlib.suppress(FileExistsError):
                 folder.mkdir(_PRIVATE)
-            # Somebody else may have created a folder of this name.
+            # The folder may belong to another user.
             found = folder.lstat()
-            ours = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
-            if not ours or stat.S_IMODE(found.st_mode) & 0o022:
+            is_own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+            if not is_own or stat.S_IMODE(found.st_mode) & 0o022:
                 folder = Path(tempfile.mkdtemp(prefix="launcher-plan-"))
             self._folder = folder
         return self._folder
@@ -82,14 +83,6 @@ class ParameterFiles:
 
 def _file_name(label: str) -> str:
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in label)[:60] or "node"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return value
 
 
 def shell_word(word: str) -> str:

@@ -1,4 +1,4 @@
-"""Short texts about entities, conditions and events, for the tree of a plan."""
+"""Short descriptions of entities, conditions and events, for the tree of a plan."""
 
 from __future__ import annotations
 
@@ -22,7 +22,11 @@ from launcher.language.actions.process import ExecuteLocal, ExecuteProcess
 from launcher.language.actions.timer import TimerAction
 from launcher.language.conditions import IfCondition, LaunchConfigurationEquals, UnlessCondition
 from launcher.language.conditions import LaunchConfigurationNotEquals as NotEquals
-from launcher.language.substitution import TextSubstitution, normalize_to_list_of_substitutions
+from launcher.language.substitution import (
+    describe_substitutions,
+    normalize_to_list_of_substitutions,
+    plain_text,
+)
 from launcher.render.command_line import shell_word
 
 _HAPPENINGS = {
@@ -55,10 +59,8 @@ def short_path(path: str) -> str:
 def described(parts: Any) -> str:
     """Substitutions as text; plain texts without quotes."""
     subs = normalize_to_list_of_substitutions(parts)
-    texts = [sub.text for sub in subs if isinstance(sub, TextSubstitution)]
-    if len(texts) == len(subs):
-        return "".join(texts)
-    return " + ".join(sub.describe() for sub in subs)
+    text = plain_text(subs)
+    return describe_substitutions(subs) if text is None else text
 
 
 def headline(entity: Any) -> str:
@@ -94,7 +96,8 @@ def handler_target(handler: Any) -> tuple[Any, str]:
     target = vars(handler).get("_OnActionEventBase__action_matcher")
     event = vars(handler).get("_OnActionEventBase__target_event_cls")
     if event is None:
-        return None, _waits_for(handler)
+        name = type(handler).__name__
+        return None, _WAITS.get(name, f"event handler {name}")
     verb = _HAPPENINGS.get(event.__name__, f"has event {event.__name__}")
     if target is None or not isinstance(target, Action):
         noun = "process" if issubclass(event, process_events.RunningProcessEvent) else "action"
@@ -110,11 +113,6 @@ def handler_entities(handler: Any) -> list[Any]:
     if isinstance(at_shutdown, (list, tuple)):
         entities += at_shutdown
     return entities
-
-
-def _waits_for(handler: Any) -> str:
-    name = type(handler).__name__
-    return _WAITS.get(name, f"event handler {name}")
 
 
 def _function_name(action: OpaqueFunction) -> str:
@@ -152,7 +150,7 @@ _HEADLINES: tuple[tuple[type, Any], ...] = (
     (settings.UnsetLaunchConfiguration, lambda a: f"unset {described(a.name)}"),
     (settings.SetEnvironmentVariable, _variable),
     (settings.AppendEnvironmentVariable, _variable),
-    (settings.UnsetEnvironmentVariable, lambda a: f"environment without {described(a.name)}"),
+    (settings.UnsetEnvironmentVariable, lambda a: f"unset environment {described(a.name)}"),
     (GroupAction, lambda a: "group"),
     (TimerAction, _timer),
     (OpaqueFunction, _function_name),

@@ -1,11 +1,11 @@
-"""The plan as the document of `plan --json`."""
+"""The document of `plan --json`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from launcher.language.substitution import TextSubstitution
+from launcher.language.substitution import plain_text
 
 if TYPE_CHECKING:
     from launcher.language.actions.arguments import DeclareLaunchArgument
@@ -39,13 +39,11 @@ def document(plan: Plan) -> dict[str, Any]:
 
 def _argument(argument: DeclareLaunchArgument) -> dict[str, Any]:
     default = argument.default_value
-    parts = default or ()
-    texts = [part.text for part in parts if isinstance(part, TextSubstitution)]
     return {
         "name": argument.name,
         "description": argument.description,
         "has_default": default is not None,
-        "default": None if default is None or len(texts) < len(parts) else "".join(texts),
+        "default": None if default is None else plain_text(default),
         "choices": None if argument.choices is None else list(argument.choices),
     }
 

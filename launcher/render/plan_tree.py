@@ -1,4 +1,4 @@
-"""Plans as trees for people: of a dry run, and of what a run has been asked for so far."""
+"""Trees of plans: of a dry run, and of a running launch."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from launcher.planner import Plan, PlannedProcess
 
 
-# Not shown: the group that contains them is.
+# Not shown, only the group that contains them.
 _SCOPE_PARTS = (
     PopEnvironment,
     PopLaunchConfigurations,
@@ -53,7 +53,7 @@ _MAX_DEPTH = 30  # of visits; a launch file that includes itself goes deeper
 
 def plan_tree(plan: Plan, files: ParameterFiles) -> Branch:
     """The tree of a dry run; generated parameter files are written by `files`."""
-    return _Painter(plan, files).paint()
+    return _PlanTree(plan, files).build()
 
 
 def run_tree(plan: Plan) -> Branch:
@@ -68,17 +68,17 @@ def run_tree(plan: Plan) -> Branch:
     return Branch(short_path(plan.path), style="scope", children=children)
 
 
-class _Painter:
+class _PlanTree:
     def __init__(self, plan: Plan, files: ParameterFiles) -> None:
         self._plan = plan
         self._files = files
         self._loads = list(plan.loads)
         self._visit_of: dict[int, Visit] = {}  # by id of the entity, the last one
-        self._owner: dict[int, Visit] = {}  # by id of an entity, what yields it later
+        self._owner: dict[int, Visit] = {}  # by id of an entity, the visit that yields it later
         self._later: dict[int, list[tuple[Visit, Visit]]] = {}  # by id of that visit
         self._loose: list[tuple[Visit, Visit]] = []  # (root, visit) without an owner
 
-    def paint(self) -> Branch:
+    def build(self) -> Branch:
         for root in self._plan.visits:
             for visit in root.walk():
                 self._note_owner(visit)
@@ -104,7 +104,7 @@ class _Painter:
             self._owner[id(one)] = visit
 
     def _find_place(self, root: Visit) -> None:
-        visits = root.children if _is_plumbing(root) else [root]
+        visits = root.children if _is_internal(root) else [root]
         for visit in visits:
             owner = self._owner.get(id(visit.entity)) or self._visit_of.get(
                 id(getattr(root.event, "action", None))
@@ -135,7 +135,11 @@ class _Painter:
         if isinstance(entity, _SCOPE_PARTS) and _is_in(visit, GroupAction):
             return []
         if visit.skipped:
-            return [Branch(f"skipped: {headline(entity)}", style="skipped", aside=_why(visit))]
+            return [
+                Branch(
+                    f"skipped: {headline(entity)}", style="skipped", aside=_condition_result(visit)
+                )
+            ]
         if isinstance(entity, ExecuteLocal) and visit.processes:
             return [self._process(visit, number) for number in visit.processes]
         if isinstance(entity, RegisterEventHandler):
@@ -151,7 +155,9 @@ class _Painter:
             style = "event"
         elif isinstance(visit.entity, (DeclareLaunchArgument, SetLaunchConfiguration)):
             style = "value"
-        return Branch(head, style=style, aside=_joined(aside, _why(visit)), children=children)
+        return Branch(
+            head, style=style, aside=_joined(aside, _condition_result(visit)), children=children
+        )
 
     def _what_follows(self, visit: Visit) -> list[Branch]:
         branches: list[Branch] = []
@@ -164,9 +170,9 @@ class _Painter:
 
     def _event(self, root: Visit, visit: Visit, *, short: bool = False) -> Branch:
         action = getattr(root.event, "action", None)
-        who = "it" if short else self._name(action)
-        head = f"when {who} {happening(root.event)}" if action is not None else "later"
-        aside = _moment(root.stamp.time_s)
+        subject = "it" if short else self._name(action)
+        head = f"when {subject} {happening(root.event)}" if action is not None else "later"
+        aside = _time(root.stamp.time_s)
         return Branch(head, style="event", aside=aside, children=self._branches(visit))
 
     def _handler(self, visit: Visit) -> Branch:
@@ -182,7 +188,7 @@ class _Painter:
                 children += self._branches(later)
         if not followed:
             head, children = f"{head} (not in this dry run)", _unvisited(handler_entities(handler))
-        return Branch(head, style="event", aside=_why(visit), children=children)
+        return Branch(head, style="event", aside=_condition_result(visit), children=children)
 
     def _name(self, action: Any) -> str:
         visit = self._visit_of.get(id(action))
@@ -194,7 +200,7 @@ class _Painter:
 
     def _process(self, visit: Visit, number: int) -> Branch:
         process = self._plan.processes[number]
-        asides = [_identity(process), _moment(process.stamp.time_s), _why(visit)]
+        asides = [_identity(process), _time(process.stamp.time_s), _condition_result(visit)]
         children = [_load_branch(load, stamp) for load, stamp in self._loads_of(process)]
         return Branch(
             process.spec.name,
@@ -230,7 +236,7 @@ class _Painter:
 
 def _transitions(plan: Plan) -> list[Branch]:
     return [
-        Branch(f"{change.node}: {change.transition}", style="event", aside=_moment(stamp.time_s))
+        Branch(f"{change.node}: {change.transition}", style="event", aside=_time(stamp.time_s))
         for change, stamp in plan.lifecycle
     ]
 
@@ -243,7 +249,7 @@ def _load_branch(load: Any, stamp: Any) -> Branch:
     return Branch(
         f"component {_full_name(load.namespace, load.name)}",
         style="process",
-        aside=_joined(aside, _moment(stamp.time_s)),
+        aside=_joined(aside, _time(stamp.time_s)),
         lines=lines,
     )
 
@@ -277,7 +283,7 @@ def _source(visit: Visit, setting: Setting) -> str:
     return f"default at {where}" if is_own else f"set before at {where}"
 
 
-def _why(visit: Visit) -> str:
+def _condition_result(visit: Visit) -> str:
     """The condition with its value and the configurations that it has read."""
     condition = getattr(visit.entity, "condition", None)
     if condition is None or callable(condition):
@@ -287,7 +293,7 @@ def _why(visit: Visit) -> str:
     return f"{condition_text(condition)}: {answer}{f' ({values})' if values else ''}"
 
 
-def _moment(time_s: float) -> str:
+def _time(time_s: float) -> str:
     """`at 5 s`; empty for the start."""
     return f"at {time_s:g} s" if time_s else ""
 
@@ -316,7 +322,7 @@ def _restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
         return []
     limit = process.respawn_max_retries
     times = f", at most {limit} times" if isinstance(limit, int) and limit >= 0 else ""
-    return [("aside", f"started again {process.respawn_delay or 0.0:g} s after it ends{times}")]
+    return [("aside", f"restarted {process.respawn_delay or 0.0:g} s after it exits{times}")]
 
 
 def _unvisited(entities: Iterable[Any]) -> list[Branch]:
@@ -327,18 +333,18 @@ def _is_in(visit: Visit, kind: type) -> bool:
     return visit.parent is not None and isinstance(visit.parent.entity, kind)
 
 
-def _is_plumbing(visit: Visit) -> bool:
-    """Whether the launcher itself created this entity, to react to an event."""
+def _is_internal(visit: Visit) -> bool:
+    """Whether the launcher created this entity itself, to handle an event."""
     function = vars(visit.entity).get("_OpaqueFunction__function")
     own = getattr(function, "__module__", "") or ""
     return isinstance(visit.entity, OpaqueFunction) and own.startswith("launcher.")
 
 
 def _run_process(plan: Plan, process: PlannedProcess) -> Branch:
-    asides = [_identity(process), _moment(process.stamp.time_s)]
+    asides = [_identity(process), _time(process.stamp.time_s)]
     if process.stamp.cause is not None:
-        asides.append(f"after the end of {plan.processes[process.stamp.cause].spec.name}")
-    # With the parameter files of the run, which exist as long as it goes on.
+        asides.append(f"after the exit of {plan.processes[process.stamp.cause].spec.name}")
+    # With the parameter files of the run, which exist until it ends.
     command = command_line(process.spec, plan.environment, {})
     return Branch(
         process.spec.name,

@@ -1,4 +1,4 @@
-"""Trees of texts, drawn with lines."""
+"""Draws trees with box-drawing characters and colours."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ BROKEN = {
             return LaunchDescription(
                 [ExecuteProcess(cmd=["touch", "started"]), OpaqueFunction(function=again)])
         """,
-        "recurses without end",
+        "recurses endlessly",
         "",
     ),
     "module that is not installed": (
@@ -313,7 +313,7 @@ def test_each_warning_is_printed_once_at_launch(desk: Desk):
         (["tpoic", "list"], "hint: did you mean `python -m launcher topic`?"),
         (["docter"], "hint: did you mean `python -m launcher doctor`?"),
         (["kil", "robot_1"], "hint: did you mean `python -m launcher kill`?"),
-        (["warehouse"], "hint: names are searched in launch/ here and in the folders above"),
+        (["warehouse"], "hint: names are searched in launch/ here and in parent directories"),
     ],
 )
 def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(desk: Desk, words, said):

@@ -1,7 +1,7 @@
-"""The tags of actions, the names of substitutions, and what parses them.
+"""Built-in tags and substitutions, and the parse functions of their classes.
 
-Classes and parse functions are named by module, and imported when they turn up in a launch file.
-The `parse` methods of the language's classes end up here.
+Classes and functions are listed by module and imported when a launch file uses them. The `parse`
+methods of the language's classes call these functions.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ SUBSTITUTIONS = _by_name(
     }
 )
 
-# Names that came after Jazzy: packages made for Jazzy may have exposed their own, which count then.
+# Newer than Jazzy: a package made for Jazzy may expose its own, which then takes precedence.
 NEWER = {
     *("for", "for_each", "lifecycle_node", "rep_env"),
     *("log_debug", "log_error", "log_info", "log_warning"),
@@ -95,7 +95,7 @@ _NODES = "launcher.frontends.parsers.nodes"
 _PROCESS = "launcher.frontends.parsers.process"
 _SUBSTITUTIONS = "launcher.frontends.parsers.substitutions"
 
-# Class, or another purpose of the language -> (module, function).
+# Class, or class and purpose -> (module, function).
 _PARSE_FUNCTIONS = {
     "AppendEnvironmentVariable": (_ACTIONS, "parse_append"),
     "ComposableNode": (_NODES, "parse_composable_node"),
@@ -120,7 +120,7 @@ _PARSE_FUNCTIONS = {
     "TimerAction": (_ACTIONS, "parse_timer"),
 }
 
-# Actions that take texts only, all of them required: keyword of the constructor -> attribute.
+# Actions whose attributes are all required texts: keyword of the constructor -> attribute.
 _TEXTS = {
     "Action": {},
     "Log": {"msg": "message"},
@@ -143,12 +143,12 @@ _TEXTS = {
 
 
 def builtin_action(tag: str) -> Callable[..., Any] | None:
-    """The `parse` method of the action behind a tag; None if it is no tag of ours."""
+    """The `parse` method of the action behind a tag; None if it is not built in."""
     return _parse_method(ACTIONS.get(tag))
 
 
 def builtin_substitution(name: str) -> Callable[..., Any] | None:
-    """The parse function of a substitution; None if it is none of ours."""
+    """The parse function of a substitution; None if it is not built in."""
     return _parse_method(SUBSTITUTIONS.get(name))
 
 
@@ -162,7 +162,7 @@ def _parse_method(entry: tuple[str, str] | None) -> Callable[..., Any] | None:
 
 
 def parse_function(key: str) -> Callable[..., Any]:
-    """The parse function of a class of the language, or for another purpose."""
+    """The parse function for a key of the tables above."""
     if key in _TEXTS:
         from launcher.frontends.parsers.attributes import parse_texts
 

@@ -1,4 +1,4 @@
-"""Arguments, configurations, environment, includes, groups, timers, loops and messages."""
+"""Parse functions of actions, except those of processes and nodes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from launcher.frontends.parsers.attributes import (
     parse_action,
     parse_texts,
 )
-from launcher.language.substitution import TextSubstitution
+from launcher.language.substitution import plain_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def parse_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
 
 
 def parse_append(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """`append_env`: `prepend` is a truth value, or substitutions that become one."""
+    """`append_env`: `prepend` is a truth value, or substitutions that yield one."""
     _, arguments = parse_texts(cls, entity, parser, {"name": "name", "value": "value"})
     prepend = entity.get_attr("prepend", data_type=bool, optional=True, can_be_str=True)
     if prepend is not None:
@@ -93,7 +93,7 @@ def _add_kept(arguments: dict[str, Any], entity: Entity, parser: Any) -> None:
 
 
 def parse_timer(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """`timer` and `ros_timer`: the period is in seconds, or substitutions that become that."""
+    """`timer` and `ros_timer`: the period is in seconds, or substitutions that yield them."""
     _, arguments = parse_action(cls, entity, parser)
     period = entity.get_attr("period", data_type=float, can_be_str=True)
     arguments["period"] = parser.parse_if_substitutions(period)
@@ -107,12 +107,12 @@ def parse_timer(cls: type, entity: Entity, parser: Any) -> Parsed:
 def parse_for_each(cls: type, entity: Entity, parser: Any) -> Parsed:
     """`for_each`: the nested actions once for each set of values, seen by `$(for-var name)`."""
     _, arguments = parse_texts(cls, entity, parser, {"input_values": "values"})
-    children_as_actions(entity, parser)  # report mistakes now, not in the first turn
+    children_as_actions(entity, parser)  # report errors now, not in the first iteration
 
-    def turn(**values: Any) -> list[Any]:
-        return _turn(entity, parser, "for_each_values", values)
+    def iteration(**values: Any) -> list[Any]:
+        return _iteration(entity, parser, "for_each_values", values)
 
-    return cls, {**arguments, "function": turn}
+    return cls, {**arguments, "function": iteration}
 
 
 def parse_for(cls: type, entity: Entity, parser: Any) -> Parsed:
@@ -121,14 +121,14 @@ def parse_for(cls: type, entity: Entity, parser: Any) -> Parsed:
     arguments["name"] = name = entity.get_attr("name")
     children_as_actions(entity, parser)
 
-    def turn(index: int) -> list[Any]:
-        return _turn(entity, parser, "for_loop_indices", {name: index})
+    def iteration(index: int) -> list[Any]:
+        return _iteration(entity, parser, "for_loop_indices", {name: index})
 
-    return cls, {**arguments, "function": turn}
+    return cls, {**arguments, "function": iteration}
 
 
-def _turn(entity: Entity, parser: Any, local: str, values: dict[str, Any]) -> list[Any]:
-    """New actions for each turn, since an action runs once, with their values around them."""
+def _iteration(entity: Entity, parser: Any, local: str, values: dict[str, Any]) -> list[Any]:
+    """New actions for each iteration, since an action runs once; `values` are locals for them."""
     from launcher.language.actions.events import OpaqueFunction
 
     def enter(context: Any) -> None:
@@ -155,11 +155,11 @@ def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
 
 
 def parse_shutdown(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """`shutdown`; a reason without substitutions is handed on as the text that it is."""
+    """`shutdown`; a reason without substitutions becomes a plain text."""
     _, arguments = parse_action(cls, entity, parser)
     reason = entity.get_attr("reason", optional=True)
     if reason:
         parts = parser.parse_substitution(reason)
-        texts = [part.text for part in parts if isinstance(part, TextSubstitution)]
-        arguments["reason"] = "".join(texts) if len(texts) == len(parts) else parts
+        text = plain_text(parts)
+        arguments["reason"] = parts if text is None else text
     return cls, arguments

@@ -1,4 +1,4 @@
-"""What every action has: `if` and `unless`. And the ways in which attributes are read."""
+"""Helpers of the parse functions: conditions, texts, name-value pairs, nested actions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Parsed = tuple[type, dict[str, Any]]
 
 
 def parse_action(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """The class, and its condition if there is one."""
+    """(class, keyword arguments) with the condition, if given."""
     condition = parse_condition(entity, parser)
     return cls, {} if condition is None else {"condition": condition}
 
@@ -52,7 +52,7 @@ def add_texts(
 
 
 def parse_texts(cls: type, entity: Entity, parser: Any, attributes: Mapping[str, str]) -> Parsed:
-    """An action that takes texts only, each of them necessary: `keyword: attribute`."""
+    """Parse an action whose attributes are all required texts: `keyword: attribute`."""
     _, arguments = parse_action(cls, entity, parser)
     add_texts(arguments, entity, parser, attributes, optional=False)
     return cls, arguments
@@ -74,12 +74,12 @@ def name_value_pairs(
 
 
 def as_dictionary(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """Pairs as a dictionary; substitutions as a key have to be a tuple."""
+    """Pairs as a dictionary, with tuples of substitutions as keys."""
     return {tuple(name): value for name, value in pairs}
 
 
 def children_as_actions(entity: Entity, parser: Any, *, but: str = "") -> list[Any]:
-    """The actions of the nested entities, except those of one name."""
+    """The actions of the nested entities, except those named `but`."""
     children = [child for child in entity.children if child.type_name != but]
     actions: list[Any] = parser.parse_actions(children)
     return actions

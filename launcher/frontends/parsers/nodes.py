@@ -1,4 +1,4 @@
-"""Nodes with their parameters and remappings, containers and composable nodes."""
+"""Parse functions of nodes, containers and composable nodes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def parse_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
             arguments[keyword] = cls._parse_cmdline(text, parser)
     if entity.get_attr("node-name", optional=True) is not None:
         message = "<node> no longer takes 'node-name'"
-        raise AttributeTypeError(message, place=entity.place, hint="it is written 'name'")
+        raise AttributeTypeError(message, place=entity.place, hint="use 'name'")
     add_texts(arguments, entity, parser, _TEXTS, optional=True)
     add_texts(arguments, entity, parser, {"executable": "exec"}, optional=False)
     add_texts(arguments, entity, parser, {"namespace": "namespace"}, optional=True)
@@ -81,7 +81,7 @@ def _file_or_dictionary(param: Entity, parser: Any) -> Any:
         message = "a parameter needs a 'name', or 'from' with a file"
         raise UnexpectedContentError(message, place=param.place)
     if allow_substs is not None:
-        message = "'allow_substs' has a meaning together with 'from' only"
+        message = "'allow_substs' requires 'from'"
         raise StructureError(message, place=param.place)
     return _dictionary([param], parser)
 
@@ -123,10 +123,10 @@ def _data_type(param: Entity) -> Any:
 
 def _check_shape(param: Entity, value: Any, nested: Any, data_type: Any) -> None:
     if nested and (value is not None or data_type is not None):
-        message = "a parameter that holds parameters has neither a 'value' nor a 'type'"
+        message = "a parameter with nested parameters cannot have a 'value' or 'type'"
         raise StructureError(message, place=param.place)
     if value is None and not nested:
-        message = "a parameter needs a 'value', or parameters within it"
+        message = "a parameter needs a 'value' or nested parameters"
         raise StructureError(message, place=param.place)
 
 
@@ -166,7 +166,7 @@ def _descriptions(entities: list[Entity], parser: Any) -> list[Any]:
 
 
 def parse_composable_node(cls: type, parser: Any, entity: Entity) -> Parsed:
-    """`composable_node`; unknown attributes are not looked for, as in ROS 2."""
+    """`composable_node`; as in ROS 2, unknown attributes are ignored."""
     arguments: dict[str, Any] = {}
     add_texts(arguments, entity, parser, {"package": "pkg", "plugin": "plugin"}, optional=False)
     texts = {"name": "name", "namespace": "namespace"}

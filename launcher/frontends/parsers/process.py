@@ -1,4 +1,4 @@
-"""`executable`, and what `node` shares with it."""
+"""Parse functions of `executable`, which `node` shares."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TIMEOUTS = ("sigkill_timeout", "sigterm_timeout")
 def parse_process(
     cls: Any, entity: Entity, parser: Any, ignore: Collection[str] | None = None
 ) -> Parsed:
-    """`executable`; `ignore` names keywords that a subclass reads in its own way."""
+    """`executable`; `ignore` names keywords that a subclass parses itself."""
     _, arguments = parse_action(cls, entity, parser)
     ignored = ignore or ()
     if "cmd" not in ignored:
@@ -92,8 +92,8 @@ def _seconds(entity: Entity, name: str) -> Any:
 def parse_words(cls: type, cmd: str, parser: Any) -> list[list[Any]]:
     """The words of a command line, each a list of substitutions.
 
-    Only what is written as text is split; what a substitution yields stays in its word. Each text
-    between substitutions is split for itself, so quotes cannot enclose a substitution.
+    Only literal text is split; the value of a substitution stays in its word. Each text between
+    substitutions is split separately, so quotes cannot enclose a substitution.
     """
     words: list[list[Any]] = []
     word: list[Any] = []
@@ -122,7 +122,7 @@ def _split(text: str, cmd: str) -> list[str]:
     except ValueError as problem:
         raise UnexpectedContentError(
             f"in '{shown(cmd)}': {problem}",
-            hint="quotes cannot enclose a substitution: leave them out, its value is one word"
+            hint="remove the quotes: the value of a substitution is always one word"
             if "$(" in cmd
             else None,
         ) from problem

@@ -1,4 +1,4 @@
-"""The words of `$(name word word)` as keyword arguments of substitutions."""
+"""Parse function of substitutions: words of `$(name word ...)` to keyword arguments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """Which keyword each word stands for, in order; the optional ones come last."""
+    """The keyword of each word, in order; the optional ones come last."""
 
     name: str
     required: tuple[str, ...] = ()
@@ -62,7 +62,7 @@ _JOINS = {"PathJoinSubstitution": 1, "StringJoinSubstitution": 2}
 
 
 def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
-    """The class and its keyword arguments, for any substitution of ours or a subclass of one."""
+    """The class and its keyword arguments, for a built-in substitution or a subclass of one."""
     for ancestor in cls.__mro__:
         if ancestor.__name__ in _WORDS:
             return cls, _keywords(_WORDS[ancestor.__name__], data)
@@ -93,7 +93,7 @@ def _keywords(words: Words, data: Sequence[Any]) -> dict[str, Any]:
     if not len(words.required) <= len(data) <= len(keywords):
         raise AttributeTypeError(
             f"$({words.name} ...) has {len(data)} words",
-            hint=f"it is written {words.described()}",
+            hint=f"usage: {words.described()}",
             ros_type="VisitError",
         )
     arguments = dict(zip(keywords, data, strict=False))
@@ -103,7 +103,7 @@ def _keywords(words: Words, data: Sequence[Any]) -> dict[str, Any]:
 
 
 def _modules(word: Sequence[Any]) -> list[str]:
-    """The names of modules, which stand in one word, separated by commas."""
+    """The names of modules in one word, separated by commas."""
     if not word:
         return []
     names: str = word[0].perform(None)

@@ -1,1 +1,1 @@
-"""Actions, by what they act on: arguments and scopes, processes, time, events, other files."""
+"""Actions (`launch.actions`), except those of ROS nodes."""

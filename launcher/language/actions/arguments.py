@@ -1,4 +1,4 @@
-"""The declaration of launch arguments."""
+"""DeclareLaunchArgument: a launch argument with default and choices."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class DeclareLaunchArgument(Action):
         _check_choices(default_value, choices)
         self.__description = _describe(description, choices)
         self.__choices = choices
-        # Set by the search for arguments: True where a condition decides.
+        # Set by the search for arguments: the declaration depends on a condition.
         self._conditionally_included = False
 
     @property
@@ -65,7 +65,7 @@ class DeclareLaunchArgument(Action):
         return self.__choices
 
     def execute(self, context: LaunchContext) -> None:
-        """Set the default where there is no value; RuntimeError for a missing or bad value."""
+        """Set the default if there is no value; RuntimeError for a missing or invalid value."""
         if self.name not in context.launch_configurations:
             if self.default_value is None:
                 context._host.log(

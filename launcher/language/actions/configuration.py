@@ -11,6 +11,7 @@ from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
+    perform,
     perform_substitutions,
 )
 from launcher.language.type_utils import (
@@ -91,15 +92,11 @@ class ResetLaunchConfigurations(Action):
 
     def execute(self, context: LaunchContext) -> None:
         kept = {
-            _text(context, name): _text(context, value)
+            perform(context, name): perform(context, value)
             for name, value in (self.__launch_configurations or {}).items()
         }
         context.launch_configurations.clear()
         context.launch_configurations.update(kept)
-
-
-def _text(context: LaunchContext, value: Any) -> str:
-    return perform_substitutions(context, normalize_to_list_of_substitutions(value))
 
 
 @public("launch.actions.push_launch_configurations")
@@ -163,7 +160,6 @@ class AppendEnvironmentVariable(_NamedValue):
 
     @property
     def separator(self) -> list[Substitution]:
-        """What goes between the old value and the new one."""
         return self.__separator
 
     def execute(self, context: LaunchContext) -> None:
@@ -220,6 +216,6 @@ class ReplaceEnvironmentVariables(Action):
 
     def execute(self, context: LaunchContext) -> None:
         """Replace; names and values are evaluated in the old environment."""
-        values = {_text(context, n): _text(context, v) for n, v in self.__environment.items()}
+        values = {perform(context, n): perform(context, v) for n, v in self.__environment.items()}
         context.environment.clear()
         context.environment.update(values)

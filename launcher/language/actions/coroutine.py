@@ -1,4 +1,4 @@
-"""OpaqueCoroutine: a coroutine of the launch file that runs beside everything else."""
+"""OpaqueCoroutine: runs a coroutine of the launch file concurrently with the launch."""
 
 from __future__ import annotations
 

@@ -132,8 +132,8 @@ class RegisterEventHandler(Action):
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
         """The entities of the handler."""
-        event_handler_description = self.__event_handler.describe()
-        return [(event_handler_description[0], event_handler_description[1])]
+        description = self.__event_handler.describe()
+        return [(description[0], description[1])]
 
 
 @public("launch.actions.unregister_event_handler")

@@ -11,7 +11,7 @@ from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.sources import AnyLaunchDescriptionSource, LaunchDescriptionSource
-from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
+from launcher.language.substitution import perform
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -114,7 +114,4 @@ class IncludeLaunchDescription(Action):
 
 
 def _names(context: LaunchContext, arguments: Iterable[tuple[Any, Any]]) -> list[str]:
-    return [
-        perform_substitutions(context, normalize_to_list_of_substitutions(name))
-        for name, _ in arguments
-    ]
+    return [perform(context, name) for name, _ in arguments]

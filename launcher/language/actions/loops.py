@@ -1,4 +1,4 @@
-"""ForLoop and ForEach: entities that a function makes for each turn (newer than Jazzy)."""
+"""ForLoop and ForEach: entities made by a function for each iteration (newer than Jazzy)."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class ForEach(Action):
         import yaml
 
         text = perform_substitutions(context, self._input_values)
-        turns = [yaml.safe_load(turn) for turn in text.split(self.SEPARATOR) if turn.strip()]
+        field_sets = [yaml.safe_load(part) for part in text.split(self.SEPARATOR) if part.strip()]
         if self._function is None:
             return None
-        return [entity for turn in turns for entity in self._function(**turn) or []]
+        return [entity for fields in field_sets for entity in self._function(**fields) or []]
 
 
 @public("launch.actions.for_loop")
@@ -65,10 +65,8 @@ class ForLoop(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
-        self._length = (
-            normalize_to_list_of_substitutions(str(length))
-            if isinstance(length, int)
-            else normalize_to_list_of_substitutions(length)
+        self._length = normalize_to_list_of_substitutions(
+            str(length) if isinstance(length, int) else length
         )
         self._function = function
         self._name = name

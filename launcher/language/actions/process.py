@@ -1,4 +1,4 @@
-"""ExecuteLocal and ExecuteProcess: the start of a process; handlers of what becomes of it."""
+"""ExecuteLocal and ExecuteProcess, and the handlers of process events."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class ExecuteLocal(Action):
         self.__log_cmd = log_cmd
         self.__cached_output = cached_output
         self.__on_exit = on_exit
-        self.__respawn = respawn if isinstance(respawn, bool) else _as_switch(respawn)
+        self.__respawn = respawn if isinstance(respawn, bool) else _normalize_bool(respawn)
         self.__respawn_delay = respawn_delay
         self.__respawn_max_retries = respawn_max_retries
         self.__process_event_args: dict[str, Any] | None = None
@@ -140,11 +140,11 @@ class ExecuteLocal(Action):
 
     @property
     def return_code(self) -> int | None:
-        """The exit code, None while there is none."""
+        """The last exit code; None before the first exit and after a restart."""
         return self.__return_code
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """What `on_exit` yields, where it is a list."""
+        """The entities of `on_exit`, if it is a list."""
         return self.__on_exit if isinstance(self.__on_exit, list) else []
 
     def prepare(self, context: LaunchContext) -> None:
@@ -254,7 +254,7 @@ class ExecuteLocal(Action):
     # ---- for the interpreter
 
     def _spawn_emulates_tty(self, context: LaunchContext) -> bool:
-        # Read when the process really starts, so a later SetLaunchConfiguration counts.
+        # Read at the start of the process, so a later SetLaunchConfiguration applies.
         if "emulate_tty" not in context.launch_configurations:
             return bool(self.__emulate_tty)
         from launcher.language.conditions import evaluate_condition_expression
@@ -282,15 +282,15 @@ class ExecuteLocal(Action):
             self.__completed_future.set_result(None)
 
     def get_asyncio_future(self) -> Any:
-        """Done when the process has ended for good."""
+        """Done when the process has exited and will not be restarted."""
         return self.__completed_future
 
     def get_stdout(self) -> str:
-        """What the process wrote to standard output; RuntimeError without `cached_output`."""
+        """The standard output so far; RuntimeError without `cached_output`."""
         return self._cached(self.__stdout_buffer, "stdout")
 
     def get_stderr(self) -> str:
-        """What the process wrote to standard error; RuntimeError without `cached_output`."""
+        """The standard error so far; RuntimeError without `cached_output`."""
         return self._cached(self.__stderr_buffer, "stderr")
 
     def _cached(self, buffer: io.StringIO, stream: str) -> str:
@@ -302,20 +302,21 @@ class ExecuteLocal(Action):
         return buffer.getvalue()
 
 
-def _as_switch(value: Any) -> Any:
-    """A bool, or substitutions that will become one; most launch files give a plain bool."""
+def _normalize_bool(value: Any) -> Any:
+    """A bool, or substitutions that will yield one."""
+    # Imported here: most launch files give a plain bool.
     from launcher.language.type_utils import normalize_typed_substitution
 
     return normalize_typed_substitution(value, bool)
 
 
 class TargetedHandler(EventHandler):
-    """Calls a function for one kind of event."""
+    """Calls `callback(event, context)` for events of one class."""
 
-    def __init__(self, action: ExecuteLocal, kind: type, react: Any) -> None:
+    def __init__(self, action: ExecuteLocal, kind: type, callback: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, kind))
         self._kind = kind
-        self._react = react
+        self._callback = callback
 
     def matches(self, event: Any) -> bool:
         """Faster than the general matcher: called for every event and every process of a run."""
@@ -323,7 +324,7 @@ class TargetedHandler(EventHandler):
 
     def handle(self, event: Any, context: LaunchContext) -> Any:
         super().handle(event, context)
-        return self._react(event, context)
+        return self._callback(event, context)
 
 
 @public("launch.actions.execute_process")
@@ -385,7 +386,6 @@ class ExecuteProcess(ExecuteLocal):
 
     @property
     def additional_env(self) -> Any:
-        """What is added to the environment."""
         return self.process_description.additional_env
 
 
@@ -405,7 +405,7 @@ class OnProcessStart(OnActionEventBase):
 
 @public("launch.event_handlers.on_process_exit")
 class OnProcessExit(OnActionEventBase):
-    """Reacts when a process ended, however it ended."""
+    """Reacts when a process exited, also by a signal."""
 
     def __init__(self, *, target_action: Any = None, on_exit: Any, **kwargs: Any) -> None:
         super().__init__(

@@ -1,4 +1,4 @@
-"""TimerAction: entities that are visited after some time."""
+"""TimerAction: visits entities after a delay."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class TimerAction(Action):
             self._completed_future.set_result(None)
 
     def execute(self, context: LaunchContext) -> None:
-        """Start the timer; its period is evaluated when the current event is done."""
+        """Start the timer; its period is evaluated after the current event."""
         self._completed_future = Future()
         self._context = context
         if self.__canceled:
@@ -120,21 +120,20 @@ class TimerAction(Action):
         try:
             delay_s = perform_typed_substitution(context, self.__period, float)
         except Exception as error:
-            # ROS 2 loses the timer and hangs at the end; here it is lost with a warning.
-            self._lose(context, error)
+            # In ROS 2 the timer never fires and the launch hangs at its end.
+            self._fail(context, error)
             return
         if not self.__canceled:
-            self.__timer_id = self._call_later(context, delay_s)
+            self.__timer_id = context._host.call_later(
+                max(0.0, delay_s), lambda: self._fire(context)
+            )
 
-    def _lose(self, context: LaunchContext, error: Exception) -> None:
+    def _fail(self, context: LaunchContext, error: Exception) -> None:
         text = f"the timer never fires: its period is not a number: {error}"
         context._host.log("launch.actions.timer_action", "ERROR", text)
         context._host.warn_quirk(text, self._origin)
         assert self._completed_future is not None
         self._completed_future.set_result(None)
-
-    def _call_later(self, context: LaunchContext, delay_s: float) -> int:
-        return context._host.call_later(max(0.0, delay_s), lambda: self._fire(context))
 
     def _fire(self, context: LaunchContext) -> None:
         self.__timer_id = None

@@ -1,8 +1,7 @@
-"""`import launch` and `import launch_ros` inside a launch file: answered by our own language.
+"""Provides `launch`, `launch_ros` and their submodules to launch files.
 
-The modules are made from a table by a meta-path finder that is active inside of `vocabulary()`
-and nowhere else, so that a real ROS 2, or the folder `launch/` of a workspace, is what it always
-was for everybody else.
+The modules are made from a table by a meta-path finder that is active only inside `vocabulary()`:
+other code imports an installed ROS 2, or a folder `launch/`, as usual.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class _Finder:
             return None
         spec = ModuleSpec(fullname, _Finder, origin=table.__file__)  # type: ignore[arg-type]
         if submodules(fullname):
-            folder = f"{_FOLDER}/{fullname}"  # not on the disk: whoever lists it asks the table
+            folder = f"{_FOLDER}/{fullname}"  # does not exist; listed by _Listing
             spec.submodule_search_locations = [folder]
             sys.path_importer_cache[folder] = _Listing(fullname)
         return spec
@@ -50,12 +49,12 @@ class _Finder:
         if module.__name__ == "launch_testing":
             from pkgutil import extend_path
 
-            # What is not in the table is looked up in an installed one.
+            # Fall back on an installed launch_testing.
             module.__path__ = extend_path(module.__path__, module.__name__)
 
 
 class _Listing:
-    """The entry of a public package in `__path__`, for `pkgutil.iter_modules`."""
+    """Lists the modules of a public package, for `pkgutil.iter_modules`."""
 
     def __init__(self, package: str) -> None:
         self._package = package
@@ -70,12 +69,12 @@ class _Listing:
 
 @contextmanager
 def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
-    """Let `import launch` mean our language; on exit everything is as it was before.
+    """Make `import launch` import the launcher's own classes.
 
-    May be nested; late imports in functions of a launch file need it to be open still. The
-    session is for the driver: it may set the folder of the log files. Changes that launch files
-    make to `os.environ` are undone on exit. `words` are the target and the arguments of the
-    command line: `sys.argv` is set to what `ros2 launch` would have put there.
+    May be nested. Keep it open for the whole run: functions of launch files may import later.
+    The session yielded is for the driver, which may set the folder of the log files. `words`,
+    the target and arguments of the command line, become `sys.argv` as under `ros2 launch`.
+    Changes to modules, `sys.argv` and `os.environ` are undone on exit.
     """
     argv = sys.argv
     if words is not None:

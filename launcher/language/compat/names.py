@@ -1,11 +1,10 @@
-"""The public modules: names from the table, imported on first access."""
+"""Public modules whose names are imported on first access, by the table."""
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
 import sys
-from collections.abc import Iterator
 from types import FrameType, ModuleType
 
 from launcher.language.compat.table import MODULES, SUBMODULES
@@ -29,20 +28,13 @@ def is_public(module: str) -> bool:
 
 
 def submodules(package: str) -> set[str]:
-    """The names of the modules directly in a public package; none if it is no package."""
+    """The names of the modules directly in a public package."""
     own = {name.rpartition(".")[2] for name in MODULES if name.rpartition(".")[0] == package}
     return own.union(SUBMODULES.get(package, ()))
 
 
-def public_modules() -> Iterator[str]:
-    """The dotted names of all modules that the table has."""
-    yield from MODULES
-    for package, names in SUBMODULES.items():
-        yield from (f"{package}.{name}" for name in names)
-
-
 def _sources(module: str) -> dict[str, tuple[str, str]]:
-    """Public name -> (module of ours, name in it)."""
+    """Public name -> (module of the launcher, name in it)."""
     if module not in MODULES:
         package, _, submodule = module.rpartition(".")
         found = _sources(package)
@@ -57,13 +49,12 @@ def _sources(module: str) -> dict[str, tuple[str, str]]:
 class PublicModule(ModuleType):
     """Imports the source of a name on first access: a launch file loads only what it uses.
 
-    A name that is a submodule is that submodule, as after ROS 2's own `import launch`. For an
-    unknown name `from launch.actions import X` is an ImportError with our message; everything
-    else, also the import system's question whether X is a submodule, is an AttributeError.
+    Submodules are attributes, as after ROS 2's own `import launch`. For an unknown name
+    `from launch.actions import X` raises NameNotProvidedError; any other access, also that of
+    the import system, raises AttributeError.
     """
 
     def provide(self) -> None:
-        """Look up which names there are."""
         self.__dict__["_sources"] = sources = _sources(self.__name__)
         self.__dict__["__all__"] = list(sources)
 

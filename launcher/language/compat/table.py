@@ -1,6 +1,6 @@
 """The modules that launch files import, the names in them, and where they are defined here."""
 
-# Public module -> module of ours -> names; `New=Old` is called `Old` there.
+# Public module -> module of the launcher -> names; `New=Old` is called `Old` there.
 MODULES = {
     "launch": {
         "launcher.language.action": "Action",
@@ -229,130 +229,95 @@ MODULES = {
     },
 }
 
-# Public package -> submodule -> names, which are those of the package.
+# Public package -> submodules that have one class, named after it: `emit_event` has EmitEvent.
+CLASS_SUBMODULES = {
+    "launch": (
+        "action condition event invalid_launch_file_error launch_context launch_description "
+        "launch_description_entity launch_description_source launch_introspector launch_service "
+        "substitution"
+    ),
+    "launch.actions": (
+        "append_environment_variable declare_launch_argument emit_event execute_local "
+        "execute_process group_action include_launch_description log_info opaque_coroutine "
+        "opaque_function pop_environment pop_launch_configurations push_environment "
+        "push_launch_configurations register_event_handler replace_environment_variables "
+        "reset_environment reset_launch_configurations set_environment_variable "
+        "set_launch_configuration timer_action unregister_event_handler "
+        "unset_environment_variable unset_launch_configuration"
+    ),
+    "launch.conditions": (
+        "if_condition invalid_condition_expression_error launch_configuration_equals "
+        "launch_configuration_not_equals unless_condition"
+    ),
+    "launch.descriptions": "executable",
+    "launch.event_handlers": (
+        "on_action_event_base on_execution_complete on_include_launch_description on_process_exit "
+        "on_process_start on_shutdown"
+    ),
+    "launch.events": "execution_complete include_launch_description shutdown timer_event",
+    "launch.events.process": (
+        "process_exited process_started process_stderr process_stdin process_stdout "
+        "process_targeted_event running_process_event shutdown_process signal_process"
+    ),
+    "launch.frontend": "entity",
+    "launch.launch_description_sources": (
+        "any_launch_description_source frontend_launch_description_source "
+        "python_launch_description_source"
+    ),
+    "launch.substitutions": (
+        "anon_name command environment_variable equals_substitution file_content find_executable "
+        "if_else_substitution launch_configuration launch_log_dir local_substitution "
+        "not_equals_substitution path_join_substitution path_substitution python_expression "
+        "string_join_substitution substitution_failure text_substitution this_launch_file "
+        "this_launch_file_dir"
+    ),
+    "launch_ros.actions": (
+        "composable_node_container lifecycle_node lifecycle_transition set_parameter "
+        "set_parameters_from_file set_remap set_use_sim_time"
+    ),
+    "launch_ros.descriptions": "composable_node node node_trait ros_executable",
+    "launch_ros.event_handlers": "on_state_transition",
+    "launch_ros.events.lifecycle": "change_state state_transition",
+    "launch_ros.substitutions": "executable_in_package parameter",
+    "launch_xml": "entity parser",
+    "launch_yaml": "entity parser",
+}
+
+# Public package -> other submodule -> names, which are those of the package.
 SUBMODULES = {
     "launch": {
-        "action": "Action",
-        "condition": "Condition",
-        "event": "Event",
-        "invalid_launch_file_error": "InvalidLaunchFileError",
-        "launch_context": "LaunchContext",
-        "launch_description": "LaunchDescription",
-        "launch_description_entity": "LaunchDescriptionEntity",
-        "launch_description_source": "LaunchDescriptionSource",
-        "launch_introspector": "LaunchIntrospector",
-        "launch_service": "LaunchService",
         "some_entities_type": "SomeEntitiesType SomeEntitiesType_types_tuple",
         "some_substitutions_type": "SomeSubstitutionsType SomeSubstitutionsType_types_tuple",
-        "substitution": "Substitution",
     },
     "launch.actions": {
-        "append_environment_variable": "AppendEnvironmentVariable",
-        "declare_launch_argument": "DeclareLaunchArgument",
-        "emit_event": "EmitEvent",
-        "execute_local": "ExecuteLocal",
-        "execute_process": "ExecuteProcess",
         "for_loop": "ForEach ForLoop",
-        "group_action": "GroupAction",
-        "include_launch_description": "IncludeLaunchDescription",
         "log": "Log LogDebug LogError LogInfo LogWarning",
-        "log_info": "LogInfo",
-        "opaque_coroutine": "OpaqueCoroutine",
-        "opaque_function": "OpaqueFunction",
-        "pop_environment": "PopEnvironment",
-        "pop_launch_configurations": "PopLaunchConfigurations",
-        "push_environment": "PushEnvironment",
-        "push_launch_configurations": "PushLaunchConfigurations",
-        "register_event_handler": "RegisterEventHandler",
-        "replace_environment_variables": "ReplaceEnvironmentVariables",
-        "reset_environment": "ResetEnvironment",
-        "reset_launch_configurations": "ResetLaunchConfigurations",
-        "set_environment_variable": "SetEnvironmentVariable",
-        "set_launch_configuration": "SetLaunchConfiguration",
         "shutdown_action": "Shutdown",
-        "timer_action": "TimerAction",
-        "unregister_event_handler": "UnregisterEventHandler",
-        "unset_environment_variable": "UnsetEnvironmentVariable",
-        "unset_launch_configuration": "UnsetLaunchConfiguration",
     },
-    "launch.conditions": {
-        "evaluate_condition_expression_impl": "evaluate_condition_expression",
-        "if_condition": "IfCondition",
-        "invalid_condition_expression_error": "InvalidConditionExpressionError",
-        "launch_configuration_equals": "LaunchConfigurationEquals",
-        "launch_configuration_not_equals": "LaunchConfigurationNotEquals",
-        "unless_condition": "UnlessCondition",
-    },
-    "launch.descriptions": {"executable": "Executable"},
+    "launch.conditions": {"evaluate_condition_expression_impl": "evaluate_condition_expression"},
     "launch.event_handlers": {
         "event_named": "event_named",
-        "on_action_event_base": "OnActionEventBase",
-        "on_execution_complete": "OnExecutionComplete",
-        "on_include_launch_description": "OnIncludeLaunchDescription",
-        "on_process_exit": "OnProcessExit",
         "on_process_io": "OnProcessIO",
-        "on_process_start": "OnProcessStart",
-        "on_shutdown": "OnShutdown",
     },
-    "launch.events": {
-        "execution_complete": "ExecutionComplete",
-        "include_launch_description": "IncludeLaunchDescription",
-        "matchers": "matches_action",
-        "shutdown": "Shutdown",
-        "timer_event": "TimerEvent",
-    },
+    "launch.events": {"matchers": "matches_action"},
     "launch.events.process": {
-        "process_exited": "ProcessExited",
         "process_io": "ProcessIO",
         "process_matchers": "matches_executable matches_name matches_pid",
-        "process_started": "ProcessStarted",
-        "process_stderr": "ProcessStderr",
-        "process_stdin": "ProcessStdin",
-        "process_stdout": "ProcessStdout",
-        "process_targeted_event": "ProcessTargetedEvent",
-        "running_process_event": "RunningProcessEvent",
-        "shutdown_process": "ShutdownProcess",
-        "signal_process": "SignalProcess",
     },
-    "launch.frontend": {
-        "entity": "Entity",
-        "parser": "InvalidFrontendLaunchFileError Parser",
-    },
+    "launch.frontend": {"parser": "InvalidFrontendLaunchFileError Parser"},
     "launch.launch_description_sources": {
-        "any_launch_description_source": "AnyLaunchDescriptionSource",
         "any_launch_file_utilities": "get_launch_description_from_any_launch_file",
-        "frontend_launch_description_source": "FrontendLaunchDescriptionSource",
         "frontend_launch_file_utilities": "get_launch_description_from_frontend_launch_file",
-        "python_launch_description_source": "PythonLaunchDescriptionSource",
         "python_launch_file_utilities": (
             "InvalidPythonLaunchFileError get_launch_description_from_python_launch_file "
             "load_python_launch_file_as_module"
         ),
     },
     "launch.substitutions": {
-        "anon_name": "AnonName",
         "boolean_substitution": (
             "AllSubstitution AndSubstitution AnySubstitution NotSubstitution OrSubstitution"
         ),
-        "command": "Command",
-        "environment_variable": "EnvironmentVariable",
-        "equals_substitution": "EqualsSubstitution",
-        "file_content": "FileContent",
-        "find_executable": "FindExecutable",
         "for_loop_var": "ForEachVar ForLoopIndex",
-        "if_else_substitution": "IfElseSubstitution",
-        "launch_configuration": "LaunchConfiguration",
-        "launch_log_dir": "LaunchLogDir",
-        "local_substitution": "LocalSubstitution",
-        "not_equals_substitution": "NotEqualsSubstitution",
-        "path_join_substitution": "PathJoinSubstitution",
-        "path_substitution": "PathSubstitution",
-        "python_expression": "PythonExpression",
-        "string_join_substitution": "StringJoinSubstitution",
-        "substitution_failure": "SubstitutionFailure",
-        "text_substitution": "TextSubstitution",
-        "this_launch_file": "ThisLaunchFile",
-        "this_launch_file_dir": "ThisLaunchFileDir",
     },
     "launch.utilities": {
         "class_tools_impl": "is_a is_a_subclass isclassinstance",
@@ -364,36 +329,14 @@ SUBMODULES = {
         "visit_all_entities_and_collect_futures_impl": "visit_all_entities_and_collect_futures",
     },
     "launch_ros.actions": {
-        "composable_node_container": "ComposableNodeContainer",
-        "lifecycle_node": "LifecycleNode",
-        "lifecycle_transition": "LifecycleTransition",
         "push_ros_namespace": "PushROSNamespace PushRosNamespace",
         "ros_timer": "ROSTimer RosTimer",
-        "set_parameter": "SetParameter",
-        "set_parameters_from_file": "SetParametersFromFile",
-        "set_remap": "SetRemap",
         "set_ros_log_dir": "SetROSLogDir",
-        "set_use_sim_time": "SetUseSimTime",
     },
     "launch_ros": {"default_launch_description": "get_default_launch_description"},
-    "launch_ros.descriptions": {
-        "composable_node": "ComposableNode",
-        "node": "Node",
-        "node_trait": "NodeTrait",
-        "ros_executable": "RosExecutable",
-    },
-    "launch_ros.event_handlers": {"on_state_transition": "OnStateTransition"},
-    "launch_ros.events.lifecycle": {
-        "change_state": "ChangeState",
-        "lifecycle_node_matchers": "matches_node_name",
-        "state_transition": "StateTransition",
-    },
+    "launch_ros.events.lifecycle": {"lifecycle_node_matchers": "matches_node_name"},
     "launch_ros.events": {"matchers": "matches_node_name"},
-    "launch_ros.substitutions": {
-        "executable_in_package": "ExecutableInPackage",
-        "find_package": "FindPackage FindPackagePrefix FindPackageShare",
-        "parameter": "Parameter",
-    },
+    "launch_ros.substitutions": {"find_package": "FindPackage FindPackagePrefix FindPackageShare"},
     "launch_ros.utilities": {
         "evaluate_parameters": "evaluate_parameter_dict evaluate_parameters",
         "namespace_utils": (
@@ -405,18 +348,14 @@ SUBMODULES = {
         "track_node_names": "add_node_name get_node_name_count",
     },
     "launch_testing.actions": {"ready": "ReadyToTest"},
-    "launch_xml": {
-        "entity": "Entity",
-        "parser": "Parser",
-    },
     "launch_xml.launch_description_sources": {
         "xml_launch_description_source": "XMLLaunchDescriptionSource",
-    },
-    "launch_yaml": {
-        "entity": "Entity",
-        "parser": "Parser",
     },
     "launch_yaml.launch_description_sources": {
         "yaml_launch_description_source": "YAMLLaunchDescriptionSource",
     },
 }
+for _package, _names in CLASS_SUBMODULES.items():
+    SUBMODULES.setdefault(_package, {}).update(
+        (name, name.title().replace("_", "")) for name in _names.split()
+    )

@@ -1,1 +1,1 @@
-"""What is wrong or surprising in a launch file, and where."""
+"""Errors, hints and warnings about launch files, with file and line."""

@@ -1,6 +1,6 @@
-"""Errors about values that are no entities, each with its place and a repair.
+"""Errors about values in launch files that are not entities, with a location and a hint.
 
-The errors have the types that ROS 2 raises, for code that catches those.
+They are subclasses of what ROS 2 raises, for code that catches that.
 """
 
 from __future__ import annotations
@@ -18,37 +18,31 @@ if TYPE_CHECKING:
 _LISTS = ("initial_entities", "actions")  # keywords that take a list of entities
 
 
-class WrongEntryError(AttributeError):
-    """One of several entities is something else."""
+class _BadEntryError(Exception):
+    """Base of errors with a hint and a location for `faults.explain`."""
+
+    def __init__(self, message: str, hint: str, place: Origin | None) -> None:
+        super().__init__(message)
+        self._launcher_hint = hint
+        self._launcher_place = place
+
+
+class WrongEntryError(_BadEntryError, AttributeError):
+    """An entry of a list of entities is not an entity."""
 
     ros_type = "AttributeError"
 
-    def __init__(self, message: str, hint: str, place: Origin | None) -> None:
-        super().__init__(message)
-        self._launcher_hint = hint
-        self._launcher_place = place
 
-
-class NotAListError(TypeError):
-    """A function returned a single object where a list is expected."""
+class NotAListError(_BadEntryError, TypeError):
+    """A function returned a single object instead of a list."""
 
     ros_type = "TypeError"
 
-    def __init__(self, message: str, hint: str, place: Origin | None) -> None:
-        super().__init__(message)
-        self._launcher_hint = hint
-        self._launcher_place = place
 
-
-class FromHandlerError(RuntimeError):
-    """An event handler yielded something that is no entity."""
+class FromHandlerError(_BadEntryError, RuntimeError):
+    """An event handler yielded something that is not an entity."""
 
     ros_type = "RuntimeError"
-
-    def __init__(self, item: Any, hint: str, place: Origin | None) -> None:
-        super().__init__(f"expected a LaunchDescriptionEntity from event_handler, got '{item}'")
-        self._launcher_hint = hint
-        self._launcher_place = place
 
 
 class NoCommandError(IndexError):
@@ -62,12 +56,12 @@ class NoCommandError(IndexError):
 
 
 def is_entity(item: Any) -> bool:
-    """Whether it can be visited; a class cannot, only what it makes."""
+    """Whether it can be visited; a class cannot, only its instances."""
     return hasattr(type(item), "visit")
 
 
 def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
-    """The error about `item`, one of the `entries` of an entity, or of what its function gave."""
+    """The error about `item`, one of the `entries` of an entity or of its function's result."""
     if holder._to_arguments == "includes":
         return WrongEntryError(
             f"the included launch file returns {_shown(item)}, not a LaunchDescription",
@@ -79,33 +73,34 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     index = next((at for at, one in enumerate(written) if one is item), None)
     among = "an entry" if index is None else f"entry {index + 1} of {len(written)}"
     if function is not None:
-        who, place = f"what {_name(function)}() returned", return_place(function)
+        source, place = f"what {_name(function)}() returned", return_place(function)
     else:
-        who, place = f"{type(holder).__name__}([...])", _entry_place(holder, index)
+        source, place = f"{type(holder).__name__}([...])", _entry_place(holder, index)
     return WrongEntryError(
-        f"{among} in {who} is not an action: {_shown(item)}", _repair(item, holder), place
+        f"{among} in {source} is not an action: {_shown(item)}", _repair(item, holder), place
     )
 
 
 def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
-    """The error about `item`, which a handler yielded for an event."""
+    """The error about `item`, which a handler returned for an event."""
     function = getattr(handler, "_function_called", None)
     place = None if function is None else return_place(function)
     if place is None:
         place = getattr(getattr(event, "action", None), "_origin", None)
-    return FromHandlerError(item, _repair(item, handler), place)
+    message = f"expected a LaunchDescriptionEntity from event_handler, got '{item}'"
+    return FromHandlerError(message, _repair(item, handler), place)
 
 
 def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:
-    """The error about a function, or an action's `execute`, that returned no list of entities."""
+    """The error about a function, or an `execute` method, that did not return a list."""
     function = getattr(holder, "_function_called", None)
-    who = f"{type(holder).__name__}.execute" if function is None else _name(function)
+    source = f"{type(holder).__name__}.execute" if function is None else _name(function)
     place = holder._origin if function is None else return_place(function)
     hint = "return a list of actions, or nothing"
     if is_entity(result):
         hint = f"return [{type(result).__name__}(...)]"
     kind = WrongEntryError if isinstance(result, str) else NotAListError
-    return kind(f"{who}() did not return a list of actions: {_shown(result)}", hint, place)
+    return kind(f"{source}() did not return a list of actions: {_shown(result)}", hint, place)
 
 
 def return_place(function: Any) -> Origin | None:
@@ -120,30 +115,30 @@ def return_place(function: Any) -> Origin | None:
 
 
 def place_of_return(path: str, name: str, *, after: int = 1) -> Origin | None:
-    """The same of the first function with this name from a line on; None if there is none."""
+    """Like `return_place`, for the first function of this name at or after line `after`."""
     import ast
 
     for node in _nodes(path):
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.name == name:
             if node.lineno < after:
                 continue
-            returns = [one for one in _own(node) if isinstance(one, ast.Return) and one.value]
+            returns = [one for one in _own_nodes(node) if isinstance(one, ast.Return) and one.value]
             return Origin(path, returns[0].lineno if len(returns) == 1 else node.lineno)
     return None
 
 
-def _own(node: ast.AST) -> Iterator[ast.AST]:
-    """The nodes of a function without those of functions in it."""
+def _own_nodes(node: ast.AST) -> Iterator[ast.AST]:
+    """The nodes of a function without those of nested functions."""
     import ast
 
     for child in ast.iter_child_nodes(node):
         yield child
         if not isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
-            yield from _own(child)
+            yield from _own_nodes(child)
 
 
 def _entry_place(holder: Any, index: int | None) -> Origin | None:
-    """The line of the entry where it is written out in the call, else that of the call."""
+    """The line of the entry if the call lists it literally, else the line of the call."""
     import ast
 
     origin: Origin | None = holder._origin
@@ -173,7 +168,7 @@ def _nodes(path: str) -> Iterator[ast.AST]:
     yield from ast.walk(tree)
 
 
-# ---- what it is, and what to do about it
+# ---- texts of the messages
 
 
 def _name(function: Any) -> str:
@@ -221,4 +216,4 @@ def _repair(item: Any, holder: Any) -> str:
         return "a substitution is a value for an action, as in LogInfo(msg=...)"
     if callable(item):
         return f"a function is called by OpaqueFunction(function={_name(item)})"
-    return f"{type(holder).__name__} takes actions, as Node(...) and LogInfo(...) are"
+    return f"{type(holder).__name__} takes actions, such as Node(...) or LogInfo(...)"

@@ -1,4 +1,4 @@
-"""Exceptions of launch files as errors with file, line and a hint."""
+"""Converts exceptions of launch files to errors with file, line and hint."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _QUOTED = re.compile(r"['\"]([^'\"]+)['\"]")
 def explain(
     error: BaseException, path: str, context: LaunchContext | None = None
 ) -> LaunchFileError:
-    """A LaunchFileError with the place in the launch file, as well as it can be found.
+    """A LaunchFileError with the place in the launch file, if it can be found.
 
-    The exception is its `__cause__`. A `context` lets the hint name what there is.
+    The exception is its `__cause__`. With a `context`, hints suggest names that exist.
     """
     entity = getattr(error, "_launcher_origin", None)
     if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
@@ -50,14 +50,14 @@ def explain(
     return fault
 
 
-# ---- what
+# ---- message
 
 
 def _message(error: BaseException) -> str:
     if isinstance(error, LauncherError):
         return error.message.strip('"')
     if isinstance(error, RecursionError):
-        return "the launch file includes itself, or recurses without end"
+        return "the launch file includes itself, or recurses endlessly"
     if isinstance(error, SystemExit):
         return f"the launch file calls sys.exit({error.code!r})"
     if isinstance(error, SyntaxError):
@@ -65,13 +65,13 @@ def _message(error: BaseException) -> str:
     text = str(error)
     if not text:
         return type(error).__name__
-    says_enough = isinstance(error, (RuntimeError, ValueError, ImportError))
-    if says_enough or type(error).__module__ != "builtins":
+    is_clear = isinstance(error, (RuntimeError, ValueError, ImportError))
+    if is_clear or type(error).__module__ != "builtins":
         return text
     return f"{type(error).__name__}: {text}"
 
 
-# ---- where
+# ---- place
 
 
 def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | None:
@@ -82,14 +82,14 @@ def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | N
         places.insert(0, entity)
     in_launch_files = [place for place in places if _is_launch_file(place.path, path)]
     if in_launch_files or places:
-        # A recursion may end anywhere: show where it starts.
+        # A recursion may end anywhere: show its start.
         innermost = 0 if isinstance(error, RecursionError) else -1
         return (in_launch_files or places)[innermost]
     return Origin(path, 1) if os.path.isfile(path) else None
 
 
 def _frames(trace: TracebackType | None) -> Iterator[Origin]:
-    """Frames of files that are neither ours nor of an installed library, outermost first."""
+    """Frames outside of the launcher and of installed libraries, outermost first."""
     while trace is not None:
         name = trace.tb_frame.f_code.co_filename
         if not name.startswith("<") and not is_own_file(name) and not _is_library(name):
@@ -112,7 +112,7 @@ def _source_line(place: Origin) -> str | None:
 
 
 def _column(error: BaseException, message: str, line: str) -> int:
-    """The column of what the message quotes, else of the first word; from 1."""
+    """The column (from 1) of the text quoted by the message, else of the first word."""
     if isinstance(error, SyntaxError) and error.offset:
         return min(error.offset, len(line) + 1)
     for quoted in _QUOTED.findall(message):
@@ -121,7 +121,7 @@ def _column(error: BaseException, message: str, line: str) -> int:
     return len(line) - len(line.lstrip()) + 1
 
 
-# ---- texts in another encoding
+# ---- encoding
 
 
 def _undecodable(error: BaseException, path: str) -> LaunchFileError | None:

@@ -1,4 +1,4 @@
-"""What to do about an exception of a launch file: one hint each."""
+"""Hints for exceptions of launch files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ _NOT_PROVIDED = re.compile(r" \((did you mean \w+\?)? ?provided: (.*)\)$")
 
 
 def hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
-    """A hint, or None."""
     if isinstance(error, LauncherError):
         return error.hint
     known: str | None = getattr(error, "_launcher_hint", None)
@@ -37,7 +36,7 @@ def hint(error: BaseException, message: str, context: LaunchContext | None) -> s
 
 
 def without_hint(message: str) -> str:
-    """The message of a NameNotProvidedError without the names that the hint lists."""
+    """The message; for a NameNotProvidedError without the names, which the hint lists."""
     return _NOT_PROVIDED.sub("", message)
 
 
@@ -65,12 +64,12 @@ def _no_function(name: str, context: LaunchContext | None) -> str:
     return f"define {name}() that returns a LaunchDescription"
 
 
-def _into_a_list(name: str, context: LaunchContext | None) -> str:
+def _not_a_list(name: str, context: LaunchContext | None) -> str:
     return f"expected a list, as in [{name}(...)]"
 
 
 _SUGGESTIONS = (
-    (re.compile(r"^TypeError: '([A-Z]\w+)' object is not iterable$"), _into_a_list),
+    (re.compile(r"^TypeError: '([A-Z]\w+)' object is not iterable$"), _not_a_list),
     (_UNKNOWN_KEYWORD, _near_keyword),
     (_MISSING_CONFIGURATION, _near_configuration),
     (_MISSING_VARIABLE, _near_variable),
@@ -87,7 +86,7 @@ def _near_module(name: str) -> str:
 
 
 def _keywords() -> set[str]:
-    """Every keyword that a constructor of an action takes."""
+    """The keyword arguments of all action classes."""
     import inspect
 
     from launcher.language.action import Action

@@ -1,4 +1,4 @@
-"""Where in a launch file an entity was created."""
+"""The file and line where an entity was created."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Origin(Record):
 
 
 def caller_origin() -> Origin | None:
-    """The innermost frame outside of the launcher's own code, or None if there is none near."""
+    """The innermost frame outside of the launcher's code; None if it is not a file or too far."""
     frame = sys._getframe(1)
     for _ in range(_MAX_FRAMES):
         path = frame.f_code.co_filename
@@ -36,5 +36,4 @@ def caller_origin() -> Origin | None:
 
 
 def is_own_file(path: str) -> bool:
-    """Whether a source file is the launcher's own."""
     return path.startswith(_OWN_FILES)

@@ -1,4 +1,4 @@
-"""Warnings about behaviour that ROS 2 has and people do not expect."""
+"""Warnings about surprising behaviour of ROS 2 that this launcher reproduces."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def this_file_is_another(context: LaunchContext, what: str, origin: Origin | Non
 
 def setting_leaks(context: LaunchContext, what: str, origin: Origin | None) -> None:
     """SetParameter and SetRemap leave a scoped group if there was one outside before."""
-    text = f"{what} also holds after its group, because one outside of it came before"
+    text = f"{what} also applies after its group, because of an earlier one outside"
     context._host.warn_quirk(text, origin)
 
 

@@ -1,1 +1,1 @@
-"""ROS nodes: the names of `launch_ros`."""
+"""`launch_ros`: nodes, lifecycle, composition, parameters."""

@@ -1,4 +1,4 @@
-"""What launch_ros offers to extensions. A node inside of the launcher is not available here."""
+"""Parts of launch_ros for extensions. The launcher has no ROS node in its own process."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 @public("launch_ros.ros_adapters")
 class ROSAdapter:
-    """Would hold a node inside of the launcher; RuntimeError when constructed."""
+    """RuntimeError when constructed."""
 
     def __init__(self, *, argv: Any = None, autostart: bool = True) -> None:
         _refuse()
 
 
 def get_ros_adapter(context: Any) -> NoReturn:
-    """RuntimeError: this launcher keeps rclpy out of its own process."""
+    """RuntimeError, like ROSAdapter."""
     _refuse()
 
 
 def get_ros_node(context: Any) -> NoReturn:
-    """RuntimeError: this launcher keeps rclpy out of its own process."""
+    """RuntimeError, like ROSAdapter."""
     _refuse()
 
 
@@ -44,7 +44,7 @@ def get_default_launch_description() -> LaunchDescription:
 
 @public("launch_ros.utilities.plugin_support")
 class PluginException(Exception):
-    """A plug-in does not fit."""
+    """The version of a plug-in is not supported."""
 
 
 def satisfies_version(version: str, caret_range: str) -> None:

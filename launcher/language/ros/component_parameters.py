@@ -21,7 +21,7 @@ _PARAMETERS = "ros__parameters"
 def parameter_pairs(
     context: LaunchContext, node_name: str, namespace: str | None, evaluated: Iterable[Any]
 ) -> Iterator[tuple[str, object]]:
-    """Pairs in order; of a file those sections that match the node's full name.
+    """Pairs in order; of a file, the sections that match the node's full name.
 
     A service call cannot carry a file, so the file is read here, as in ROS 2.
     """
@@ -76,7 +76,7 @@ def _sections(content: Mapping[Any, Any], keys: list[str]) -> Iterator[tuple[str
 
 
 class NamedValue(NamedTuple):
-    """A parameter, with the attributes that rclpy's have (the launcher does without rclpy)."""
+    """A parameter with the attributes of rclpy's; the launcher does not import rclpy."""
 
     name: str
     value: object
@@ -85,6 +85,6 @@ class NamedValue(NamedTuple):
 def to_parameters_list(
     context: LaunchContext, node_name: str, namespace: str, evaluated_parameters: Iterable[Any]
 ) -> list[NamedValue]:
-    """The parameters of a load request, one by one."""
+    """The parameters of a load request."""
     pairs = parameter_pairs(context, node_name, namespace, evaluated_parameters)
     return [NamedValue(name, value) for name, value in pairs]

@@ -1,4 +1,4 @@
-"""Composable nodes: their description, their container, and loading them into one."""
+"""Composable nodes: description, container, and loading into a container."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.component_parameters import parameter_pairs
 from launcher.language.ros.names import (
-    add_node_name,
-    get_node_name_count,
-    make_namespace_absolute,
+    count_node,
+    evaluate_remap_rules,
     normalize_remap_rules,
-    prefix_namespace,
+    resolve_namespace,
 )
 from launcher.language.ros.node import Node
 from launcher.language.ros.parameter_descriptions import ParameterFile
@@ -29,6 +28,7 @@ from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
     optional_substitutions,
+    perform,
     perform_substitutions,
 )
 from launcher.model.events import ComponentLoaded, LoadRequest
@@ -87,12 +87,10 @@ class ComposableNode:
 
     @property
     def parameters(self) -> Any:
-        """The parameters, normalised."""
         return self.__parameters
 
     @property
     def remappings(self) -> Any:
-        """The remappings, normalised."""
         return self.__remappings
 
     @property
@@ -101,7 +99,7 @@ class ComposableNode:
         return self.__extra_arguments
 
     def condition(self) -> Condition | None:
-        """Whether to load it at all."""
+        """The node is loaded only if this is true."""
         return self.__condition
 
 
@@ -122,7 +120,7 @@ class ComposableNodeContainer(Node):
         self.__composable_node_descriptions = composable_node_descriptions
 
     def execute(self, context: LaunchContext) -> Any:
-        """Start it; yield the loading of the nodes whose condition allows it."""
+        """Start the container; yield an action that loads the nodes."""
         wanted = [
             description
             for description in self.__composable_node_descriptions or ()
@@ -165,12 +163,11 @@ class LoadComposableNodes(Action):
         self.__container_name = ""
 
     def execute(self, context: LaunchContext) -> None:
-        """Build all requests now, in the current scope; send the first."""
+        """Build all requests in the current scope; send the first."""
         if isinstance(self.__target_container, ComposableNodeContainer):
             self.__container_name = self.__target_container.node_name
         else:
-            subs = normalize_to_list_of_substitutions(self.__target_container)
-            self.__container_name = perform_substitutions(context, subs)
+            self.__container_name = perform(context, self.__target_container)
         requests = [
             get_composable_node_load_request(description, context, self.__container_name)
             for description in self.__composable_node_descriptions
@@ -183,13 +180,15 @@ class LoadComposableNodes(Action):
         first, rest = requests[0], requests[1:]
 
         def answered(answer: ComponentLoaded) -> None:
-            self._tell(context, first, answer)
+            self._report(context, first, answer)
             if rest:
                 context._host.later(lambda: self._send(context, rest))
 
         context._host.load_component(first, answered)
 
-    def _tell(self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded) -> None:
+    def _report(
+        self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded
+    ) -> None:
         name = answer.full_node_name or request.name or ""
         container = self.__container_name
         if answer.error is not None:
@@ -199,15 +198,7 @@ class LoadComposableNodes(Action):
             )
             context._host.log(_LOGGER, "ERROR", text)
             return
-        add_node_name(context, name)
-        count = get_node_name_count(context, name)
-        if count > 1:
-            context._host.log(
-                container,
-                "WARNING",
-                f"there are now at least {count} nodes with the name {name} created within "
-                "this launch context",
-            )
+        count_node(context, name, container)
         text = f"Loaded node '{answer.full_node_name}' in container '{container}'"
         context._host.log(_LOGGER, "INFO", text)
 
@@ -220,12 +211,7 @@ def get_composable_node_load_request(
     if not _is_wanted(description, context):
         return None
     name = _performed(context, description.node_name) or ""
-    namespace = make_namespace_absolute(
-        prefix_namespace(
-            context.launch_configurations.get("ros_namespace", None),
-            _performed(context, description.node_namespace),
-        )
-    )
+    namespace = resolve_namespace(context, _performed(context, description.node_namespace))
 
     def pairs(parameters: Iterable[Any]) -> tuple[tuple[str, object], ...]:
         evaluated = evaluate_parameters(context, parameters)
@@ -238,7 +224,7 @@ def get_composable_node_load_request(
         plugin=perform_substitutions(context, description.node_plugin),
         name=name,
         namespace=namespace or "",
-        remappings=tuple(_remappings(description, context)),
+        remappings=tuple(evaluate_remap_rules(context, description.remappings or ())),
         parameters=pairs(parameters) if parameters else (),
         extra_arguments=pairs(description.extra_arguments) if description.extra_arguments else (),
     )
@@ -246,15 +232,6 @@ def get_composable_node_load_request(
 
 def _performed(context: LaunchContext, subs: list[Substitution] | None) -> str | None:
     return None if subs is None else perform_substitutions(context, subs)
-
-
-def _remappings(description: ComposableNode, context: LaunchContext) -> list[tuple[str, str]]:
-    rules = list(context.launch_configurations.get("ros_remaps", None) or ())
-    rules += [
-        (perform_substitutions(context, src), perform_substitutions(context, dst))
-        for src, dst in description.remappings or ()
-    ]
-    return rules
 
 
 def _global_parameters(context: LaunchContext) -> list[Any]:

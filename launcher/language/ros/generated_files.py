@@ -29,7 +29,7 @@ def write_parameters(context: LaunchContext, node: str, parameters: dict[str, An
 
 
 def plain(value: Any) -> Any:
-    """The value with lists in place of tuples, as one reads it in a file."""
+    """The value with lists in place of tuples, as read from a YAML file."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

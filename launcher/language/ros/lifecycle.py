@@ -1,4 +1,4 @@
-"""Lifecycle nodes: starting one, asking it for transitions, reacting to them."""
+"""Lifecycle nodes: start, transition requests, transition events."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LOGGER = "launch_ros.actions.lifecycle_node"
 
 @public("launch_ros.events.lifecycle.change_state")
 class ChangeState(Event):
-    """Lifecycle nodes that the matcher picks are to make a transition."""
+    """Requests a transition of the lifecycle nodes that the matcher selects."""
 
     name = "launch_ros.events.lifecycle.ChangeState"
     valid_transitions = OrderedDict(
@@ -53,7 +53,7 @@ class ChangeState(Event):
 
     @property
     def transition_id(self) -> int:
-        """The transition, by the numbers of lifecycle_msgs."""
+        """A constant of lifecycle_msgs/msg/Transition."""
         return self.__transition_id
 
 
@@ -101,14 +101,14 @@ class StateTransition(Event):
 
 
 def matches_node_name(node_name: str) -> Callable[[Any], bool]:
-    """A matcher for the node with this full name; a slash in front may be left out."""
+    """A matcher for the node with this full name; the leading slash is optional."""
     wanted = node_name if node_name.startswith("/") else f"/{node_name}"
     return lambda action: bool(action.node_name == wanted)
 
 
 @public("launch_ros.event_handlers.on_state_transition")
 class OnStateTransition(EventHandler):
-    """Reacts to a transition of a lifecycle node; what is None is not looked at."""
+    """Reacts to a transition of a lifecycle node; a criterion of None matches all."""
 
     def __init__(
         self,
@@ -129,9 +129,9 @@ class OnStateTransition(EventHandler):
             "start_state": start_state,
             "goal_state": goal_state,
         }
-        super().__init__(matcher=matcher or self.__fits, entities=entities, **kwargs)
+        super().__init__(matcher=matcher or self.__is_match, entities=entities, **kwargs)
 
-    def __fits(self, event: Event) -> bool:
+    def __is_match(self, event: Event) -> bool:
         if not isinstance(event, StateTransition):
             return False
         if self.__target is not None and event.action is not self.__target:
@@ -143,12 +143,10 @@ class OnStateTransition(EventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What the handler does, as a text."""
         return "<actions>"
 
     @property
     def matcher_description(self) -> str:
-        """What the handler waits for, as a text."""
         if self.__target is None:
             return "event == StateTransition"
         return (
@@ -169,7 +167,7 @@ class LifecycleNode(Node):
         return True
 
     def execute(self, context: LaunchContext) -> Any:
-        """Start it and watch it; RuntimeError if its full name is not known."""
+        """Start and watch the node; RuntimeError if its full name is unknown."""
         self._perform_substitutions(context)
         if self.UNSPECIFIED_NODE_NAME in self.node_name:
             raise RuntimeError("node_name unexpectedly incomplete for lifecycle node")
@@ -215,7 +213,7 @@ class LifecycleNode(Node):
 
 @public("launch_ros.actions.lifecycle_transition")
 class LifecycleTransition(Action):
-    """Takes lifecycle nodes through transitions, each when the one before has succeeded."""
+    """Takes lifecycle nodes through a sequence of transitions; stops at the first error."""
 
     def __init__(self, *, lifecycle_node_names: Any, transition_ids: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -249,23 +247,27 @@ class LifecycleTransition(Action):
 
     def _step_handler(self, name: str, number: int, following: Sequence[Action]) -> EventHandler:
         transition = lifecycle.TRANSITIONS[number]
-        done = OpaqueFunction(function=lambda context: self._forget(context, name))
+        done = OpaqueFunction(function=lambda context: self._unregister(context, name))
         return OnStateTransition(
-            matcher=_transition_of(name, transition.goal, transition.between),
+            matcher=_transition_matcher(name, transition.goal, transition.between),
             entities=list(following) or [done],
             handle_once=True,
         )
 
     def _watch_errors(self, context: LaunchContext, name: str) -> None:
         reason = "error occured during transitions"
-        forget = OpaqueFunction(function=lambda context: self._forget(context, name, reason))
+        unregister = OpaqueFunction(
+            function=lambda context: self._unregister(context, name, reason)
+        )
         handler = EventHandler(
-            matcher=_transition_of(name, "errorprocessing"), entities=[forget], handle_once=True
+            matcher=_transition_matcher(name, "errorprocessing"),
+            entities=[unregister],
+            handle_once=True,
         )
         self.__handlers[name].append(handler)
         context.register_event_handler(handler)
 
-    def _forget(self, context: LaunchContext, name: str, reason: str | None = None) -> None:
+    def _unregister(self, context: LaunchContext, name: str, reason: str | None = None) -> None:
         if reason is not None:
             text = f"Stopping transitions for {name} because '{reason}'"
             context._host.log("launch_ros.actions.lifecycle_transition", "INFO", text)
@@ -286,7 +288,7 @@ def _emit(name: str, number: int) -> EmitEvent:
     return EmitEvent(event=ChangeState(lifecycle_node_matcher=matcher, transition_id=number))
 
 
-def _transition_of(
+def _transition_matcher(
     name: str, goal_state: str, start_state: str | None = None
 ) -> Callable[[Event], bool]:
     is_node = matches_node_name(name)

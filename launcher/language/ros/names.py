@@ -7,7 +7,11 @@ from collections.abc import Iterable
 
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
-from launcher.language.substitution import Substitution, normalize_to_list_of_substitutions
+from launcher.language.substitution import (
+    Substitution,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -110,7 +114,7 @@ def make_namespace_absolute(ns: str | None) -> str | None:
 
 
 def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
-    """`ns` below `base_ns`; an absolute `ns` stands alone, None adds nothing."""
+    """`ns` below `base_ns`; an absolute `ns` is returned as it is."""
     if base_ns is None and ns is None:
         return None
     if ns is None:
@@ -120,6 +124,12 @@ def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
     else:
         combined = f"{'' if is_root_namespace(base_ns) else base_ns}/{ns}"
     return combined if is_root_namespace(combined) else combined.rstrip("/")
+
+
+def resolve_namespace(context: LaunchContext, namespace: str | None) -> str | None:
+    """The absolute namespace below those of PushROSNamespace; None if neither is given."""
+    pushed = context.launch_configurations.get("ros_namespace", None)
+    return make_namespace_absolute(prefix_namespace(pushed, namespace))
 
 
 _KEY = "unique_ros_node_names"
@@ -138,6 +148,18 @@ def get_node_name_count(context: LaunchContext, node_name: str) -> int:
     return count
 
 
+def count_node(context: LaunchContext, node_name: str, logger: str) -> None:
+    """Count one more use; log a warning as `logger` if it is not the first."""
+    add_node_name(context, node_name)
+    count = get_node_name_count(context, node_name)
+    if count > 1:
+        text = (
+            f"there are now at least {count} nodes with the name {node_name} created within "
+            "this launch context"
+        )
+        context._host.log(logger, "WARNING", text)
+
+
 RemapRule = tuple[tuple[Substitution, ...], tuple[Substitution, ...]]
 
 
@@ -154,5 +176,17 @@ def normalize_remap_rule(remap_rule: Any) -> RemapRule:
 
 
 def normalize_remap_rules(remap_rules: Iterable[Any]) -> Iterable[RemapRule]:
-    """Each rule normalised, when it is asked for."""
+    """A lazy iterable of the normalised rules."""
     return (normalize_remap_rule(rule) for rule in remap_rules)
+
+
+def evaluate_remap_rules(
+    context: LaunchContext, rules: Iterable[RemapRule]
+) -> list[tuple[str, str]]:
+    """(from, to) pairs: those of SetRemap, then those of `rules`."""
+    pairs = list(context.launch_configurations.get("ros_remaps", None) or ())
+    pairs += [
+        (perform_substitutions(context, src), perform_substitutions(context, dst))
+        for src, dst in rules
+    ]
+    return pairs

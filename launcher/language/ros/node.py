@@ -14,11 +14,11 @@ from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
-    add_node_name,
-    get_node_name_count,
-    make_namespace_absolute,
+    count_node,
+    evaluate_remap_rules,
     normalize_remap_rules,
     prefix_namespace,
+    resolve_namespace,
     validate_namespace,
     validate_node_name,
 )
@@ -28,7 +28,7 @@ from launcher.language.ros.parameter_values import evaluate_parameters, normaliz
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
-    perform_substitutions,
+    perform,
 )
 from launcher.language.substitutions.configuration import LocalSubstitution
 from launcher.model.spec import ParameterSource, RosIdentity
@@ -53,7 +53,7 @@ class NodeActionExtension:
     def prepare_for_execute(
         self, context: LaunchContext, ros_specific_arguments: Any, node_action: Any
     ) -> tuple[list[Any], Any]:
-        """(further words, the arguments, changed or not)."""
+        """(further words, the possibly changed arguments)."""
         return [], ros_specific_arguments
 
 
@@ -157,7 +157,7 @@ class Node(ExecuteProcess):
 
     def _perform_substitutions(self, context: LaunchContext) -> None:
         if self.__substitutions_performed:
-            return  # a subclass did it already
+            return  # called by a subclass before
         self.__substitutions_performed = True
         try:
             self._expand_names(context)
@@ -179,13 +179,12 @@ class Node(ExecuteProcess):
 
     def _expand_names(self, context: LaunchContext) -> None:
         if self.__node_name is not None:
-            self.__expanded_node_name = _perform(context, self.__node_name)
+            self.__expanded_node_name = perform(context, self.__node_name)
             validate_node_name(self.__expanded_node_name)
         given = None
         if self.__node_namespace is not None:
-            given = _perform(context, self.__node_namespace)
-        base = context.launch_configurations.get("ros_namespace", None)
-        namespace = make_namespace_absolute(prefix_namespace(base, given))
+            given = perform(context, self.__node_namespace)
+        namespace = resolve_namespace(context, given)
         if namespace is not None:
             self.__expanded_node_namespace = namespace
             self._add_words("-r", LocalSubstitution("ros_specific_arguments['ns']"))
@@ -232,16 +231,12 @@ class Node(ExecuteProcess):
         import yaml
 
         name, value = parameter.evaluate(context)
-        # A scalar is dumped as a document of its own, with an end mark that has no place here.
+        # PyYAML ends a scalar document with `...`.
         text = yaml.dump(value).rstrip("\n").removesuffix("\n...")
         return f"{name}:={text}"
 
     def _add_remappings(self, context: LaunchContext) -> None:
-        rules = list(context.launch_configurations.get("ros_remaps", None) or ())
-        rules += [
-            (perform_substitutions(context, src), perform_substitutions(context, dst))
-            for src, dst in self.__remappings
-        ]
+        rules = evaluate_remap_rules(context, self.__remappings)
         if rules:
             self.__expanded_remappings = rules
         for src, dst in rules:
@@ -256,19 +251,8 @@ class Node(ExecuteProcess):
         context.extend_locals({"ros_specific_arguments": arguments})
         result = super().execute(context)
         if self.is_node_name_fully_specified():
-            self._count_name(context)
+            count_node(context, self.node_name, str(self.name))
         return result
-
-    def _count_name(self, context: LaunchContext) -> None:
-        add_node_name(context, self.node_name)
-        count = get_node_name_count(context, self.node_name)
-        if count > 1:
-            context._host.log(
-                str(self.name),
-                "WARNING",
-                f"there are now at least {count} nodes with the name {self.node_name} created "
-                "within this launch context",
-            )
 
     def _ros_identity(self) -> RosIdentity:
         namespace: str | None = self.__expanded_node_namespace
@@ -288,7 +272,3 @@ class Node(ExecuteProcess):
     def _program_word(self) -> str | None:
         words = self.process_description.final_cmd
         return None if not words else words[len(words) - len(self.process_description.cmd)]
-
-
-def _perform(context: LaunchContext, subs: Any) -> str:
-    return perform_substitutions(context, normalize_to_list_of_substitutions(subs))

@@ -8,16 +8,20 @@ from launcher.language.executable import Executable
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
-    make_namespace_absolute,
     normalize_remap_rules,
     prefix_namespace,
+    resolve_namespace,
     validate_namespace,
     validate_node_name,
 )
 from launcher.language.ros.packages import ExecutableInPackage
 from launcher.language.ros.parameter_descriptions import Parameter
 from launcher.language.ros.parameter_values import evaluate_parameters, normalize_parameters
-from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
+from launcher.language.substitution import (
+    normalize_to_list_of_substitutions,
+    perform,
+    perform_substitutions,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -76,7 +80,7 @@ class Node:
 
     def prepare(self, context: LaunchContext, executable: Any, action: Any) -> None:
         """Add the node's words to the executable's command line."""
-        name = None if self.__node_name is None else _perform(context, self.__node_name)
+        name = None if self.__node_name is None else perform(context, self.__node_name)
         namespace = self._namespace(context)
         words = ["--ros-args"]
         if name is not None:
@@ -98,14 +102,11 @@ class Node:
     def _prefix(self, context: LaunchContext) -> str:
         if self.__original_node_name is None:
             return ""
-        return f"{_perform(context, self.__original_node_name)}:"
+        return f"{perform(context, self.__original_node_name)}:"
 
     def _namespace(self, context: LaunchContext) -> str | None:
         given = self.__node_namespace
-        base = context.launch_configurations.get("ros_namespace", None)
-        return make_namespace_absolute(
-            prefix_namespace(base, None if given is None else _perform(context, given))
-        )
+        return resolve_namespace(context, None if given is None else perform(context, given))
 
     def _parameter_words(self, context: LaunchContext) -> list[str]:
         words: list[str] = []
@@ -119,10 +120,6 @@ class Node:
             else:
                 words += ["--params-file", str(parameter)]
         return words
-
-
-def _perform(context: LaunchContext, subs: Any) -> str:
-    return perform_substitutions(context, normalize_to_list_of_substitutions(subs))
 
 
 @public("launch_ros.descriptions.ros_executable")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from launcher import packages
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def _missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
-    """The error as one that launch files catch: a KeyError of ament_index_python's kind."""
+    """The error as launch files expect it: also ament_index_python's exception, or KeyError."""
     try:
         from ament_index_python.packages import PackageNotFoundError as AmentError
     except ImportError:
@@ -43,28 +44,19 @@ class IllFormedNameError(PackageNotFoundError, ValueError):
     ros_type = "ValueError"
 
 
-def _require_a_name(name: str) -> None:
+def _check_package_name(name: str) -> None:
     # REP 127 with the exceptions that it recommends
     if not re.fullmatch(r"[a-zA-Z0-9][a-zA-Z0-9_-]+", name, re.ASCII):
         raise IllFormedNameError(
             f"'{name}' is not a valid package name",
-            hint="a name has two or more letters, digits, '_' and '-', and begins with none of "
-            "these two",
+            hint="use two or more letters, digits, '_' or '-', and begin with a letter or a digit",
         )
 
 
-def _package_prefix(name: str) -> str:
-    _require_a_name(name)
+def _find(look_up: Callable[[str, Mapping[str, str]], Path], name: str) -> str:
+    _check_package_name(name)
     try:
-        return str(packages.package_prefix(name, os.environ))
-    except PackageNotFoundError as error:
-        raise _missing(error, name) from None
-
-
-def _share_directory(name: str) -> str:
-    _require_a_name(name)
-    try:
-        return str(packages.share_directory(name, os.environ))
+        return str(look_up(name, os.environ))
     except PackageNotFoundError as error:
         raise _missing(error, name) from None
 
@@ -106,7 +98,7 @@ class FindPackagePrefix(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        return _package_prefix(package_name)
+        return _find(packages.package_prefix, package_name)
 
 
 @public("launch_ros.substitutions.find_package")
@@ -115,7 +107,7 @@ class FindPackageShare(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        return _share_directory(package_name)
+        return _find(packages.share_directory, package_name)
 
 
 class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
@@ -127,8 +119,8 @@ class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
         ExecutableNotFoundError.__init__(self, error.message, hint=error.hint)
 
 
-def _program_elsewhere(package: str, executable: str) -> str:
-    """A program given with a folder: as in ROS 2, it is not looked for in the package at all."""
+def _executable_path(package: str, executable: str) -> str:
+    """The path of an executable given with a folder: as in ROS 2, not searched in the package."""
     libexec = packages.package_prefix(package, os.environ) / "lib" / package
     if libexec.is_dir() and os.path.isfile(executable) and os.access(executable, os.X_OK):
         return executable
@@ -145,7 +137,7 @@ class ExecutableInPackage(FindPackagePrefix):
     def __init__(self, executable: Any, package: Any) -> None:
         super().__init__(package)
         self.__executable = normalize_to_list_of_substitutions(executable)
-        # (package, executable) of the last `perform`, for renderings that show both.
+        # (package, executable) of the last `perform`, for plans.
         self._found: tuple[str, str] | None = None
 
     @classmethod
@@ -169,10 +161,10 @@ class ExecutableInPackage(FindPackagePrefix):
         executable = perform_substitutions(context, self.executable)
         package = perform_substitutions(context, self.package)
         self._found = (package, executable)
-        _require_a_name(package)
+        _check_package_name(package)
         try:
             if os.path.dirname(executable):
-                return _program_elsewhere(package, executable)
+                return _executable_path(package, executable)
             path: Path = packages.find_executable(package, executable, os.environ)
         except PackageNotFoundError as error:
             raise _missing(error, package) from None

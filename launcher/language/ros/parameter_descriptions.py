@@ -43,7 +43,7 @@ class ParameterValue:
 
     @property
     def value(self) -> Any:
-        """What was given; once evaluated, the value."""
+        """The value as given; after `evaluate` the result."""
         return self.__value if self.__evaluated is None else self.__evaluated
 
     @property
@@ -123,7 +123,7 @@ class ParameterFile:
 
     @property
     def param_file(self) -> Any:
-        """What was given; once evaluated, the path."""
+        """The file as given; after `evaluate` the path."""
         if self.__evaluated_param_file is not None:
             return self.__evaluated_param_file
         return self.__param_file

@@ -1,4 +1,4 @@
-"""Parameters as launch files give them, and as values: normalising and evaluating."""
+"""Normalises the parameters of launch files, and evaluates them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _SCALARS = (bool, int, float, str)
 
 
-# ---- normalising: what can be done without a context
+# ---- normalising, without a context
 
 
 def normalize_parameters(parameters: Any) -> tuple[Any, ...]:

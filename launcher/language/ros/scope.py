@@ -1,4 +1,4 @@
-"""What holds for all ROS nodes of a scope: namespace, parameters, remappings, log folder."""
+"""Settings for all ROS nodes of a scope: namespace, parameters, remappings, log folder."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PushROSNamespace(Action):
         return self.__namespace
 
     def execute(self, context: LaunchContext) -> None:
-        """Push it; SubstitutionFailure if the result is no namespace."""
+        """SubstitutionFailure if the resulting namespace is invalid."""
         pushed = perform_substitutions(context, self.namespace)
         previous = context.launch_configurations.get("ros_namespace", None)
         namespace = make_namespace_absolute(prefix_namespace(previous, pushed))
@@ -60,7 +60,7 @@ class PushROSNamespace(Action):
 
 
 def _shared_list(context: LaunchContext, key: str, action: Action) -> list[Any]:
-    """The list that all scopes share once it exists, as in ROS 2; made when there is none."""
+    """The list of a key, created if needed; nested scopes share it, as in ROS 2."""
     shared: list[Any] = context.launch_configurations.setdefault(key, [])
     if context._outer_configuration(key) is shared:
         ros2_quirks.setting_leaks(context, type(action).__name__, action._origin)
@@ -90,7 +90,6 @@ class SetParameter(Action):
         return next(iter(self.__param_dict.values()))
 
     def execute(self, context: LaunchContext) -> None:
-        """Add it to the parameters of the scope."""
         evaluated = evaluate_parameter_dict(context, self.__param_dict)
         _shared_list(context, "global_params", self).extend(evaluated.items())
 
@@ -105,7 +104,6 @@ class SetParametersFromFile(Action):
         self._input_file = normalize_to_list_of_substitutions(filename)
 
     def execute(self, context: LaunchContext) -> None:
-        """Add it to the parameters of the scope."""
         filename = perform_substitutions(context, self._input_file)
         _shared_list(context, "global_params", self).append(filename)
 
@@ -129,7 +127,6 @@ class SetRemap(Action):
         return self.__dst
 
     def execute(self, context: LaunchContext) -> None:
-        """Add it to the remappings of the scope."""
         rule = (perform_substitutions(context, self.src), perform_substitutions(context, self.dst))
         _shared_list(context, "ros_remaps", self).append(rule)
 
@@ -165,7 +162,7 @@ class SetUseSimTime(Action):
         return self.__value
 
     def execute(self, context: LaunchContext) -> None:
-        """Accept a bool only: ValueError otherwise, as rclpy has it."""
+        """ValueError unless the value is a bool, as in rclpy."""
         if not isinstance(self.value, bool):
             raise ValueError(f"Type 'Type.BOOL' and value '{self.value}' do not agree")
 
@@ -184,7 +181,7 @@ class Parameter(Substitution):
 
     @property
     def default(self) -> list[Substitution] | None:
-        """What stands in where there is no such parameter."""
+        """Used if the parameter does not exist."""
         return self.__default
 
     def describe(self) -> str:

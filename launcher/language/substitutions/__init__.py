@@ -1,1 +1,1 @@
-"""Substitutions, by what they look at: texts, configurations, environment, files, programs."""
+"""Substitutions (`launch.substitutions`)."""

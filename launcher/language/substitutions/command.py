@@ -1,4 +1,4 @@
-"""The output of a command as text."""
+"""Command: the output of a command."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _POLICIES = ("fail", "ignore", "warn", "capture")
 
 @public("launch.substitutions.command")
 class Command(Substitution):
-    """What a command writes to standard output; `on_stderr` decides about standard error.
+    """The standard output of a command; `on_stderr` is the policy for standard error.
 
-    `fail`: an error; `ignore`; `warn`: a warning; `capture`: part of the text.
+    `fail` raises, `ignore` drops it, `warn` logs it, `capture` adds it to the output.
     """
 
     def __init__(self, command: Any, *, on_stderr: Any = "fail") -> None:
@@ -58,11 +58,11 @@ class Command(Substitution):
             output = f"\nCaptured stderr output: {result.stderr}" if result.stderr else ""
             raise SubstitutionFailure(f"executed command failed. Command: {command}{output}")
         if result.stderr:
-            self._complain(context, command, result.stderr, policy)
+            self._report_stderr(context, command, result.stderr, policy)
         return result.stdout
 
     @staticmethod
-    def _complain(context: LaunchContext, command: str, stderr: str, policy: str) -> None:
+    def _report_stderr(context: LaunchContext, command: str, stderr: str, policy: str) -> None:
         message = (
             f"executed command showed stderr output. Command: {command}\n"
             f"Captured stderr output:\n{stderr}"

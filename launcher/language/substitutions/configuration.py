@@ -1,4 +1,4 @@
-"""Launch configurations and context locals as texts."""
+"""LaunchConfiguration and LocalSubstitution: values of the context."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class LaunchConfiguration(Substitution):
 
     @property
     def default(self) -> list[Substitution] | None:
-        """What stands in where there is no such configuration."""
+        """Used if the configuration does not exist."""
         return self.__default
 
     def describe(self) -> str:
@@ -59,7 +59,7 @@ class LaunchConfiguration(Substitution):
 
 
 def _as_text(item: Any) -> Substitution:
-    # Anything that is no substitution becomes its text: `default=5` is common.
+    # `default=5` is common.
     if isinstance(item, Substitution):
         return item
     return normalize_to_list_of_substitutions(str(item))[0]
@@ -67,7 +67,7 @@ def _as_text(item: Any) -> Substitution:
 
 @public("launch.substitutions.local_substitution")
 class LocalSubstitution(Substitution):
-    """A value that exists only for the event being handled: `event.returncode`, `x['key']`."""
+    """A value of the current event: `event.returncode`, `x['key']`."""
 
     def __init__(self, expression: str, description: str | None = None) -> None:
         ensure_argument_type(expression, str, "expression", "LocalSubstitution")
@@ -84,9 +84,9 @@ class LocalSubstitution(Substitution):
         return f"LocalVar('{text}')"
 
     def perform(self, context: LaunchContext) -> str:
-        """The value; whatever evaluating the expression raises."""
+        """The value; exceptions of the expression are passed on."""
         key = re.fullmatch(_KEYED, self.expression)
-        if key is not None:  # the common form, without the price of eval
+        if key is not None:  # the common form, faster than eval
             value: str = getattr(context.locals, key["name"])[key["key"]]
             return value
         return str(eval("context.locals." + self.expression, {"context": context}))

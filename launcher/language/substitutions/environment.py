@@ -1,4 +1,4 @@
-"""Environment variables as texts."""
+"""EnvironmentVariable: the value of an environment variable."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class EnvironmentVariable(Substitution):
 
     @property
     def default_value(self) -> list[Substitution] | None:
-        """What stands in where the variable is not set."""
+        """Used if the variable is not set."""
         return self.__default_value
 
     def describe(self) -> str:

@@ -1,4 +1,4 @@
-"""Paths: joined, of this launch file, of programs; the content of files; the log folder."""
+"""Substitutions for paths, programs and the content of files."""
 
 from __future__ import annotations
 
@@ -74,9 +74,6 @@ class _Joined(Substitution):
 class ThisLaunchFile(Substitution):
     """The path of the launch file that is being visited."""
 
-    def __init__(self) -> None:
-        super().__init__()
-
     def describe(self) -> str:
         return "ThisLaunchFile()"
 
@@ -90,9 +87,6 @@ class ThisLaunchFile(Substitution):
 class ThisLaunchFileDir(Substitution):
     """The folder of the launch file that is being visited."""
 
-    def __init__(self) -> None:
-        super().__init__()
-
     def describe(self) -> str:
         return "ThisLaunchFileDir()"
 
@@ -102,10 +96,10 @@ class ThisLaunchFileDir(Substitution):
         return _local(context, "current_launch_file_directory", "ThisLaunchFileDir")
 
 
-def _local(context: LaunchContext, key: str, who: str) -> str:
+def _local(context: LaunchContext, key: str, name: str) -> str:
     value = context.get_locals_as_dict().get(key)
     if value is None:
-        raise SubstitutionFailure(f"{who} used outside of a launch file (in a script)")
+        raise SubstitutionFailure(f"{name} used outside of a launch file (in a script)")
     return str(value)
 
 
@@ -163,9 +157,6 @@ class FileContent(Substitution):
 @public("launch.substitutions.launch_log_dir")
 class LaunchLogDir(Substitution):
     """The folder of this run's log files."""
-
-    def __init__(self) -> None:
-        super().__init__()
 
     def describe(self) -> str:
         return "LaunchLogDir()"

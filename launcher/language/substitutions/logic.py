@@ -1,4 +1,4 @@
-"""Truth values as texts: not, and, or, any, all, equality, and a choice between two texts."""
+"""Boolean substitutions, equality, and the choice between two texts."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class NotSubstitution(Substitution):
 
 
 class _TwoSided(Substitution):
-    """Base of substitutions of two values; both are always performed."""
+    """Base of substitutions of two values."""
 
     def __init__(self, left: Any, right: Any) -> None:
         self.__left = normalize_to_list_of_substitutions(left)
@@ -71,8 +71,10 @@ class _TwoSided(Substitution):
     def describe(self) -> str:
         return f"{type(self).__name__}({self.left} {self.right})"
 
-    def _truths(self, context: LaunchContext) -> list[bool]:
-        return [_truth(context, self.left), _truth(context, self.right)]
+
+def _truths(context: LaunchContext, *values: list[Substitution]) -> list[bool]:
+    """All values are performed; SubstitutionFailure if one is neither true nor false."""
+    return [_truth(context, value) for value in values]
 
 
 @public(_MODULE)
@@ -80,8 +82,7 @@ class AndSubstitution(_TwoSided):
     """Whether both values are true."""
 
     def perform(self, context: LaunchContext) -> str:
-        """`true` or `false`; SubstitutionFailure if a value is neither."""
-        return _text(all(self._truths(context)))
+        return _text(all(_truths(context, self.left, self.right)))
 
 
 @public(_MODULE)
@@ -89,12 +90,11 @@ class OrSubstitution(_TwoSided):
     """Whether one of the values is true."""
 
     def perform(self, context: LaunchContext) -> str:
-        """`true` or `false`; SubstitutionFailure if a value is neither."""
-        return _text(any(self._truths(context)))
+        return _text(any(_truths(context, self.left, self.right)))
 
 
 class _ManySided(Substitution):
-    """Base of substitutions of any number of truth values; all are performed."""
+    """Base of substitutions of any number of truth values."""
 
     def __init__(self, *args: Any) -> None:
         self.__args = [normalize_to_list_of_substitutions(arg) for arg in args]
@@ -106,17 +106,13 @@ class _ManySided(Substitution):
     def describe(self) -> str:
         return f"{type(self).__name__}({' '.join(str(arg) for arg in self.args)})"
 
-    def _truths(self, context: LaunchContext) -> list[bool]:
-        return [_truth(context, arg) for arg in self.args]
-
 
 @public(_MODULE)
 class AnySubstitution(_ManySided):
     """Whether at least one of the values is true."""
 
     def perform(self, context: LaunchContext) -> str:
-        """`true` or `false`; SubstitutionFailure if a value is neither."""
-        return _text(any(self._truths(context)))
+        return _text(any(_truths(context, *self.args)))
 
 
 @public(_MODULE)
@@ -124,16 +120,15 @@ class AllSubstitution(_ManySided):
     """Whether all of the values are true."""
 
     def perform(self, context: LaunchContext) -> str:
-        """`true` or `false`; SubstitutionFailure if a value is neither."""
-        return _text(all(self._truths(context)))
+        return _text(all(_truths(context, *self.args)))
 
 
 @public("launch.substitutions.equals_substitution")
 class EqualsSubstitution(_TwoSided):
-    """Whether two values are equal: as truth values or numbers where both are such."""
+    """Whether two values are equal; compared as truth values or numbers if both are."""
 
     def __init__(self, left: Any, right: Any) -> None:
-        super().__init__(_side(left), _side(right))
+        super().__init__(_normalize_operand(left), _normalize_operand(right))
 
     def perform(self, context: LaunchContext) -> str:
         left = perform_substitutions(context, self.left)
@@ -141,7 +136,7 @@ class EqualsSubstitution(_TwoSided):
         return _text(_equal(left, right))
 
 
-def _side(value: Any) -> list[Substitution]:
+def _normalize_operand(value: Any) -> list[Substitution]:
     if is_substitution(value):
         return normalize_to_list_of_substitutions(value)
     if value is None:
@@ -198,6 +193,6 @@ class IfElseSubstitution(Substitution):
         return f"IfElseSubstitution({', '.join(texts)})"
 
     def perform(self, context: LaunchContext) -> str:
-        """The chosen text; SubstitutionFailure if the condition is no truth value."""
+        """The chosen text; SubstitutionFailure if the condition is not a truth value."""
         chosen = self.if_value if _truth(context, self.condition) else self.else_value
         return perform_substitutions(context, chosen)

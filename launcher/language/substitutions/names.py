@@ -1,4 +1,4 @@
-"""Unique names, and loop variables."""
+"""AnonName, and the variables of ForEach and ForLoop."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class AnonName(Substitution):
 
 @public("launch.substitutions.for_loop_var")
 class ForEachVar(LocalSubstitution):
-    """The value of a field in the current turn of a ForEach."""
+    """The value of a field in the current iteration of a ForEach."""
 
     def __init__(self, name: Any, *, default_value: Any = None) -> None:
         super().__init__("for_each_values", description="for-each variable")
@@ -68,7 +68,7 @@ class ForEachVar(LocalSubstitution):
 
     @property
     def default_value(self) -> list[Substitution] | None:
-        """What stands in where the turn has no such field."""
+        """Used if the field set has no such field."""
         return self.__default_value
 
     def perform(self, context: LaunchContext) -> str:
@@ -82,7 +82,7 @@ class ForEachVar(LocalSubstitution):
 
 @public("launch.substitutions.for_loop_var")
 class ForLoopIndex(LocalSubstitution):
-    """The index in the current turn of a ForLoop."""
+    """The index in the current iteration of a ForLoop."""
 
     def __init__(self, name: Any) -> None:
         super().__init__("for_loop_index", description="for-loop index")

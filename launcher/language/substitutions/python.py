@@ -1,4 +1,4 @@
-"""Python expressions as texts."""
+"""PythonExpression: the value of a Python expression."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class PythonExpression(Substitution):
         return f"PythonExpr({expression}, [{modules}])"
 
     def perform(self, context: LaunchContext) -> str:
-        """The value as text; whatever the expression raises."""
+        """The value as text; exceptions of the expression are passed on."""
         names: dict[str, Any] = {}
         for subs in self.python_modules:
             module = importlib.import_module(perform_substitutions(context, subs))

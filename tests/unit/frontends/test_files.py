@@ -30,10 +30,10 @@ def test_every_suffix_loads_in_either_format(tmp_path: Path, name: str, text: st
         ("a.yaml", b"launch:\n - [", "a.yaml:2: expected the node content"),
         ("a.foo", b"<launch>", "a.foo:1: no element found"),
         ("a.foo", b"launch: [", "a.foo:1: expected the node content"),
-        ("a.xml", b"<launch>\xff</launch>", "is not UTF-8 text: byte 8"),
+        ("a.xml", b"<launch>\xff</launch>", "is not valid UTF-8 at byte 8"),
         ("a.xml", b'<?xml version="1.0" encoding="nope"?><launch/>', "nope"),
         ("a.yaml", b"", "a.yaml:1: a YAML launch file is a mapping"),
-        ("a.xml", b"<robot/>", "begins with 'launch', not with 'robot'"),
+        ("a.xml", b"<robot/>", "must be 'launch', not 'robot'"),
     ],
 )
 def test_broken_file_is_reported_with_its_line(

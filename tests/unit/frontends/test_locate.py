@@ -72,5 +72,5 @@ def test_a_name_that_two_packages_have_is_not_guessed(project, prefix):
     other = Path(prefix["AMENT_PREFIX_PATH"]) / "share/other/launch"
     other.mkdir(parents=True)
     (other / "till.launch.py").touch()
-    with pytest.raises(UsageError, match="found more than once"):
+    with pytest.raises(UsageError, match="is ambiguous"):
         locate(["till"], prefix)

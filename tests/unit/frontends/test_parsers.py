@@ -222,7 +222,7 @@ REFUSED = {
         "unknown type 'flaot'"
     ),
     '<node pkg="p" exec="e"><param name="n" value="1"><param name="m" value="2"/></param></node>': (
-        "neither a 'value'"
+        "cannot have a 'value'"
     ),
     '<node pkg="p" exec="e"><param name="n" value="1|x" value-sep="|"/></node>': "non-uniform",
     '<node pkg="p" exec="e"><param name="n" value="1" unit="m"/></node>': "no attribute 'unit'",
@@ -230,7 +230,7 @@ REFUSED = {
     '<node pkg="p" exec="e" respawn_delay="-1"/>': "negative",
     '<node pkg="p" exec="e" on_exit="restart"/>': "can only be 'shutdown'",
     "<executable cmd=\"ls '$(var a)'\"/>": "No closing quotation",
-    '<include file="f"><let name="n" value="v"/></include>': "has no meaning within <include>",
+    '<include file="f"><let name="n" value="v"/></include>': "is not allowed inside <include>",
     '<arg name="n" value="v"/>': "has no attribute 'value'",
     '<load_composable_node target="t"/>': "needs a nested tag <composable_node>",
     '<log message="$(find p)"/>': "unknown substitution",
@@ -341,7 +341,7 @@ def test_every_substitution_is_tested() -> None:
 def test_wrong_number_of_words_is_reported_with_the_right_one(text: str) -> None:
     with pytest.raises(FrontendError, match=r"has \d words") as caught:
         Parser().parse_substitution(text)
-    assert caught.value.hint is not None and caught.value.hint.startswith("it is written $(")
+    assert caught.value.hint is not None and caught.value.hint.startswith("usage: $(")
     assert caught.value.ros_type == "VisitError"
 
 

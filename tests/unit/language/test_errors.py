@@ -158,7 +158,7 @@ BROKEN = {
         "        return [OpaqueFunction(function=again)]\n"
         "    return LaunchDescription([OpaqueFunction(function=again)])\n",
         None,
-        "includes itself, or recurses without end",
+        "includes itself, or recurses endlessly",
         None,
     ),
 }

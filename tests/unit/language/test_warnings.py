@@ -71,7 +71,7 @@ def test_a_parameter_that_leaks_out_of_its_group_gives_a_warning():
     inside = GroupAction([SetParameter("b", 2)])
 
     assert warnings_of(SetParameter("a", 1), inside, GroupAction([])) == [
-        "SetParameter also holds after its group, because one outside of it came before"
+        "SetParameter also applies after its group, because of an earlier one outside"
     ]
 
 
