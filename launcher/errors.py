@@ -15,10 +15,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 
-from launcher.text import escape, suggest
-
-# Old names, until each room imports those of `launcher.text`.
-nearest, printable = suggest, escape
+from launcher.text import escape
 
 
 class ExitCode(enum.IntEnum):

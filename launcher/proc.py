@@ -18,6 +18,14 @@ ROOT = "/proc"  # tests have their own
 # Indices into `stat_fields`, for fields 3, 14, 15 and 22 of proc(5).
 STATE, USER_TICKS, SYSTEM_TICKS, START_TICKS = 0, 11, 12, 19
 
+_STATES = {
+    "D": "uninterruptible sleep",
+    "Z": "a zombie",
+    "T": "stopped",
+    "t": "traced",
+    "R": "running",
+    "S": "sleeping",
+}
 _BLOCK = 8192  # bytes; more than one block only for environments and tables of sockets
 
 
@@ -68,6 +76,25 @@ def is_alive(pid: int) -> bool:
 def is_suspended(pid: int) -> bool:
     """Whether the process was stopped by SIGSTOP, SIGTSTP or a debugger."""
     return state(pid) in ("T", "t")
+
+
+def describe_state(pid: int) -> str:
+    """`state D (uninterruptible sleep), in nfs_wait`; the place only where it can be read."""
+    letter = state(pid)
+    if not letter:
+        return "it has just ended"
+    place = read(pid, "wchan").decode("ascii", "replace").strip("\0\n 0")
+    where = f", in {place}" if place else ""
+    return f"state {letter} ({_STATES.get(letter, 'see man 5 proc')}){where}{_owner(pid)}"
+
+
+def _owner(pid: int) -> str:
+    """Whose it is, if that is why our signals have no effect (sudo)."""
+    try:
+        owner = os.stat(f"{ROOT}/{pid}").st_uid
+    except OSError:
+        return ""
+    return "" if os.geteuid() in (0, owner) else f", belongs to user {owner}, who may end it"
 
 
 def start_ticks(pid: int) -> int | None:

@@ -27,20 +27,20 @@ class Follower(Record):
 class Logs:
     """Reads the ring buffers of processes; taps them only while a client follows."""
 
-    def __init__(self, desk: RunControl) -> None:
-        self._desk = desk
+    def __init__(self, control: RunControl) -> None:
+        self._control = control
         self._followers: list[Follower] = []
-        desk.on_process = lambda process: self._listen()
+        control.on_process = lambda process: self._listen()
 
     def last(self, processes: Sequence[Process] | None, most: int) -> list[Item]:
         """The last lines in order of time; None stands for all processes and the launcher."""
         found: list[tuple[str | None, Block]] = []
         if processes is None:
-            processes = self._desk.processes
-            found += [(None, block) for block in self._desk.log.ring.last(most)]
+            processes = self._control.processes
+            found += [(None, block) for block in self._control.log.ring.last(most)]
         for process in processes:
             found += [(process.name, block) for block in process.ring.last(most)]
-        found.sort(key=lambda one: one[1].heard_s)
+        found.sort(key=lambda one: one[1].read_at_s)
         items: list[Item] = []
         size = 0
         for name, block in reversed(found):
@@ -66,8 +66,8 @@ class Logs:
     def _listen(self) -> None:
         """Tap the rings that are followed, and no others."""
         everybody = [one for one in self._followers if one.chosen is None]
-        _tap(self._desk.log.ring, None, everybody, self._tell)
-        for process in self._desk.processes:
+        _tap(self._control.log.ring, None, everybody, self._tell)
+        for process in self._control.processes:
             chosen = [
                 one
                 for one in self._followers
@@ -81,9 +81,9 @@ class Logs:
                 follower.exchange.item(item)
 
     def _items(self, name: str | None, block: Block) -> Iterable[Item]:
-        wall_s = time.time() - (self._desk.reactor.now() - block.heard_s)
+        wall_s = time.time() - (self._control.reactor.now() - block.read_at_s)
         stream = block.stream or None
-        clean = Block(block.stream, block.heard_s, for_terminal(block.lines))
+        clean = Block(block.stream, block.read_at_s, for_terminal(block.lines))
         for text in texts_of(clean):
             yield {"process": name, "stream": stream, "time": wall_s, "text": text}
 

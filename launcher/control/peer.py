@@ -20,7 +20,7 @@ HALF_CLOSED_CHECK_S = 1.0  # epoll does not report when a client closes the othe
 TOO_LONG = BadCallError("bad-request", f"a request is at most {REQUEST_LIMIT} bytes long")
 
 
-class ProcessQueue:
+class RequestQueue:
     """Orders the requests of one connection for the same process; bounded by MOST_OPEN."""
 
     def __init__(self, reactor: Reactor) -> None:
@@ -126,7 +126,7 @@ class Peer:
         serve: Callable[[Request, Exchange], None],
         on_close: Callable[[Peer], None],
     ) -> None:
-        self.queue = ProcessQueue(reactor)
+        self.queue = RequestQueue(reactor)
         self._reactor = reactor
         self._connection = connection
         self._fd = connection.fileno()

@@ -43,15 +43,15 @@ class Identity(Record):
 class Service:
     """One for a run: `serve(request, exchange)` answers now or when it has happened."""
 
-    def __init__(self, desk: RunControl, identity: Identity) -> None:
-        self._desk = desk
+    def __init__(self, control: RunControl, identity: Identity) -> None:
+        self._control = control
         self._identity = identity
-        self._logs = Logs(desk)
+        self._logs = Logs(control)
 
     def hello(self) -> dict[str, Any]:
         """The first line for each client."""
         identity = self._identity
-        log_path = self._desk.log_path
+        log_path = self._control.log_path
         return {
             "protocol": VERSION,
             "launcher": identity.launcher,
@@ -63,7 +63,7 @@ class Service:
                 "started": identity.started,
                 "log_dir": None if log_path is None else str(log_path),
                 "domain_id": _domain_id(identity.environment),
-                "processes": [process.name for process in self._desk.processes],
+                "processes": [process.name for process in self._control.processes],
             },
         }
 
@@ -85,14 +85,14 @@ class Service:
             # A fault of ours must not end a run of robots, only what somebody wanted to know.
             import traceback
 
-            self._desk.log.say("ERROR", "launch", traceback.format_exc().rstrip())
+            self._control.log.say("ERROR", "launch", traceback.format_exc().rstrip())
             exchange.fail(BadCallError("internal", f"'{verb}' failed; the log has more"))
 
     # ---- who is meant
 
     def _chosen(self, call: Call) -> list[Process]:
         """Those that are named; all of them where nobody is."""
-        everybody = self._desk.processes
+        everybody = self._control.processes
         if not call.names:
             return everybody
         places = resolve(call.names, [ProcessNames.of(process.spec) for process in everybody])
@@ -101,7 +101,7 @@ class Service:
     # ---- looking
 
     def _rows(self, call: Call) -> dict[str, Any]:
-        return {"processes": [status.row(self._desk, p) for p in self._chosen(call)]}
+        return {"processes": [status.row(self._control, p) for p in self._chosen(call)]}
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
         result = self._rows(call)
@@ -118,18 +118,18 @@ class Service:
         def look() -> None:
             if exchange.is_open:
                 exchange.item(self._rows(call))
-                self._desk.reactor.call_later(period_s, look)
+                self._control.reactor.call_later(period_s, look)
 
         look()
 
     def _do_info(self, call: Call, exchange: Exchange) -> None:
         base = self._identity.environment
-        found = [status.info(self._desk, process, base) for process in self._chosen(call)]
+        found = [status.info(self._control, process, base) for process in self._chosen(call)]
         text = [line for one in found for line in format.info_lines(one)]
         exchange.reply({"processes": found}, text)
 
     def _do_plan(self, call: Call, exchange: Exchange) -> None:
-        core = self._desk.core
+        core = self._control.core
         exchange.reply(core.plan(), core.plan_lines())
 
     def _do_help(self, call: Call, exchange: Exchange) -> None:
@@ -157,7 +157,7 @@ class Service:
         self._logs.follow(chosen, exchange)
 
     def _do_events(self, call: Call, exchange: Exchange) -> None:
-        journal = self._desk.log.events
+        journal = self._control.log.events
         history = journal.history() if call.options.get("history", True) else []
         if not call.options.get("follow"):
             exchange.reply_raw("events", history)
@@ -195,22 +195,22 @@ class Service:
             exchange.queue.take(process.name, functools.partial(begin, process), helps=helps)
 
     def _do_stop(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.stop)
+        self._each(call, exchange, self._control.process_control.stop)
 
     def _do_start(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.start)
+        self._each(call, exchange, self._control.process_control.start)
 
     def _do_restart(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.restart)
+        self._each(call, exchange, self._control.process_control.restart)
 
     def _do_pause(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.suspend)
+        self._each(call, exchange, self._control.process_control.suspend)
 
     def _do_resume(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.resume)
+        self._each(call, exchange, self._control.process_control.resume)
 
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
-        control = self._desk.process_control
+        control = self._control.process_control
         signum = call.options.get("signal")
         if signum is None:
             self._each(call, exchange, control.stop)
@@ -219,37 +219,37 @@ class Service:
 
     def _do_send(self, call: Call, exchange: Exchange) -> None:
         data = (call.options["text"] + "\n").encode(errors="surrogateescape")
-        control = self._desk.process_control
+        control = self._control.process_control
         self._each(call, exchange, lambda process, done: control.send(process, data, done))
 
     def _do_quit(self, call: Call, exchange: Exchange) -> None:
-        running = sum(process.child is not None for process in self._desk.processes)
-        self._desk.quit("somebody asked to quit")
+        running = sum(process.child is not None for process in self._control.processes)
+        self._control.quit("somebody asked to quit")
         what = "1 process" if running == 1 else f"{running or 'no'} processes"
         exchange.reply({"running": running}, [f"the run is being stopped: {what} to go"])
 
     # ---- what is shown
 
     def _do_mute(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.filters.mute(self._chosen(call)))
+        _show(call, exchange, self._control.filters.mute(self._chosen(call)))
 
     def _do_unmute(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.filters.unmute(self._chosen(call)))
+        _show(call, exchange, self._control.filters.unmute(self._chosen(call)))
 
     def _do_solo(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.filters.solo(self._chosen(call)))
+        _show(call, exchange, self._control.filters.solo(self._chosen(call)))
 
     def _do_level(self, call: Call, exchange: Exchange) -> None:
         word = call.options.get("level")
         if word is None:
-            _show(call, exchange, self._desk.filters.levels(self._chosen(call)))
+            _show(call, exchange, self._control.filters.levels(self._chosen(call)))
             return
         try:
             level = level_named(word)
         except ValueError as error:
             hint = "there are DEBUG, INFO, WARN, ERROR, FATAL, and ALL"
             raise BadCallError("bad-option", str(error), hint) from None
-        _show(call, exchange, self._desk.filters.level(level, self._chosen(call)))
+        _show(call, exchange, self._control.filters.level(level, self._chosen(call)))
 
     def _do_grep(self, call: Call, exchange: Exchange) -> None:
         text = call.options.get("pattern")
@@ -257,7 +257,7 @@ class Service:
             pattern = Pattern(text) if text else None
         except (re.error, ValueError, OverflowError, RecursionError) as error:
             raise BadCallError("bad-option", f"'{text}' is no pattern: {error}") from None
-        _show(call, exchange, self._desk.filters.grep(pattern, self._chosen(call)))
+        _show(call, exchange, self._control.filters.grep(pattern, self._chosen(call)))
 
 
 def _answer(exchange: Exchange, results: Sequence[Result]) -> None:
@@ -292,16 +292,16 @@ def _domain_id(environment: Mapping[str, str]) -> int | None:
     return int(text) if text.isdecimal() and len(text) < 10 else None
 
 
-def open_control(desk: RunControl, identity: Identity) -> Server | None:
+def open_control(control: RunControl, identity: Identity) -> Server | None:
     """Start the control server of a run; warns and returns None if there is no place for it."""
 
     def warn(text: str) -> None:
-        desk.log.say("WARNING", "launch", text)
+        control.log.say("WARNING", "launch", text)
 
-    service = Service(desk, identity)
+    service = Service(control, identity)
     try:
         return Server(
-            desk.reactor,
+            control.reactor,
             lambda: socket_directory.prepare(identity.run_id, os.environ, os.getuid()),
             hello=service.hello,
             serve=service.serve,

@@ -402,10 +402,10 @@ class ProcessMachine:
             return True
         if outcome.returncode < 0:
             return False  # of another signal: it crashed
-        # One that cleans up after a polite signal may end with any code.
-        patience_s = sum(wait_s for _, wait_s in self.stop.steps[:-1])
+        # A process that cleans up after a polite signal may exit with any code.
+        grace_s = self.stop.grace_s
         return any(
-            signum in POLITE and now - when <= patience_s for signum, when in self._sent.items()
+            signum in POLITE and now - when <= grace_s for signum, when in self._sent.items()
         )
 
     def _retries(self, outcome: Outcome, now: float) -> bool:

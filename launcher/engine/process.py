@@ -36,7 +36,7 @@ class Process:
         self.child: Child | None = None
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
-        self.view: LineFilter | None = None
+        self.filter: LineFilter | None = None
         self.last_end: Ended | None = None
         self.ended_wall_s = 0.0
         self.timer: Timer | None = None

@@ -92,7 +92,7 @@ class Result(Record):
 
 
 Done = Callable[[Result], None]
-Look = Callable[[], "Result | None"]
+ResultCheck = Callable[[], "Result | None"]
 
 
 class ProcessControl:
@@ -105,7 +105,7 @@ class ProcessControl:
         self._driver = driver
         self._log = log
         self._shutdown = shutdown
-        self._waiting: list[tuple[Look, Done]] = []
+        self._waiting: list[tuple[ResultCheck, Done]] = []
 
     # ---- stop and start
 
@@ -311,7 +311,7 @@ class ProcessControl:
         if self._waiting:
             self._reactor.call_later(0, self._look)
 
-    def _when(self, look: Look, done: Done) -> None:
+    def _when(self, look: ResultCheck, done: Done) -> None:
         """Call `done` when `look` has a result, which may be now."""
         result = look()
         if result is None:

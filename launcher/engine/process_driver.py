@@ -8,6 +8,7 @@ import os
 import signal
 import time
 
+from launcher import proc
 from launcher.engine.logs import messages
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import (
@@ -85,24 +86,22 @@ class ProcessDriver:
                 self._wake(process)
             case Escalate():
                 by_user = process.machine.is_held
-                self._log.tell(process, messages.escalated(process.name, action, by_user=by_user))
+                self._log.report(process, messages.escalated(process.name, action, by_user=by_user))
             case Stuck(waited_s=waited_s):
                 self._stuck(process, waited_s)
             case Ended():
                 self._ended(process, action)
 
     def _stuck(self, process: Process, waited_s: float) -> None:
-        from launcher.engine.posix.proc import describe_state
-
         pid = -1 if process.child is None else process.child.pid
-        how = describe_state(pid)
-        self._log.tell(process, messages.stuck(process.name, pid, waited_s, how))
+        how = proc.describe_state(pid)
+        self._log.report(process, messages.stuck(process.name, pid, waited_s, how))
         self._log.note("stuck", process, pid=pid, sleeps=how)
         self._listener.idle()
 
     def _cancel_start(self, process: Process, pacing: StartPacing) -> None:
         if pacing.withdraw(process):
-            self._log.tell(process, messages.start_cancelled())
+            self._log.report(process, messages.start_cancelled())
             self._log.note("withdrawn", process)
             self.advance(process, Command.START_CANCELLED)
             self._listener.cancelled(process)
@@ -122,7 +121,7 @@ class ProcessDriver:
             return
         if signum == signal.SIGKILL:
             self._listener.before_kill()
-        self._log.tell(process, messages.signalled(process.name, signum))
+        self._log.report(process, messages.signalled(process.name, signum))
         self._log.note("signal", process, pid=process.child.pid, signal=int(signum))
         process.child.signal_group(signum)
 
@@ -138,7 +137,7 @@ class ProcessDriver:
             process.child.write_stdin(data)
         except OSError as error:
             text = f"cannot write to its standard input: {os.strerror(error.errno or 0)}"
-            self._log.tell(process, messages.Line("WARNING", text))
+            self._log.report(process, messages.Line("WARNING", text))
 
     def release(self, process: Process) -> None:
         """Forget the child and close what belongs to it."""
@@ -178,7 +177,7 @@ class ProcessDriver:
             self._reactor.add_reader(child.status, left)
 
     def _refused(self, process: Process, number: int, what: str) -> None:
-        self._log.tell(process, messages.not_started(process.spec, number, what))
+        self._log.report(process, messages.not_started(process.spec, number, what))
         reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
         self._log.note("not started", process, reason=reason)
         self.advance(process, SpawnError(number, what))
@@ -191,7 +190,7 @@ class ProcessDriver:
             self._runs(process, child)
 
     def _runs(self, process: Process, child: Child) -> None:
-        self._log.tell(process, messages.started(child.pid))
+        self._log.report(process, messages.started(child.pid))
         restarts = process.machine.restarts
         self._log.note("started", process, pid=child.pid, restarts=restarts)
         self.advance(process, Command.STARTED)
@@ -234,7 +233,7 @@ class ProcessDriver:
         returncode = end.outcome.returncode
         if returncode is not None:
             by_user = process.machine.is_held
-            self._log.tell(process, messages.ended(process.spec, pid, end, by_user=by_user))
+            self._log.report(process, messages.ended(process.spec, pid, end, by_user=by_user))
             self._log.note(
                 "ended",
                 process,
@@ -243,19 +242,19 @@ class ProcessDriver:
                 asked=end.asked,
                 restart_in_s=end.retry_in_s,
             )
-        self._tell_what_follows(process, end)
+        self._report_restart(process, end)
         self.release(process)
         self._listener.ended(process, pid, end)
 
-    def _tell_what_follows(self, process: Process, end: Ended) -> None:
+    def _report_restart(self, process: Process, end: Ended) -> None:
         machine = process.machine
         if end.retry_in_s:
             line = messages.restarts_in(
                 end.retry_in_s, machine.restarts, machine.restart.max_restarts
             )
-            self._log.tell(process, line)
+            self._log.report(process, line)
         if machine.state is ProcessState.FATAL and machine.restarts:
-            self._log.tell(process, messages.gave_up(machine.restart, machine.restarts))
+            self._log.report(process, messages.gave_up(machine.restart, machine.restarts))
 
 
 def _culprit(process: Process, error: OSError) -> str:

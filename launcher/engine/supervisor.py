@@ -17,7 +17,7 @@ from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command, Ended
 from launcher.engine.output.reader import OutputReader
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child, set_close_on_exec, spawn, terminal_size_beside
 from launcher.engine.process import Process, child_environment, with_printable_name
@@ -52,7 +52,7 @@ class Supervisor:
         *,
         env: Mapping[str, str],
         reactor: Reactor,
-        screen: Screen,
+        screen: StdoutWriter,
         run_id: str,
         run_path: Path | None = None,
         options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
@@ -260,13 +260,13 @@ class Supervisor:
 
     def started(self, process: Process, pid: int) -> None:
         self._core_driver.feed(ProcessStarted(process_id=process.process_id, pid=pid))
-        self._tell_control()
+        self._notify_control()
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
-        self._tell_control()
+        self._notify_control()
         outcome, returncode = end.outcome, end.outcome.returncode
         if returncode is not None and returncode < 0:
-            self._housekeeper.died_by_signal()
+            self._housekeeper.killed()
         self._shutdown.ended(process, end, is_required=self._options.is_required(process.spec))
         will_restart = end.retry_in_s is not None or process.machine.is_held
         if returncode is None:
@@ -303,9 +303,9 @@ class Supervisor:
 
     def idle(self) -> None:
         self._shutdown.idle()
-        self._tell_control()
+        self._notify_control()
 
-    def _tell_control(self) -> None:
+    def _notify_control(self) -> None:
         if self._control is not None:
             self._control.process_control.changed()
 

@@ -103,11 +103,11 @@ class RestartPolicy(Record):
         return delay_s * (1.0 + self.jitter * chance)
 
 
-KILL_PATIENCE_S = 5.0  # a process that exists after that is in uninterruptible sleep
+AFTER_KILL_S = 5.0  # a process that exists after that is in uninterruptible sleep
 
 
 class StopPolicy(Record):
-    """The way from a polite request to SIGKILL; ROS 2's `sigterm_timeout`, `sigkill_timeout`.
+    """The signals that stop a process, up to SIGKILL; ROS 2's `sigterm_timeout`, `sigkill_timeout`.
 
     `sigterm_timeout_s` is the time from SIGINT to SIGTERM, `sigkill_timeout_s` that from SIGTERM
     to SIGKILL, in seconds. `polite` replaces both: (signal, seconds until the next) in order.
@@ -126,7 +126,12 @@ class StopPolicy(Record):
                 (signal.SIGINT, self.sigterm_timeout_s),
                 (signal.SIGTERM, self.sigkill_timeout_s),
             )
-        return (*polite, (signal.SIGKILL, KILL_PATIENCE_S))
+        return (*polite, (signal.SIGKILL, AFTER_KILL_S))
+
+    @property
+    def grace_s(self) -> float:
+        """Seconds until SIGKILL."""
+        return sum(wait_s for _, wait_s in self.steps[:-1])
 
 
 class ParameterSource(Record):

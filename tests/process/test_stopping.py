@@ -137,7 +137,7 @@ def test_a_daemon_of_a_process_that_ended_by_itself_ends_with_the_run(bench: Ben
     done = bench.run('sh("setsid -f sleep 1000 >/dev/null 2>&1")')
     assert done.returncode == 0
     # It may be caught before it has become `sleep`.
-    assert re.search(rb"stopping what processes left behind: (sleep|setsid) \[\d+\]", done.stdout)
+    assert re.search(rb"stopping leftover processes: (sleep|setsid) \[\d+\]", done.stdout)
     assert bench.survivors() == []
 
 

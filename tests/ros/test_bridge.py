@@ -204,7 +204,7 @@ def test_the_run_ends_as_if_the_bridge_were_not_there(domain, tmp_path, monitor:
         assert run.exit_code() == 1
         assert not Path(f"/proc/{pid}").exists()
         assert not list(Path(domain["XDG_RUNTIME_DIR"]).rglob("*.graph"))
-        assert "left behind" not in run.screen
+        assert "leftover processes" not in run.screen
 
 
 @pytest.mark.thorough

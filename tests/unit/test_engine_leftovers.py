@@ -1,10 +1,10 @@
-"""How patient the launcher is with what processes left behind."""
+"""The stop policy for leftover processes."""
 
 import signal
 
 import pytest
 
-from launcher.engine.cleanup.leftovers import patience_for
+from launcher.engine.cleanup.leftovers import stop_policy_for
 from launcher.model.spec import StopPolicy
 
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
@@ -23,5 +23,5 @@ KILLED = StopPolicy(polite=())
         ([StopPolicy(polite=((HUP, 2.0), (TERM, 9.0)))], ((HUP, 2.0), (TERM, 5.0))),
     ],
 )
-def test_it_is_that_of_the_most_patient_process_within_limits(policies, polite):
-    assert patience_for(policies).steps[:-1] == polite
+def test_it_is_the_longest_of_all_processes_within_limits(policies, polite):
+    assert stop_policy_for(policies).steps[:-1] == polite

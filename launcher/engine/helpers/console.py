@@ -18,7 +18,7 @@ import termios
 from collections.abc import Callable
 
 from launcher.engine.helpers.popen import last_line, wait_or_kill
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 
 READY, GO, BYE = b"R", b"G", b"B"
@@ -45,7 +45,7 @@ def _in_foreground() -> bool:
 class ConsoleProcess:
     """Starts the console, and restores the terminal after its end. `warn` is called on failure."""
 
-    def __init__(self, reactor: Reactor, screen: Screen, warn: Callable[[str], None]) -> None:
+    def __init__(self, reactor: Reactor, screen: StdoutWriter, warn: Callable[[str], None]) -> None:
         self._reactor = reactor
         self._screen = screen
         self._warn = warn

@@ -67,7 +67,7 @@ class BridgeProcess:
             os.close(self._errors)
             self._warn(f"this run is not visible in ROS: cannot start its bridge: {error.strerror}")
             return
-        self._housekeeper.attend(self._process.pid)
+        self._housekeeper.add_helper(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
         self._reactor.add_reader(self._pidfd, self._died)
 
@@ -75,7 +75,7 @@ class BridgeProcess:
         assert self._process is not None
         code = self._process.wait()
         if code < 0:
-            self._housekeeper.died_by_signal()
+            self._housekeeper.killed()
         line = last_line(self._errors)
         reason = f": {line}" if line else ""
         self._forget()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from launcher.engine.logs.event_log import EventLog
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.output.lines import LogRing
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class RunLog:
     """What the supervisor itself reports; `ring` holds the last of its lines."""
 
-    def __init__(self, reactor: Reactor, screen: Screen, directory: RunDirectory) -> None:
+    def __init__(self, reactor: Reactor, screen: StdoutWriter, directory: RunDirectory) -> None:
         self._reactor = reactor
         self._screen = screen
         self._directory = directory
@@ -34,7 +34,7 @@ class RunLog:
     def warn(self, text: str) -> None:
         self.say("WARNING", "launch", text)
 
-    def tell(self, process: Process, line: Line) -> None:
+    def report(self, process: Process, line: Line) -> None:
         self.say(line.level, process.name, line.text)
 
     def keep_up(self) -> None:

@@ -48,7 +48,7 @@ class Housekeeper:
         self._judge = judge
         self._sampler: Sampler | None = None
         self._ledger = Ledger(run_id)  # before the processes make anything
-        self._has_dead = False
+        self._has_killed = False
         self._timer: Timer | None = None
         self._first_tick_s = 0.0
         self.samples: dict[str, Sample] = {}
@@ -60,7 +60,7 @@ class Housekeeper:
     def _warm_up(self) -> None:
         """Import what the ticks need, which takes longer than any of them."""
         left_s = self._first_tick_s - self._reactor.now()
-        if left_s > WARM_UP_S and self._reactor.now() - self._reader.heard_s < WARM_UP_S:
+        if left_s > WARM_UP_S and self._reactor.now() - self._reader.read_at_s < WARM_UP_S:
             self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
             return
         from launcher.engine.monitor.resources import Sampler
@@ -75,13 +75,13 @@ class Housekeeper:
         """Note what processes hold, right before a SIGKILL, to free it afterwards."""
         self._ledger.note()
 
-    def attend(self, pid: int) -> None:
+    def add_helper(self, pid: int) -> None:
         """Free the shared memory of this helper process, too."""
-        self._ledger.attendants.add(pid)
+        self._ledger.helper_pids.add(pid)
 
-    def died_by_signal(self) -> None:
+    def killed(self) -> None:
         """A process ended without cleaning up after itself."""
-        self._has_dead = True
+        self._has_killed = True
 
     def close(self) -> None:
         if self._timer is not None:
@@ -129,8 +129,8 @@ class Housekeeper:
                 self._listener.over_budget(by_name[verdict.process], verdict)
 
     def _free(self) -> None:
-        if self._has_dead:
-            self._has_dead = False
+        if self._has_killed:
+            self._has_killed = False
             freed = self._ledger.free()
             if freed:
                 text = f"freed {freed / 1e6:.1f} MB of shared memory that dead nodes left"

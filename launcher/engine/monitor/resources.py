@@ -96,7 +96,7 @@ class Sampler:
         self._psutil = psutil
         self._members: dict[int, _Member] = {}
         self._last_s: dict[int, float] = {}
-        self._looked_s = -RECENT_S
+        self._polled_s = -RECENT_S
 
     def steps(self, pids: Iterable[int], clock: Callable[[], float]) -> Steps:
         """A sample for each of `pids` that is alive, in steps of at most one look at one process.
@@ -107,8 +107,8 @@ class Sampler:
         """
         sessions = yield from _sessions(frozenset(pids))
         now = clock()
-        yield from self._keep(sessions, now, is_recent=now - self._looked_s < RECENT_S)
-        self._looked_s = now
+        yield from self._keep(sessions, now, is_recent=now - self._polled_s < RECENT_S)
+        self._polled_s = now
         yield from self._refresh_uss(clock())
         samples, read_s = {}, {}
         for root, session in sessions.items():

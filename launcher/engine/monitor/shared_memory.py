@@ -68,11 +68,6 @@ def stale(*, folder: Path = FOLDER, now_s: float | None = None) -> list[Stale]:
     ]
 
 
-def clean(items: Iterable[Stale], *, folder: Path = FOLDER) -> int:
-    """Free what `stale()` found, each tested again under its lock; the bytes that were freed."""
-    return free((item.name for item in items), folder=folder)
-
-
 def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
     """Free those of these segments and ports that are not used; the bytes that were freed.
 
@@ -106,13 +101,13 @@ class Ledger:
     processor has been idle or switched once; `keep_up` calls it only if files are new. `free` reads
     the mappings of every participant on the machine (0.3 ms each). Grandchildren and daemons
     count, since they carry the run id, too. What dies before the first look is missed; `doctor
-    --fix` finds that. `attendants` are pids that count as ours without the run id.
+    --fix` finds that. `helper_pids` are pids that count as ours without the run id.
     """
 
     def __init__(self, run_id: str, *, folder: Path = FOLDER) -> None:
         self._run_id = run_id
         self._folder = folder
-        self.attendants: set[int] = set()
+        self.helper_pids: set[int] = set()
         self._ours: set[str] = set()
         self._seen: dict[str, int] = {}
         self._files = _lock_files(folder)
@@ -146,7 +141,7 @@ class Ledger:
             self._seen = now
 
     def _is_ours(self, pid: int) -> bool:
-        return pid in self.attendants or run_id_of(pid) == self._run_id
+        return pid in self.helper_pids or run_id_of(pid) == self._run_id
 
     def free(self) -> int:
         """Free what our dead processes left; the bytes. What still lives stays noted."""

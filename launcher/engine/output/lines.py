@@ -167,14 +167,14 @@ LIMIT_BLOCKS = 1000  # a process that writes line by line makes a block of each
 class Block:
     """Whole lines of one stream (`stdout`, `stderr`, `both`), and when they were read.
 
-    `heard_s` is on the monotonic clock. Not a Record: one is made for every read.
+    `read_at_s` is on the monotonic clock. Not a Record: one is made for every read.
     """
 
-    __slots__ = ("heard_s", "lines", "stream")
+    __slots__ = ("lines", "read_at_s", "stream")
 
-    def __init__(self, stream: str, heard_s: float, lines: bytes) -> None:
+    def __init__(self, stream: str, read_at_s: float, lines: bytes) -> None:
         self.stream = stream
-        self.heard_s = heard_s
+        self.read_at_s = read_at_s
         self.lines = lines
 
 
@@ -188,9 +188,9 @@ class LogRing:
         self._bytes = 0
         self.tap: Callable[[Block], None] | None = None
 
-    def append(self, stream: str, heard_s: float, lines: bytes) -> None:
+    def append(self, stream: str, read_at_s: float, lines: bytes) -> None:
         """Append a block, and drop the oldest beyond the limits."""
-        block = Block(stream, heard_s, lines)
+        block = Block(stream, read_at_s, lines)
         blocks = self._blocks
         blocks.append(block)
         self._bytes += len(lines)
@@ -208,7 +208,7 @@ class LogRing:
                 break
             lines = block.lines[:-1].split(b"\n")[-missing:]
             missing -= len(lines)
-            found.append(Block(block.stream, block.heard_s, b"\n".join(lines) + b"\n"))
+            found.append(Block(block.stream, block.read_at_s, b"\n".join(lines) + b"\n"))
         return found[::-1]
 
     def texts(self, most: int) -> list[str]:

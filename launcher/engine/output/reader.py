@@ -8,30 +8,30 @@ from collections.abc import Collection
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.machine import ProcessState
 from launcher.engine.output.lines import LineBuffer
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.listener import RunListener
-PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
+PARTIAL_LINE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
 # While others write much, a silent process may simply not have been scheduled.
-BUSY_PATIENCE_S = 1.0
+BUSY_PARTIAL_LINE_S = 1.0
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
 
 
 class Stream:
     """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`."""
 
-    __slots__ = ("buffer", "gate", "heard_s", "name", "shown")
+    __slots__ = ("buffer", "gate", "name", "read_at_s", "shown")
 
     def __init__(self, name: str, *, shown: bool) -> None:
         from launcher.engine.output.tracebacks import TracebackGate  # the child runs already
 
         self.name = name
         self.shown = shown
-        self.heard_s = 0.0  # when it last wrote, on the monotonic clock
+        self.read_at_s = 0.0  # when it last wrote, on the monotonic clock
         self.buffer = LineBuffer()
         self.gate = TracebackGate()
 
@@ -44,14 +44,14 @@ class Stream:
 class OutputReader:
     """Reads the streams of running processes. `processes` is the live collection of them.
 
-    It pauses while the screen cannot follow: the pipes fill, and the children block. `heard_s` is
+    It pauses while the screen cannot follow: the pipes fill, and the children block. `read_at_s` is
     when anything was read last, on the monotonic clock.
     """
 
     def __init__(
         self,
         reactor: Reactor,
-        screen: Screen,
+        screen: StdoutWriter,
         directory: RunDirectory,
         processes: Collection[Process],
         listener: RunListener,
@@ -62,7 +62,7 @@ class OutputReader:
         self._processes = processes
         self._listener = listener
         self._paused = False
-        self.heard_s = 0.0
+        self.read_at_s = 0.0
         screen.on_pressure = self._pause
 
     def attach(self, process: Process) -> None:
@@ -111,7 +111,7 @@ class OutputReader:
         if chunk is None:
             return 0
         stream = process.streams[fd]
-        self.heard_s = stream.heard_s = self._reactor.now()
+        self.read_at_s = stream.read_at_s = self._reactor.now()
         if not chunk:
             self._finish(process, fd, stream)
             self._reactor.remove(fd)
@@ -130,7 +130,7 @@ class OutputReader:
     def _deliver(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
-        process.ring.append(stream.name, stream.heard_s, lines)
+        process.ring.append(stream.name, stream.read_at_s, lines)
         if stream.shown:  # before the files: a user waits for it
             stopping = process.machine.state is ProcessState.STOPPING
             passed = stream.gate.feed(lines, stopping=stopping)
@@ -142,8 +142,8 @@ class OutputReader:
     def _show(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
-        if process.view is not None:
-            chosen = process.view.choose(fd, lines)
+        if process.filter is not None:
+            chosen = process.filter.choose(fd, lines)
             self._screen.end_partial(stream)
             if not chosen:
                 return
@@ -163,7 +163,7 @@ class OutputReader:
 
     def _expect_end(self, process: Process) -> None:
         show = functools.partial(self._show_what_waits, process)
-        process.idle_timer = self._reactor.call_later(PATIENCE_S, show)
+        process.idle_timer = self._reactor.call_later(PARTIAL_LINE_S, show)
 
     def _show_what_waits(self, process: Process) -> None:
         process.idle_timer = None
@@ -178,7 +178,7 @@ class OutputReader:
             if stream.gate.holds:
                 self._show(process, fd, stream, stream.gate.flush())
             buffer = stream.buffer
-            if buffer.partial and process.view is None:
+            if buffer.partial and process.filter is None:
                 buffer.shown = self._screen.write_partial(
                     stream, process.prefix, buffer.partial, buffer.shown
                 )
@@ -188,6 +188,6 @@ class OutputReader:
         if self._paused:
             return False
         now = self._reactor.now()
-        is_busy = now - self.heard_s < PATIENCE_S
+        is_busy = now - self.read_at_s < PARTIAL_LINE_S
         # A timer may come a little early, by the granularity of the clock.
-        return now - stream.heard_s >= (BUSY_PATIENCE_S if is_busy else PATIENCE_S * 0.99)
+        return now - stream.read_at_s >= (BUSY_PARTIAL_LINE_S if is_busy else PARTIAL_LINE_S * 0.99)

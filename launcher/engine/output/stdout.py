@@ -46,7 +46,7 @@ def passes_colour(fd: int, env: Mapping[str, str]) -> bool:
     return env.get("RCUTILS_COLORIZED_OUTPUT") == "1" or wants_colour(fd, env)
 
 
-class Screen:
+class StdoutWriter:
     """Writes whole blocks to a descriptor, never blocks, and queues what could not be written.
 
     `colour` is for our own lines, `plain` removes that of processes. `on_pressure(True)` is called

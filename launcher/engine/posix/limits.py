@@ -18,7 +18,7 @@ _SCRIPT = Path(__file__).with_name("limits_exec.py")
 _COERCED = "LC_CTYPE"  # which Python sets where the locale is C, and the program would inherit
 
 
-def words_before(limits: Limits, status: int, env: Mapping[str, str]) -> list[str]:
+def command_prefix(limits: Limits, status: int, env: Mapping[str, str]) -> list[str]:
     """The words in front of a command that let it start within the limits.
 
     `status` is the descriptor that closes when the program is there; `env` is the program's.

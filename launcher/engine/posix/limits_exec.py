@@ -26,7 +26,7 @@ def main() -> None:
     setting = ""
     try:
         for setting in sys.argv[2:end]:
-            take_on(setting)
+            apply(setting)
         setting = ""
         for signum in (_signal.SIGPIPE, _signal.SIGXFSZ):
             _signal.signal(signum, _signal.SIG_DFL)  # the interpreter ignores them
@@ -40,7 +40,7 @@ def main() -> None:
     os._exit(FAILED)
 
 
-def take_on(setting: str) -> None:
+def apply(setting: str) -> None:
     """Set one limit; OSError or ValueError if the system refuses."""
     name, _, text = setting.partition("=")
     if name == "unset":

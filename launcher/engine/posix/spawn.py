@@ -256,13 +256,13 @@ def spawn(
         ours[stdin_write] = "stdin"
         command, status, inherited = _command(spec), -1, tuple[int, ...]()
         if spec.limits is not None:
-            from launcher.engine.posix.limits import words_before
+            from launcher.engine.posix.limits import command_prefix
 
             status, write_end = os.pipe()
             ours[status] = "status"
             theirs.append(write_end)
             inherited = (write_end,)
-            command = (*words_before(spec.limits, write_end, env), *command)
+            command = (*command_prefix(spec.limits, write_end, env), *command)
         keep_free(max(*theirs, *ours), FOR_PROCESSES)
         pid = execute(
             command,
