@@ -1,4 +1,4 @@
-"""The last lines of processes, and new ones for those who follow."""
+"""The verb `logs`: the last lines of processes, and new lines for clients that follow."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from launcher.engine.run_control import RunControl
 from launcher.model.record import Record
 
 Item = dict[str, Any]
-ANSWER_BYTES = 1024 * 1024  # of lines in one answer, so that making it keeps nobody waiting
+ANSWER_BYTES = 1024 * 1024  # of lines in one answer: it is made in one pass of the loop
 
 
 class Follower(Record):
-    """A client that follows; `chosen` are process ids, None stands for all and the launcher."""
+    """A client that follows `chosen` process ids; None: all processes and the launcher."""
 
     exchange: Exchange
     chosen: frozenset[int] | None
 
 
 class Logs:
-    """Reads the ring buffers of processes; taps them only while a client follows."""
+    """Reads the ring buffers of processes; subscribes to them only while a client follows."""
 
     def __init__(self, control: RunControl) -> None:
         self._control = control
         self._followers: list[Follower] = []
-        control.on_process = lambda process: self._listen()
+        control.on_process = lambda process: self._subscribe()
 
     def last(self, processes: Sequence[Process] | None, most: int) -> list[Item]:
-        """The last lines in order of time; None stands for all processes and the launcher."""
+        """The last lines in order of time; None: of all processes and the launcher."""
         found: list[tuple[str | None, Block]] = []
         if processes is None:
             processes = self._control.processes
@@ -58,24 +58,27 @@ class Logs:
 
         def leave() -> None:
             self._followers = [one for one in self._followers if one is not follower]
-            self._listen()
+            self._subscribe()
 
         exchange.on_end = leave
-        self._listen()
+        self._subscribe()
 
-    def _listen(self) -> None:
-        """Tap the rings that are followed, and no others."""
-        everybody = [one for one in self._followers if one.chosen is None]
-        _tap(self._control.log.ring, None, everybody, self._tell)
+    def _subscribe(self) -> None:
+        """Subscribe to the rings that are followed, and to no others."""
+        of_all = [one for one in self._followers if one.chosen is None]
+        self._set_tap(self._control.log.ring, None, of_all)
         for process in self._control.processes:
-            chosen = [
+            followers = [
                 one
                 for one in self._followers
                 if one.chosen is None or process.process_id in one.chosen
             ]
-            _tap(process.ring, process.name, chosen, self._tell)
+            self._set_tap(process.ring, process.name, followers)
 
-    def _tell(self, name: str | None, followers: Sequence[Follower], block: Block) -> None:
+    def _set_tap(self, ring: LogRing, name: str | None, followers: list[Follower]) -> None:
+        ring.tap = partial(self._send, name, followers) if followers else None
+
+    def _send(self, name: str | None, followers: Sequence[Follower], block: Block) -> None:
         for item in self._items(name, block):
             for follower in followers:
                 follower.exchange.item(item)
@@ -86,7 +89,3 @@ class Logs:
         clean = Block(block.stream, block.read_at_s, for_terminal(block.lines))
         for text in texts_of(clean):
             yield {"process": name, "stream": stream, "time": wall_s, "text": text}
-
-
-def _tap(ring: LogRing, name: str | None, followers: list[Follower], tell: Any) -> None:
-    ring.tap = partial(tell, name, followers) if followers else None

@@ -57,7 +57,7 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
 
 
 def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
-    """A process in `info`; its environment is compared with `base`."""
+    """A process in `info`; `base` is the environment that its own is compared with."""
     spec, ros, logs = process.spec, process.spec.ros, control.log_path
     return {
         **row(control, process),

@@ -83,7 +83,7 @@ def test_only_lines_with_a_pattern_are_shown(steering: SteeringBench):
             run.tell("send", "cat", text=line)
         run.wait_for("[cat-1] task 7\n")
         assert "nothing" not in run.screen
-        with pytest.raises(RefusedError, match="is no pattern") as refused:
+        with pytest.raises(RefusedError, match="invalid pattern") as refused:
             run.tell("grep", pattern="(")
         assert refused.value.code == "bad-option"
 
@@ -179,7 +179,7 @@ def test_level_alone_tells_what_is_shown(run: Steered):
     run.tell("level", level="WARN")
     assert run.tell("level") == "cat-1 is shown with WARN and above"
     assert (
-        run.tell("grep", pattern="task") == "cat-1 is shown with only those lines that have 'task'"
+        run.tell("grep", pattern="task") == "cat-1 is shown with only those lines that match 'task'"
     )
 
 

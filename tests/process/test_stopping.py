@@ -94,7 +94,7 @@ def test_nothing_more_starts_when_a_person_ends_the_run(bench: Bench):
     terminal.wait_for("ready")
     bench.ask_run(terminal.pid, "quit")
     assert terminal.exit_code() == 0
-    assert "told: somebody asked to quit" in terminal.text
+    assert "told: quit requested by a user" in terminal.text
     assert "next" not in terminal.text
     assert bench.survivors() == []
 
