@@ -1,4 +1,4 @@
-"""ProcessDriver: carries out what the machine of each process decides, and feeds it events."""
+"""Carries out the actions of the state machine of each process, and feeds it events."""
 
 from __future__ import annotations
 
@@ -61,13 +61,13 @@ class ProcessDriver:
         return self._oom is not None and self._oom.has_struck()
 
     def pace(self, *, stagger_s: float, most: int | None) -> None:
-        """From now on queue the starts, as `StartPacing` has it."""
+        """From now on queue the starts; see `StartPacing`."""
         from launcher.engine.start_pacing import StartPacing
 
         self._pacing = StartPacing(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
 
     def advance(self, process: Process, event: MachineEvent) -> None:
-        """Feed the machine, do what it returns, and wake it at its deadline."""
+        """Feed the state machine, carry out its actions, and set a timer for its deadline."""
         for action in process.machine.handle(event, self._reactor.now()):
             self._do(process, action)
         if self._pacing is not None and process.machine.state is ProcessState.STOPPING:
@@ -108,9 +108,9 @@ class ProcessDriver:
             self._listener.idle()
 
     def signal(self, process: Process, signum: int, *, by_user: bool = False) -> None:
-        """Send a signal to the group of a process, if it lives.
+        """Send a signal to the group of a process, if it is running.
 
-        An end by a signal `by_user` counts as asked for, and is not followed by a restart.
+        An exit by a signal `by_user` counts as requested, and is not followed by a restart.
         """
         if process.child is not None:
             self._signal(process, signum)
@@ -130,7 +130,7 @@ class ProcessDriver:
             process.child.signal_group(signal.SIGCONT)
 
     def write_stdin(self, process: Process, data: bytes) -> None:
-        """Hand data to the standard input of a process, if it lives and reads."""
+        """Write to the standard input of a process, if it is running; warn if it does not read."""
         if process.child is None:
             return
         try:
@@ -140,7 +140,7 @@ class ProcessDriver:
             self._log.report(process, messages.Line("WARNING", text))
 
     def release(self, process: Process) -> None:
-        """Forget the child and close what belongs to it."""
+        """Close the child and its descriptors."""
         if process.child is not None:
             self._reader.detach(process)
             self._reactor.remove(process.child.pidfd)
@@ -183,7 +183,7 @@ class ProcessDriver:
         self.advance(process, SpawnError(number, what))
 
     def _limits_applied(self, process: Process, child: Child) -> None:
-        """A process with limits has become its program, or is going to end because it cannot."""
+        """A process with limits has exec'd its program, or exits since a limit was refused."""
         self._reactor.remove(child.status)
         child.read_refusal()
         if not child.refusal:
@@ -205,15 +205,15 @@ class ProcessDriver:
         leaves_nothing = machine.state is ProcessState.STOPPING
         if machine.may_restart or machine.is_held:
             leaves_nothing = True
-            # What it leaves in its group would run beside its successor. The group is safe to
-            # signal only now, while the leader is not reaped and its number cannot be given away.
+            # Leftovers in its group would run beside its successor. The group is safe to signal
+            # only now: the pid cannot be reused until the leader is reaped.
             child.signal_group(signal.SIGTERM)
         returncode, core_dumped = child.reap()
         self._reader.drain(process)
         if child.refusal:
-            from launcher.engine.posix.limits import refusal
+            from launcher.engine.posix.limits import parse_refusal
 
-            self._refused(process, *refusal(child.refusal))
+            self._refused(process, *parse_refusal(child.refusal))
             self._listener.idle()
             return
         was_killed = returncode == -signal.SIGKILL
@@ -258,7 +258,7 @@ class ProcessDriver:
 
 
 def _culprit(process: Process, error: OSError) -> str:
-    """What was wrong where it is not the program, or "" where it is."""
+    """What caused the error; empty if it is the program."""
     cwd = process.spec.cwd
     if cwd is not None and not os.path.isdir(cwd):
         return f"working directory '{cwd}'"

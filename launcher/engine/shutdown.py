@@ -1,4 +1,4 @@
-"""Shutdown: carries out what the `ShutdownMachine` of a run decides."""
+"""Ends a run: carries out the actions of its `ShutdownMachine`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""StartPacing: a queue of processes to start, so that many nodes do not overload a small machine.
+"""A queue of processes to start, so that many nodes do not overload a small machine.
 
 A process counts as starting until it neither ran nor waited for a processor for more than a quarter
-of the time since the last look (`TreeCpuUsage`), until it ends, or until `MOST_S` are over.
+of the time since the last poll (`TreeCpuUsage`), until it exits, or at most for `MOST_S`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Supervisor: one run, from the first process to the last."""
+"""Runs one launch file, from the first process to the last."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
-FINAL_OUTPUT_S = 2.0  # how long a slow reader of our output is waited for at the end
+FINAL_OUTPUT_S = 2.0  # for a slow reader of our output at the end
 
 
 class Supervisor:
     """Composes the parts of a run; they report to it, as a `RunListener`.
 
-    `env` is what the plan is compared with; the files of the run go to `run_path`, if there is one.
-    `on_begun()` is called when the static part of the launch file has been carried out.
+    `env` is the environment of the ROS agent; the files of the run go to `run_path`, unless that is
+    None. `on_begun()` is called after the static part of the launch file was carried out.
     """
 
     def __init__(
@@ -65,13 +65,13 @@ class Supervisor:
         self._processes: dict[int, Process] = {}
         self._control: RunControl | None = None
         self.on_begun: Callable[[], object] = lambda: None
-        everyone = self._processes.values()
-        trouble = functools.partial(screen.log, "WARNING", "launch")
+        processes = self._processes.values()
+        warn = functools.partial(screen.log, "WARNING", "launch")
         soon = functools.partial(reactor.call_later, 0)
-        self._directory = RunDirectory(run_path, trouble, soon=soon)
+        self._directory = RunDirectory(run_path, warn, soon=soon)
         self._log = RunLog(reactor, screen, self._directory)
         self._watchdog = WatchdogClient(reactor, run_id, self._log)
-        self._reader = OutputReader(reactor, screen, self._directory, everyone, self)
+        self._reader = OutputReader(reactor, screen, self._directory, processes, self)
         self._driver = ProcessDriver(reactor, self._reader, self._log, self)
         if options.stagger_s > 0 or options.max_starting is not None:
             self._driver.pace(stagger_s=options.stagger_s, most=options.max_starting)
@@ -89,7 +89,7 @@ class Supervisor:
         self._judge = self._budget_judge()
 
     def _budget_judge(self) -> Judge | None:
-        """At once, since a budget that cannot be read ends a run before it begins; UsageError."""
+        """UsageError, before anything is started, if a budget is invalid."""
         if not self._options.has_budgets:
             return None
         from launcher.engine.monitor.housekeeping import judge_for
@@ -98,7 +98,7 @@ class Supervisor:
 
     @functools.cached_property
     def _shutdown(self) -> Shutdown:
-        """Made when the first processes have been started, which need not wait for it."""
+        """Imported after the first processes have been started."""
         from launcher.engine.shutdown import Shutdown
 
         return Shutdown(
@@ -114,7 +114,7 @@ class Supervisor:
 
     @functools.cached_property
     def _housekeeper(self) -> Housekeeper:
-        """Made when the first processes have been started, which need not wait for it."""
+        """Imported after the first processes have been started."""
         from launcher.engine.monitor.housekeeping import Housekeeper
 
         return Housekeeper(
@@ -134,7 +134,7 @@ class Supervisor:
 
     @property
     def control(self) -> RunControl:
-        """What users see and control of the run; made when it is first asked for."""
+        """What the control socket can read and change; made on first use."""
         if self._control is None:
             from launcher.engine.run_control import RunControl
 
@@ -153,7 +153,7 @@ class Supervisor:
     # ---- the run
 
     def run(self) -> ExitCode:
-        """Start, serve, stop; the exit code. Whatever happens, nothing is left behind."""
+        """Run to the end, and return the exit code. No process is left even after an exception."""
         self._reactor.on_signals(STOP_SIGNALS, self._signalled)
         set_close_on_exec()
         self._reactor.on_signals((signal.SIGWINCH,), self._terminal_resized)
@@ -185,7 +185,7 @@ class Supervisor:
     def _clean_up(self) -> None:
         for process in self._processes.values():
             if process.child is not None:
-                # Only after an error of our own: an orderly end has seen every child go.
+                # Only after an exception: an orderly end has reaped every child.
                 process.child.signal_group(signal.SIGKILL)
             self._driver.release(process)
         self._core_driver.close_agent()
@@ -195,7 +195,7 @@ class Supervisor:
         self._log.note("finished", exit_code=int(self._shutdown.exit_code()))
         self._screen.finish(FINAL_OUTPUT_S)
         if self._screen.dropped_bytes:
-            text = f"{self._screen.dropped_bytes} bytes of output found no room on their disk"
+            text = f"dropped {self._screen.dropped_bytes} bytes of output: the disk was full"
             self._directory.log("WARNING", "launch", text)
         self._directory.close()
 
@@ -321,6 +321,6 @@ class Supervisor:
 
 
 def _settle() -> None:
-    """Spare the garbage collector what lives as long as the run: a full one takes milliseconds."""
+    """Exclude what exists now from garbage collection: a full one would take milliseconds."""
     gc.freeze()
     gc.enable()

@@ -271,7 +271,7 @@ def test_a_run_that_stands_still_is_said_not_to_answer(run: Steered):
     for words in (("ps",), ("quit",), ("ps", "--run", str(run.process.pid))):
         done = run.shell(*words)
         assert done.returncode == 1
-        assert f"(pid {run.process.pid}) does not answer (it is st" in done.stderr
+        assert f"(pid {run.process.pid}) does not answer (suspended" in done.stderr
         assert f"kill -CONT {run.process.pid}" in done.stderr
     assert "does not answer (suspended: state T)" in run.shell("runs").stdout
     (listed,) = json.loads(run.shell("runs", "--json").stdout)["runs"]

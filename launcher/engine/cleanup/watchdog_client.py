@@ -1,4 +1,4 @@
-"""Our end of the watchdog, which ends all processes of the run if the launcher is killed."""
+"""Starts the watchdog, which kills all processes of the run if the launcher is killed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class WatchdogClient:
         return frozenset({self._pid}) if self._pid > 0 else frozenset()
 
     def ensure(self) -> None:
-        """Start it, before the first process; it notices our death even while it starts."""
+        """Start it before the first process; it works even if we are killed while it starts."""
         if not self._started:
             self._start()
 
@@ -67,7 +67,7 @@ class WatchdogClient:
         self._log.warn(f"the watchdog was killed; {what}")
 
     def close(self) -> None:
-        """End it without killing anything, since the run has ended in order."""
+        """Stop it in an orderly way, so that it kills nothing."""
         if self._pid < 0:
             return
         from launcher.engine.cleanup.watchdog import GOODBYE
