@@ -93,7 +93,7 @@ def test_a_pattern_that_takes_for_ever_does_not_hold_up_the_run(steering: Steeri
     with steering.steer(f"{CAT}, {other}") as run:
         run.tell("grep", pattern="(a+)+$")
         run.tell("send", "cat", text="a" * 60 + "!")
-        run.wait_for("looking for '(a+)+$' takes too long; every line is shown again")
+        run.wait_for("matching '(a+)+$' takes too long; every line is shown again")
         run.tell("send", "other", text="a line")
         run.wait_for("[other-2] a line\n")
         assert run.row("other")["grep"] is None

@@ -272,7 +272,7 @@ def test_what_a_killed_bridge_had_in_shared_memory_is_freed(run: Steered, monito
             next(event for event in events if event["event"] == "resources")
     os.kill(pid, signal.SIGKILL)
     wait_until(lambda: not (FOLDER / segment).exists(), "its segment is gone")
-    run.wait_for("of shared memory that dead nodes left")
+    run.wait_for("of shared memory of killed nodes")
 
 
 def test_ros_without_a_socket_is_a_usage_error(domain, tmp_path):

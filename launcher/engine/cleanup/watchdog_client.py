@@ -49,7 +49,7 @@ class WatchdogClient:
                 streams=(theirs, null, null),
             )
             self._pidfd = os.pidfd_open(self._pid)
-            self._reactor.add_reader(self._pidfd, self._died)
+            self._reactor.add_reader(self._pidfd, self._exited)
         except OSError as error:
             os.close(self._pipe)
             self._pid = -1
@@ -58,7 +58,7 @@ class WatchdogClient:
             os.close(null)
             os.close(theirs)
 
-    def _died(self) -> None:
+    def _exited(self) -> None:
         self.close()
         is_restarted = self._started < MOST_STARTS
         if is_restarted:

@@ -1,4 +1,4 @@
-"""RunLog: what the supervisor reports, on the screen, in `launch.log` and in `events.jsonl`."""
+"""Writes the messages of the launcher to the screen and `launch.log`, events to `events.jsonl`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class RunLog:
-    """What the supervisor itself reports; `ring` holds the last of its lines."""
+    """`ring` holds the last messages."""
 
     def __init__(self, reactor: Reactor, screen: StdoutWriter, directory: RunDirectory) -> None:
         self._reactor = reactor
@@ -58,7 +58,7 @@ class RunLog:
 
 
 def _encodable(text: str) -> str:
-    """The text without lone surrogates, except those that stand for bytes that are not UTF-8."""
+    """The text without lone surrogates, except those of `surrogateescape`."""
     try:
         text.encode(errors="surrogateescape")
     except UnicodeEncodeError:

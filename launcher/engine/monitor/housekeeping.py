@@ -1,4 +1,4 @@
-"""Housekeeper: samples resources, checks budgets and log files, frees shared memory, at 1 Hz."""
+"""Once a second: samples resources, checks budgets and the log folder, frees shared memory."""
 
 from __future__ import annotations
 
@@ -18,15 +18,14 @@ if TYPE_CHECKING:
     from launcher.engine.monitor.resources import Sample, Sampler, Steps
 
 PERIOD_S = 1.0
-TURN_S = 0.0005  # of a round, before the loop reads lines again
+SLICE_S = 0.0005  # of sampling, before the loop reads lines again
 WARM_UP_S = 0.02  # children are still starting then, and have no output yet
 
 
 class Housekeeper:
-    """Ticks once a second. `processes` is the live collection of those of the run.
+    """`processes` is the live collection of those of the run.
 
-    psutil is not imported on the way to the first process, nor, as long as that can be put off,
-    while processes write.
+    psutil is imported after the start of the first processes, and if possible while none writes.
     """
 
     def __init__(
@@ -72,7 +71,7 @@ class Housekeeper:
         self._timer = self._reactor.call_later(left_s, self._tick)
 
     def note_shared_memory(self) -> None:
-        """Note what processes hold, right before a SIGKILL, to free it afterwards."""
+        """Record the shared memory of processes right before a SIGKILL, to free it afterwards."""
         self._ledger.note()
 
     def add_helper(self, pid: int) -> None:
@@ -80,7 +79,7 @@ class Housekeeper:
         self._ledger.helper_pids.add(pid)
 
     def killed(self) -> None:
-        """A process ended without cleaning up after itself."""
+        """A process exited by a signal: free its shared memory at the next tick."""
         self._has_killed = True
 
     def close(self) -> None:
@@ -98,15 +97,15 @@ class Housekeeper:
             return
         pids = [p.child.pid for p in self._processes if p.child is not None]
         steps = self._sampler.steps(pids, self._reactor.now)
-        self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
+        self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
 
     def _rest_after(self, begun_s: float) -> None:
         wait_s = begun_s + PERIOD_S - self._reactor.now()
         self._timer = self._reactor.call_later(max(0.0, wait_s), self._tick)
 
-    def _go_on(self, steps: Steps, begun_s: float) -> None:
-        """Take some steps of a round; the others after the loop has read lines."""
-        until_s = self._reactor.now() + TURN_S
+    def _continue(self, steps: Steps, begun_s: float) -> None:
+        """Take some steps of sampling; the next ones after the loop has read lines."""
+        until_s = self._reactor.now() + SLICE_S
         try:
             while self._reactor.now() < until_s and not next(steps):
                 pass
@@ -114,10 +113,10 @@ class Housekeeper:
             self._rest_after(begun_s)
             self._sampled(end.value, begun_s)
             return
-        self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
+        self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
 
     def _sampled(self, found: dict[int, Sample], now: float) -> None:
-        # A process may have ended, or restarted, while the others were sampled.
+        # A process may have exited, or restarted, while the others were sampled.
         living = {p.child.pid: p for p in self._processes if p.child is not None}
         self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
         if self.samples:
@@ -133,7 +132,7 @@ class Housekeeper:
             self._has_killed = False
             freed = self._ledger.free()
             if freed:
-                text = f"freed {freed / 1e6:.1f} MB of shared memory that dead nodes left"
+                text = f"freed {freed / 1e6:.1f} MB of shared memory of killed nodes"
                 self._log.say("INFO", "launch", text)
 
 
@@ -145,7 +144,7 @@ def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:
 
 
 def judge_for(options: RunOptions) -> Judge:
-    """The judge over the budgets of this run; UsageError where one cannot be read."""
+    """The judge for the budgets of this run; UsageError if one is invalid."""
     from launcher.engine.monitor import budget_parser
     from launcher.engine.monitor.budgets import Judge
 

@@ -1,4 +1,4 @@
-"""OutputReader: carries what processes write to the screen and to the files, in whole lines."""
+"""Reads the output of processes, and writes it to the screen and to log files in whole lines."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from launcher.engine.process import Process
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.listener import RunListener
-PARTIAL_LINE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
-# While others write much, a silent process may simply not have been scheduled.
+
+PARTIAL_LINE_S = 0.1  # after which an unfinished line or traceback is shown
+# While other processes write much, a silent process may just not have been scheduled.
 BUSY_PARTIAL_LINE_S = 1.0
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
 
@@ -27,7 +28,7 @@ class Stream:
     __slots__ = ("buffer", "gate", "name", "read_at_s", "shown")
 
     def __init__(self, name: str, *, shown: bool) -> None:
-        from launcher.engine.output.tracebacks import TracebackGate  # the child runs already
+        from launcher.engine.output.tracebacks import TracebackGate  # the child is running already
 
         self.name = name
         self.shown = shown
@@ -37,15 +38,15 @@ class Stream:
 
     @property
     def waits(self) -> bool:
-        """Whether something that is to be shown waits for its end."""
+        """Whether an unfinished line or traceback is still to be shown."""
         return self.shown and (bool(self.buffer.partial) or self.gate.holds)
 
 
 class OutputReader:
     """Reads the streams of running processes. `processes` is the live collection of them.
 
-    It pauses while the screen cannot follow: the pipes fill, and the children block. `read_at_s` is
-    when anything was read last, on the monotonic clock.
+    It pauses while the screen is slow: then the pipes fill, and the children block. `read_at_s` is
+    the time of the last read, on the monotonic clock.
     """
 
     def __init__(
@@ -66,7 +67,6 @@ class OutputReader:
         screen.on_pressure = self._pause
 
     def attach(self, process: Process) -> None:
-
         assert process.child is not None
         for fd, name in process.child.streams.items():
             process.streams[fd] = Stream(name, shown=process.shows(name))
@@ -85,10 +85,10 @@ class OutputReader:
                     self._listen(process, fd)
 
     def drain(self, process: Process) -> None:
-        """Read what an ended process has left in its pipes, its unfinished last line included.
+        """Read the rest of the output of a process that has exited, and flush its last line.
 
-        A grandchild may hold a pipe open and even flood it, so this ends at what a pipe can
-        hold; what comes later is still read by the loop until the stream ends.
+        A grandchild may keep writing to the pipe, so this reads at most what a pipe can hold; the
+        loop reads later output.
         """
         for fd in list(process.streams):
             left = DRAIN_BYTES
@@ -98,7 +98,7 @@ class OutputReader:
                 self._finish(process, fd, process.streams[fd])
 
     def detach(self, process: Process) -> None:
-        """Stop reading and forget; the child closes the descriptors."""
+        """Stop reading; the child closes the descriptors."""
         for fd in process.streams:
             self._reactor.remove(fd)
         process.streams.clear()
@@ -131,7 +131,7 @@ class OutputReader:
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
         process.ring.append(stream.name, stream.read_at_s, lines)
-        if stream.shown:  # before the files: a user waits for it
+        if stream.shown:  # before the log files
             stopping = process.machine.state is ProcessState.STOPPING
             passed = stream.gate.feed(lines, stopping=stopping)
             if passed:
@@ -151,7 +151,7 @@ class OutputReader:
         self._screen.write_lines(stream, process.prefix, lines, shown)
 
     def _finish(self, process: Process, fd: int, stream: Stream) -> None:
-        """Flush the unterminated last line and a traceback that has not ended."""
+        """Flush an unfinished line and an unfinished traceback."""
         lines, shown = stream.buffer.take_partial()
         if lines:
             self._deliver(process, fd, stream, lines, shown)
@@ -159,7 +159,7 @@ class OutputReader:
             self._show(process, fd, stream, stream.gate.flush())
         self._screen.end_partial(stream)
 
-    # ---- what waits for its end: prompts, progress bars, tracebacks
+    # ---- unfinished lines: prompts, progress bars, tracebacks
 
     def _expect_end(self, process: Process) -> None:
         show = functools.partial(self._show_what_waits, process)
@@ -170,7 +170,7 @@ class OutputReader:
         for fd, stream in list(process.streams.items()):
             if not stream.waits:
                 continue
-            # We may have been late ourselves: a stream with something to read is not silent.
+            # The timer may be late: a stream with something to read is not silent.
             if not self._is_silent(stream) or self._read(process, fd):
                 if process.idle_timer is None:
                     self._expect_end(process)
@@ -184,10 +184,10 @@ class OutputReader:
                 )
 
     def _is_silent(self, stream: Stream) -> bool:
-        """Whether the end of its line is not just about to come; unknown while we do not read."""
+        """Whether the rest of its line is not expected soon; False while reading is paused."""
         if self._paused:
             return False
         now = self._reactor.now()
         is_busy = now - self.read_at_s < PARTIAL_LINE_S
-        # A timer may come a little early, by the granularity of the clock.
+        # A timer may fire a little early, by the granularity of the clock.
         return now - stream.read_at_s >= (BUSY_PARTIAL_LINE_S if is_busy else PARTIAL_LINE_S * 0.99)

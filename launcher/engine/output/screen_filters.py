@@ -1,4 +1,4 @@
-"""ScreenFilters: mute, solo, level and grep for the processes on the screen."""
+"""The verbs `mute`, `unmute`, `solo`, `level` and `grep`: which lines are shown on the screen."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from launcher.model.record import Record
 
 
 class Change(enum.Enum):
-    """What has changed; beside each, the fields of `Shown` that it has."""
+    """What has changed; the comments name the fields of `Shown` that are set."""
 
     MUTED = enum.auto()
-    NOT_MUTED = enum.auto()  # it was not when it was to be shown again
+    NOT_MUTED = enum.auto()  # `unmute` had no effect
     UNMUTED = enum.auto()  # hidden_lines
     ALONE = enum.auto()
     LEVEL = enum.auto()  # level, an index into LEVELS
@@ -23,7 +23,7 @@ class Change(enum.Enum):
 
 
 class Shown(Record):
-    """What is shown of a process now; `hidden_lines` were not since it changed."""
+    """What is shown of a process now; `hidden_lines` were hidden before."""
 
     process: str
     change: Change
@@ -41,7 +41,7 @@ class ScreenFilters:
         self._default = LineFilter()  # for processes that are started later
 
     def adopt(self, process: Process) -> None:
-        """Apply the filters that are meant for all processes to a new one."""
+        """Apply the filters that were set for all processes to a new one."""
         if self._default.is_open:
             return
         line_filter = self._filter_of(process)
@@ -54,7 +54,7 @@ class ScreenFilters:
         return [Shown(p.name, Change.MUTED) for p in processes]
 
     def unmute(self, processes: Sequence[Process]) -> list[Shown]:
-        """Show them again; all of them, if a `solo` is to end."""
+        """Show them again; if these are all processes, a `solo` ends."""
         if len(processes) == len(self._processes):
             self._default.outside = False
         return [self._unmute(process) for process in processes]
@@ -92,7 +92,7 @@ class ScreenFilters:
         return [Shown(name, Change.LEVEL, level=level) for name, level in levels]
 
     def grep(self, pattern: Pattern | None, processes: Sequence[Process]) -> list[Shown]:
-        """Show only lines in which this is found; None shows all."""
+        """Show only lines that match; None shows all."""
         if len(processes) == len(self._processes):
             self._default.pattern = pattern
         for process in processes:
@@ -109,7 +109,7 @@ class ScreenFilters:
 
     def _give_up(self, pattern: Pattern) -> None:
         """Show every line again where this pattern was used."""
-        self._log.warn(f"looking for {pattern.text!r} takes too long; every line is shown again")
+        self._log.warn(f"matching {pattern.text!r} takes too long; every line is shown again")
         for line_filter in (
             self._default,
             *(p.filter for p in self._processes if p.filter is not None),
@@ -119,6 +119,6 @@ class ScreenFilters:
 
 
 def _drop_if_open(process: Process) -> None:
-    """Remove the filter of a process that is shown as a whole."""
+    """Remove a filter that hides nothing."""
     if process.filter is not None and process.filter.is_open:
         process.filter = None

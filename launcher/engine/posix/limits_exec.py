@@ -2,8 +2,7 @@
 
 Called as `limits_exec.py FD SETTING ... -- PROGRAM ARG ...`. FD is closed on exec; an error is
 written to FD before, as `ERRNO SETTING`. Settings are `nice=5`, `cpus=0,2`, `nofile=256/1024` (soft
-and hard, -1 for no limit) and `unset=NAME` (a variable added by the interpreter
-of this script).
+and hard, -1 for no limit) and `unset=NAME` (a variable added by the interpreter of this script).
 Started as a script with `-I -S`, which keeps it to a few milliseconds; so no other imports.
 """
 
