@@ -85,7 +85,7 @@ class Supervisor:
             processes=self._processes,
             agent_env=agent_env,
         )
-        screen.on_closed = self._output_closed
+        screen.on_closed = lambda: self._shutdown.output_closed()
         self._judge = self._budget_judge()
 
     def _budget_judge(self) -> Judge | None:
@@ -154,7 +154,7 @@ class Supervisor:
 
     def run(self) -> ExitCode:
         """Run to the end, and return the exit code. No process is left even after an exception."""
-        self._reactor.on_signals(STOP_SIGNALS, self._signalled)
+        self._reactor.on_signals(STOP_SIGNALS, lambda signum: self._shutdown.interrupt(signum))
         set_close_on_exec()
         self._reactor.on_signals((signal.SIGWINCH,), self._terminal_resized)
         try:
@@ -173,7 +173,8 @@ class Supervisor:
     def _begin(self) -> None:
         timeout_s = self._options.timeout_s
         if timeout_s is not None:
-            self._reactor.call_later(timeout_s, self._timeout_reached)
+            reason = f"timeout of {timeout_s:g} s reached"
+            self._reactor.call_later(timeout_s, lambda: self._shutdown.stop(reason))
         self._core_driver.start()
         self._reactor.call_later(0, self._driver.watch_memory)
         self._reactor.call_later(0, _settle)
@@ -206,15 +207,6 @@ class Supervisor:
 
             specs, is_over = [p.spec for p in self._processes.values()], self._shutdown.has_begun
             warn_of_unmatched(self._options, specs, self._log, is_over=is_over)
-
-    def _signalled(self, signum: int) -> None:
-        self._shutdown.interrupt(signum)
-
-    def _output_closed(self) -> None:
-        self._shutdown.output_closed()
-
-    def _timeout_reached(self) -> None:
-        self._shutdown.stop(f"timeout of {self._options.timeout_s:g} s reached")
 
     def _terminal_resized(self, signum: int) -> None:
         for process in self._processes.values():
