@@ -1,4 +1,4 @@
-"""Leases of ROS domain ids that nothing else on this machine uses."""
+"""Leases of ROS domain ids that are not in use on this machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from launcher import proc
 from launcher.errors import LauncherError
 
-# Above 101 the UDP ports are in the ephemeral range of Linux; small ids are what people type.
+# Above 101 the UDP ports are in the ephemeral range of Linux; users choose small ids.
 _DOMAIN_IDS = range(20, 102)
 _FIRST_PORT, _PORTS_PER_DOMAIN = 7400, 250
 

@@ -15,14 +15,11 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 
-from launcher.text import escape, suggest
-
-# Old names, until each room imports those of `launcher.text`.
-nearest, printable = suggest, escape
+from launcher.text import escape
 
 
 class ExitCode(enum.IntEnum):
-    """Exit codes of `python -m launcher`, with their meaning for `--help`."""
+    """Exit codes of the launcher, with their meaning for `--help`."""
 
     OK = 0
     PROCESS_FAILED = 1
@@ -38,7 +35,7 @@ class ExitCode(enum.IntEnum):
 
 
 _MEANINGS = {
-    ExitCode.OK: "everything ended as expected, a requested stop included",
+    ExitCode.OK: "all processes exited as expected, or were stopped on request",
     ExitCode.PROCESS_FAILED: "a process died, was killed or did not start, or the launcher failed",
     ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
     ExitCode.NOT_MET: "smoke: an expectation was not met",
@@ -91,7 +88,7 @@ class LauncherError(Exception):
 
 
 class SeveralErrors(LauncherError):
-    """Independent errors, which are shown together."""
+    """Independent errors that are shown together."""
 
     def __init__(self, errors: Sequence[LauncherError]) -> None:
         first = errors[0]

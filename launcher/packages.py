@@ -1,4 +1,4 @@
-"""Finds ROS packages, and the programs behind their executables.
+"""Finds ROS packages and their executables.
 
 The search order is: prefixes of `AMENT_PREFIX_PATH`, workspaces of `COLCON_PREFIX_PATH`, the prefix
 of the running Python (with the ROS wheels), installed Python distributions (whose console scripts
@@ -34,7 +34,7 @@ def ament_environment(env: Mapping[str, str]) -> dict[str, str]:
 
 
 def search_prefixes(env: Mapping[str, str]) -> list[Path]:
-    """Prefixes that may have an ament index, in the order of the search."""
+    """Prefixes that may have an ament index, in search order."""
     candidates = [Path(p) for p in _split(env.get("AMENT_PREFIX_PATH"))]
     for workspace in _split(env.get("COLCON_PREFIX_PATH")):
         candidates += [Path(workspace), *_isolated_prefixes(Path(workspace))]

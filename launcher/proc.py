@@ -1,8 +1,7 @@
-"""What Linux shows in /proc about processes and sockets.
+"""Reads /proc: state, command line and environment of processes, sockets.
 
-Files are read with `os.open`, which takes a third of the time of `open()`: `ps` asks for the state
-of every process, and a sweep for every environment. All functions take a process that has just
-ended, or that belongs to another user, for one that shows nothing.
+Files are read with `os.open`, which takes a third of the time of `open()`: some callers read a file
+of every process. For a process that has exited, or belongs to another user, the results are empty.
 """
 
 from __future__ import annotations
@@ -13,11 +12,19 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-ROOT = "/proc"  # tests have their own
+ROOT = "/proc"  # replaced by tests
 
 # Indices into `stat_fields`, for fields 3, 14, 15 and 22 of proc(5).
 STATE, USER_TICKS, SYSTEM_TICKS, START_TICKS = 0, 11, 12, 19
 
+_STATES = {
+    "D": "uninterruptible sleep",
+    "Z": "a zombie",
+    "T": "stopped",
+    "t": "traced",
+    "R": "running",
+    "S": "sleeping",
+}
 _BLOCK = 8192  # bytes; more than one block only for environments and tables of sockets
 
 
@@ -32,7 +39,7 @@ def read(pid: int | str, name: str) -> bytes:
         while block := os.read(fd, _BLOCK):
             content += block
     except OSError:
-        return b""  # it has just ended
+        return b""  # it has just exited
     finally:
         os.close(fd)
     return content
@@ -68,6 +75,25 @@ def is_alive(pid: int) -> bool:
 def is_suspended(pid: int) -> bool:
     """Whether the process was stopped by SIGSTOP, SIGTSTP or a debugger."""
     return state(pid) in ("T", "t")
+
+
+def describe_state(pid: int) -> str:
+    """`state D (uninterruptible sleep), in nfs_wait`; the place only where it can be read."""
+    letter = state(pid)
+    if not letter:
+        return "it has just exited"
+    place = read(pid, "wchan").decode("ascii", "replace").strip("\0\n 0")
+    where = f", in {place}" if place else ""
+    return f"state {letter} ({_STATES.get(letter, 'see man 5 proc')}){where}{_owner(pid)}"
+
+
+def _owner(pid: int) -> str:
+    """The owner, if our signals have no effect because it is another user (sudo)."""
+    try:
+        owner = os.stat(f"{ROOT}/{pid}").st_uid
+    except OSError:
+        return ""
+    return "" if os.geteuid() in (0, owner) else f", belongs to user {owner}, who may end it"
 
 
 def start_ticks(pid: int) -> int | None:

@@ -1,4 +1,4 @@
-"""Text for people: suggestions for misspelt words, counts, control characters made visible."""
+"""Text for users: suggestions for misspelt words, counts, escaping of control characters."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-# How much of a word has to fit: `kil` fits `kill` (0.86), `bogus` does not fit `logs` (0.67).
+# Least similarity: `kil` and `kill` have 0.86, `bogus` and `logs` 0.67.
 _CUTOFF, _CUTOFF_SHORT, _SHORT = 0.6, 0.7, 6
 
 
@@ -36,7 +36,7 @@ def count(number: int, noun: str) -> str:
 
 
 def escape(text: str, *, keep: str = "\n\t") -> str:
-    """The text with what is not printable as backslash escapes, except the characters in `keep`."""
+    """The text with unprintable characters as backslash escapes, except those in `keep`."""
     if text.isprintable():
         return text
     return "".join(

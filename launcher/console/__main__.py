@@ -11,10 +11,10 @@ import signal
 import socket
 import sys
 
-# The launcher handles these, and its end is ours: we show how it stops. SIGTTOU would stop us when
-# we restore the terminal of a launcher that was killed.
+# The launcher handles these signals; the console shows how it stops, and exits after it. SIGTTOU
+# would suspend us when we restore the terminal of a launcher that was killed.
 IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTTOU)
-PATIENCE_S = 10.0
+CONNECT_TIMEOUT_S = 10.0
 
 
 def main(words: list[str]) -> int:
@@ -22,7 +22,7 @@ def main(words: list[str]) -> int:
         signal.signal(signum, signal.SIG_IGN)
     pid, feed, link = map(int, words)
     asyncio.run(_run(pid, feed, socket.socket(fileno=link)))
-    return 1  # `_run` exits by itself, unless the launcher has ended before
+    return 1  # `_run` exits by itself, unless the launcher has exited before
 
 
 async def _run(pid: int, feed: int, link: socket.socket) -> None:
@@ -31,16 +31,16 @@ async def _run(pid: int, feed: int, link: socket.socket) -> None:
     from launcher.control.socket_directory import ControlError
 
     try:
-        run = await in_thread(lambda: wait_for_run(pid, PATIENCE_S))
+        run = await in_thread(lambda: wait_for_run(pid, CONNECT_TIMEOUT_S))
     except ControlError:
-        return  # the launcher has ended; the terminal is unchanged
+        return  # the launcher has exited; the terminal is unchanged
     session = ConsoleSession(run, feed, link, colour=not os.environ.get("NO_COLOR"))
     try:
         if not await session.run_until_end():
-            session.report_death()
+            session.report_kill()
     finally:
         session.restore()
-    os._exit(0)  # the interpreter's own end takes longer, and the launcher waits for ours
+    os._exit(0)  # faster than the interpreter's own exit, for which the launcher would wait
 
 
 if __name__ == "__main__":

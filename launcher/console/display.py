@@ -1,8 +1,8 @@
-"""Output above the footer.
+"""Writes output above the footer (prompt and status bar).
 
-prompt_toolkit draws the footer where the cursor is and updates it by differences. Lines get above
-it by erasing it, writing them and drawing it again, all in one write. The bytes of the footer are
-kept until it changes, so that a flood of lines costs no layout.
+prompt_toolkit draws the footer at the cursor and updates it by differences. To write lines above
+it, the footer is erased and drawn again below them, all in one write. The bytes of the footer are
+kept until it changes, so that many lines cost no layout.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Display:
         self.say(self._ours(SIGN) + line)
 
     def answer(self, text: str) -> None:
-        """Show an answer; a mark before each line tells it from output of processes."""
+        """Show an answer, with a mark before each line that sets it off from other output."""
         gutter = self._ours(GUTTER)
         self.say("\n".join(gutter + line for line in text.rstrip("\n").split("\n")))
 

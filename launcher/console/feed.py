@@ -6,7 +6,7 @@ import asyncio
 import os
 from collections.abc import Callable
 
-# Read at once: what the terminal takes in about 0.1 s, since echoes of keys come after it.
+# Bytes per read: what the terminal writes in about 0.1 s, since the echo of a key waits for it.
 LEAST_BYTES, FIRST_BYTES, MOST_BYTES = 8 * 1024, 64 * 1024, 512 * 1024
 SLOW_S = 0.1
 # The footer is drawn again after each block: at most 60 times a second, unless blocks are large.
@@ -58,7 +58,7 @@ class Feed:
             self._readable()
 
     def finish(self) -> None:
-        """Show what is in the pipe and end; the launcher is dead, but the pipe may be open."""
+        """Show the rest of the pipe and end; the launcher has exited, but the pipe may be open."""
         while not self._ended:
             block, self._ended = self._read()
             self._ended = self._ended or not block

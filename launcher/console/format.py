@@ -57,7 +57,7 @@ def duration(seconds: float) -> str:
 
 
 def is_in_trouble(process: Mapping[str, Any]) -> bool:
-    """Whether a person should look at it: it is down or ending, paused, or has failed."""
+    """Whether it needs attention: it is stopped or stopping, paused, or has failed."""
     state = process["state"]
     last = process.get("last_exit") or {}
     died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")

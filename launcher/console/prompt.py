@@ -49,7 +49,7 @@ PLAIN = Style.from_dict({"prompt": "bold", "bar.trouble": "bold", "chosen": "rev
 
 
 class Host(Protocol):
-    """What the application shows around the prompt, and what keys do."""
+    """Supplies the text around the prompt, and handles keys."""
 
     def above(self) -> str:
         """Lines above the prompt, with SGR sequences; may be empty."""
@@ -61,13 +61,13 @@ class Host(Protocol):
         """Whether the next key goes to `any_key`."""
 
     def any_key(self, key: str) -> None:
-        """A key while a stream is shown, by its name."""
+        """Handle a key, given by name, while a stream is shown."""
 
     def entered(self, line: str) -> None:
         """Enter."""
 
     def signalled(self, signum: int) -> None:
-        """Ctrl-C or Ctrl-\\, as the signal that the terminal would have sent."""
+        """Ctrl-C or Ctrl-\\, as the signal that a terminal sends for it."""
 
     def left(self) -> None:
         """Ctrl-D on an empty line."""

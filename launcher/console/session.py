@@ -1,4 +1,4 @@
-"""A console, from the handover of the terminal to the end of the run."""
+"""A console session, from the handover of the terminal to the end of the run."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from launcher.control.verbs import Call, find, parse
 from launcher.errors import UsageError
 
 T = TypeVar("T")
-HOLD_S = 0.5  # that a line waits for the answer to the one before
+HOLD_S = 0.5  # longest wait of a line for the answer to the previous one
 POLL_S = 1.0  # between two updates of the status bar
 DRAIN_S = 2.0  # for a slow terminal at the end
 FOREGROUND_POLL_S = 0.2
-NOT_STOPPED_S = 0.5  # without SIGCONT, after which we have not been stopped at all
+NOT_STOPPED_S = 0.5  # without SIGCONT, after which SIGTSTP had no effect
 
 
 async def in_thread(work: Callable[[], T]) -> T:
@@ -114,7 +114,7 @@ class ConsoleSession:
         await self._loop.sock_sendall(self._link, b"R")
         if await self._loop.sock_recv(self._link, 1) != b"G":
             return False
-        self._loop.add_reader(self._link, self._hear)
+        self._loop.add_reader(self._link, self._read_link)
         return True
 
     def _begin(self) -> None:
@@ -123,8 +123,8 @@ class ConsoleSession:
         self._terminal.on_slow = self._feed.hold_back
         self._do(self._poll_forever())
 
-    def _hear(self) -> None:
-        """Read the goodbye, or EOF: children may keep the feed open when the launcher dies."""
+    def _read_link(self) -> None:
+        """Read the goodbye, or EOF: children may keep the feed open after the launcher exits."""
         word = self._link.recv(1)
         self._has_goodbye = self._has_goodbye or word == b"B"
         if not word:
@@ -140,16 +140,16 @@ class ConsoleSession:
         with contextlib.suppress(BlockingIOError, ConnectionError):
             self._has_goodbye = self._has_goodbye or b"B" in self._link.recv(1)
         if not self._has_goodbye and not self._terminal.is_ours():
-            # The shell was faster: its prompt and settings are in place already, and those that
+            # The shell has already set the terminal and printed its prompt; the settings that
             # prompt_toolkit would restore are older.
             self._terminal.write(b"\x1b[?25h\x1b[?7h\x1b[J\r\n")
-            self.report_death()
+            self.report_kill()
             os._exit(0)
         self._end()
 
-    def report_death(self) -> None:
-        """Write as the last line that the launcher was killed."""
-        text = "the launcher was killed; its watchdog kills what it had started"
+    def report_kill(self) -> None:
+        """Write a last line: the launcher was killed."""
+        text = "the launcher was killed; its watchdog kills its processes"
         self._terminal.write(f"[ERROR] [console]: {text}\r\n".encode())
         self._terminal.drain(DRAIN_S)
 
@@ -175,7 +175,7 @@ class ConsoleSession:
 
     # ---- the footer
 
-    def _look(self) -> Sequence[Mapping[str, Any]]:
+    def _query(self) -> Sequence[Mapping[str, Any]]:
         with self._run.connect() as connection:
             found: Sequence[Mapping[str, Any]] = connection.ask("ps").result["processes"]
             return found
@@ -186,8 +186,8 @@ class ConsoleSession:
             await self._refresh()
 
     async def _refresh(self) -> None:
-        with contextlib.suppress(ControlError):  # busy, or ending, which the feed shows, too
-            self._processes = await in_thread(self._look)
+        with contextlib.suppress(ControlError):  # the run is busy or ending
+            self._processes = await in_thread(self._query)
         if self._display.has_footer:
             self._application.invalidate()
 
@@ -214,7 +214,7 @@ class ConsoleSession:
             self._do(self._answer_lines())
 
     async def _answer_lines(self) -> None:
-        """One by one, each answer below its line; the next line waits at most HOLD_S."""
+        """Answer one by one, each below its line; the next line waits at most HOLD_S."""
         try:
             while self._lines:
                 line = self._lines.popleft()
@@ -266,7 +266,7 @@ class ConsoleSession:
         return self._watch is not None and not self._watch.is_closed
 
     def signalled(self, signum: int) -> None:
-        """Send the signal to the launcher, where a second and a third one mean more.
+        """Send the signal to the launcher, which escalates at each further one.
 
         Ctrl-C while a stream is shown ends only the stream, as in `tail -f`.
         """
@@ -295,17 +295,17 @@ class ConsoleSession:
             self._terminal.drain(DRAIN_S)
             self._continue = asyncio.Event()
             os.kill(0, signal.SIGTSTP)
-            # Without effect in an orphaned process group, which nobody could resume.
+            # Without effect in an orphaned process group, which no shell could resume.
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._continue.wait(), NOT_STOPPED_S)
             self._continue = None
-            while not self._terminal.is_ours():  # `bg`: output goes on, the shell has the keyboard
+            while not self._terminal.is_ours():  # `bg`: output continues, keys go to the shell
                 await asyncio.sleep(FOREGROUND_POLL_S)
         self._display.has_footer = True
         self._application.invalidate()
 
     def _continued(self) -> None:
-        """After SIGCONT; if Ctrl-Z was not ours, a shell has changed the terminal meanwhile."""
+        """After SIGCONT; unless we sent SIGTSTP, a shell has changed the terminal meanwhile."""
         if self._continue is not None:
             self._continue.set()
         elif self._display.has_footer:

@@ -18,7 +18,7 @@ from launcher.control.format import filters
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
 GAP = 2  # blanks between two columns
-LEAST_REST = 10  # of a last exit; shorter ones say nothing
+LEAST_REST = 10  # columns for a last exit; with fewer it is not shown
 LEAST_NAME, LEAST_STATE, LEAST_SHOWN = 14, 8, 16
 NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, if not all columns fit
 _STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}

@@ -1,4 +1,4 @@
-"""The only writer to the terminal; never blocks, and reports when the terminal is slow."""
+"""Writes to the terminal without blocking, and reports when it is slow."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Terminal:
         try:
             return os.tcgetpgrp(0) == os.getpgrp()
         except OSError:
-            return True  # the launcher led the session and has died
+            return True  # the launcher was the session leader and has exited
 
     def write(self, data: bytes) -> None:
         """Write `data` after what is waiting."""
@@ -83,9 +83,9 @@ class Terminal:
             self.on_gone()  # EIO: closed
         return b""
 
-    def drain(self, patience_s: float) -> None:
-        """Write what is waiting; give up after `patience_s`."""
-        deadline = time.monotonic() + patience_s
+    def drain(self, timeout_s: float) -> None:
+        """Write what is waiting; give up after `timeout_s`."""
+        deadline = time.monotonic() + timeout_s
         poll = select.poll()
         poll.register(self._fd, select.POLLOUT)
         while self._waiting and (left_s := deadline - time.monotonic()) > 0:

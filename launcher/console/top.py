@@ -1,4 +1,4 @@
-"""`top`: a table of processes that can be sorted and scrolled, in the console or by itself."""
+"""`top`: a table of processes that can be sorted and scrolled, in the console or a shell."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _DIGITS = re.compile(r"(\d+)")
 HINT = f"{KEYS_HINT} | q ends"
 _ENDS = ("q", "Q", "\x1b", "\x04")
 _ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
-_NOTICED = (signal.SIGWINCH, signal.SIGTSTP, signal.SIGTERM, signal.SIGHUP)
-_DEADLY = (signal.SIGTERM, signal.SIGHUP)
+_SIGNALS = (signal.SIGWINCH, signal.SIGTSTP, signal.SIGTERM, signal.SIGHUP)
+_FATAL = (signal.SIGTERM, signal.SIGHUP)
 READ_BYTES = 1024
 
-# Here and not prompt_toolkit's parser, whose import takes longer than the first answer of a run.
+# Not by prompt_toolkit's parser, whose import takes longer than the first answer of a run.
 _SEQUENCE = re.compile(r"\x1b\[[0-9;]*[A-Za-z~]|\x1bO[A-Za-z]|.", re.DOTALL)
 _NAMES = {
     "\x1b[A": "up",
@@ -152,14 +152,14 @@ class AlternateScreen:
 
 
 class LiveTop:
-    """`python -m launcher top` in a terminal, until `q` or the end of the run."""
+    """`top` in a shell, until `q` or the end of the run."""
 
     def __init__(self, connection: Connection, call: Call, *, colour: bool) -> None:
         self._connection = connection
         self._call = call
         self._colour = colour
         self._top = Top()
-        self._stage = AlternateScreen()
+        self._screen = AlternateScreen()
         self._found: Sequence[Mapping[str, Any]] | None = None
 
     def run(self) -> None:
@@ -168,27 +168,27 @@ class LiveTop:
             self._call.verb.name, self._call.names, **{"follow": True, **self._call.options}
         )
         with _signals() as signals:
-            self._stage.enter()
+            self._screen.enter()
             try:
                 self._loop(request_id, signals)
             finally:
-                self._stage.leave()
+                self._screen.leave()
                 with suppress(OSError):
-                    self._stage.write("".join(f"{line}\n" for line in self._lines(hint=False)))
+                    self._screen.write("".join(f"{line}\n" for line in self._lines(hint=False)))
 
     def _loop(self, request_id: int, signals: int) -> None:
         sources = [self._connection.fileno(), signals, *([0] if os.isatty(0) else [])]
         while True:
             ready, _, _ = select.select(sources, [], [], 0 if self._connection.has_line else None)
             if signals in ready:
-                self._noticed(os.read(signals, READ_BYTES))
+                self._on_signals(os.read(signals, READ_BYTES))
             if 0 in ready and self._is_ended_by(_typed()):
                 return
-            if (sources[0] in ready or self._connection.has_line) and not self._heard(request_id):
+            if (sources[0] in ready or self._connection.has_line) and not self._receive(request_id):
                 return
-            self._stage.draw(self._lines(hint=True))
+            self._screen.draw(self._lines(hint=True))
 
-    def _heard(self, request_id: int) -> bool:
+    def _receive(self, request_id: int) -> bool:
         """Read an item; False at the end of the run."""
         try:
             item = self._connection.next_item(request_id)
@@ -205,14 +205,14 @@ class LiveTop:
                 return True
         return not typed  # the terminal was closed
 
-    def _noticed(self, signals: bytes) -> None:
+    def _on_signals(self, signals: bytes) -> None:
         for signum in signals:
-            if signum in _DEADLY:
+            if signum in _FATAL:
                 raise SystemExit(128 + signum)
             if signum == signal.SIGTSTP:
-                self._stage.leave()
+                self._screen.leave()
                 os.kill(os.getpid(), signal.SIGSTOP)
-                self._stage.enter()
+                self._screen.enter()
 
     def _lines(self, *, hint: bool) -> list[str]:
         if self._found is None:
@@ -235,7 +235,7 @@ def _typed() -> bytes:
 def _signals() -> Iterator[int]:
     """A descriptor from which the numbers of signals are read."""
     reading, writing = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
-    before = {signum: signal.signal(signum, lambda *_: None) for signum in _NOTICED}
+    before = {signum: signal.signal(signum, lambda *_: None) for signum in _SIGNALS}
     old = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     try:
         yield reading

@@ -1,4 +1,4 @@
-"""The client's end of the control socket, with blocking calls and timeouts."""
+"""The client's side of the control socket, with blocking calls and timeouts."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from launcher.control.protocol import VERSION
 from launcher.control.socket_directory import ControlError
 from launcher.model.record import Record
 
-HELLO_PATIENCE_S = 5.0
+HELLO_TIMEOUT_S = 5.0
 READ_BYTES = 64 * 1024
 
 
 class Reply(Record):
-    """The final answer to a request: `text` for people, `result` for programs."""
+    """The last answer to a request: `text` for users, `result` for programs."""
 
     result: dict[str, Any]
     text: tuple[str, ...]
@@ -36,7 +36,7 @@ class RefusedError(ControlError):
 
 
 class NoRunError(ControlError):
-    """Nothing listens at that socket, or the run has ended."""
+    """No run listens at the socket, or it has ended."""
 
 
 class SilentError(ControlError):
@@ -49,22 +49,22 @@ class Connection:
     `hello` is the first line that the run sends. Close it, or use `with`. Raises ControlError.
     """
 
-    def __init__(self, path: Path | str, *, patience_s: float = HELLO_PATIENCE_S) -> None:
+    def __init__(self, path: Path | str, *, timeout_s: float = HELLO_TIMEOUT_S) -> None:
         self.path = Path(path)
         self._buffer = b""
         self._ids = itertools.count(1)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
-            self.hello = self._connect(patience_s)
+            self.hello = self._connect(timeout_s)
         except ControlError:
             self.close()
             raise
 
-    def _connect(self, patience_s: float) -> dict[str, Any]:
+    def _connect(self, timeout_s: float) -> dict[str, Any]:
         try:
-            self._socket.settimeout(patience_s)
+            self._socket.settimeout(timeout_s)
             self._socket.connect(os.fsencode(self.path))
-            hello = self._read_object(time.monotonic() + patience_s)
+            hello = self._read_object(time.monotonic() + timeout_s)
         except (FileNotFoundError, ConnectionRefusedError):
             raise NoRunError(f"{self.path}: no run listens there") from None
         except TimeoutError:
@@ -98,19 +98,19 @@ class Connection:
         verb: str,
         names: Sequence[str] = (),
         *,
-        patience_s: float | None = None,
+        timeout_s: float | None = None,
         **options: Any,
     ) -> Reply:
-        """Send a request and wait until it is carried out, at most `patience_s`.
+        """Send a request and wait until it is carried out, at most `timeout_s`.
 
         Raises RefusedError; NoRunError if the run ends, SilentError at the timeout.
         """
         request_id = self.send(verb, names, **options)
-        deadline = None if patience_s is None else time.monotonic() + patience_s
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
             answer = self._answer(deadline)
             if answer.get("id") != request_id or "item" in answer:
-                continue  # of an earlier stream
+                continue  # belongs to an earlier stream
             return _reply(answer)
 
     def follow(
@@ -148,20 +148,20 @@ class Connection:
             "names": list(names),
             "options": options,
         }
-        self._socket.settimeout(HELLO_PATIENCE_S)
+        self._socket.settimeout(HELLO_TIMEOUT_S)
         try:
             self._socket.sendall(json.dumps(request).encode() + b"\n")
         except OSError as error:
             raise _lost(error) from None
         return request_id
 
-    def read(self, patience_s: float | None = None) -> dict[str, Any]:
+    def read(self, timeout_s: float | None = None) -> dict[str, Any]:
         """Next line of the run, for clients that send several requests at once."""
-        return self._answer(None if patience_s is None else time.monotonic() + patience_s)
+        return self._answer(None if timeout_s is None else time.monotonic() + timeout_s)
 
-    def wait_for_end(self, patience_s: float | None = None) -> bool:
+    def wait_for_end(self, timeout_s: float | None = None) -> bool:
         """Wait for the end of the run; False at the timeout."""
-        deadline = None if patience_s is None else time.monotonic() + patience_s
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
             try:
                 self._answer(deadline)
@@ -191,7 +191,7 @@ class Connection:
         except ValueError:
             found = None
         if not isinstance(found, dict):
-            raise ControlError("what listens there does not speak the launcher's protocol")
+            raise ControlError("the server at this socket does not use the launcher's protocol")
         return found
 
 

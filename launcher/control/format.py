@@ -1,4 +1,4 @@
-"""Answers and stream items as lines of text."""
+"""Answers and stream items of the control socket as lines of text."""
 
 from __future__ import annotations
 

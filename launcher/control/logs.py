@@ -1,4 +1,4 @@
-"""The last lines of processes, and new ones for those who follow."""
+"""The verb `logs`: the last lines of processes, and new lines for clients that follow."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from launcher.engine.run_control import RunControl
 from launcher.model.record import Record
 
 Item = dict[str, Any]
-ANSWER_BYTES = 1024 * 1024  # of lines in one answer, so that making it keeps nobody waiting
+ANSWER_BYTES = 1024 * 1024  # of lines in one answer: it is made in one pass of the loop
 
 
 class Follower(Record):
-    """A client that follows; `chosen` are process ids, None stands for all and the launcher."""
+    """A client that follows `chosen` process ids; None: all processes and the launcher."""
 
     exchange: Exchange
     chosen: frozenset[int] | None
 
 
 class Logs:
-    """Reads the ring buffers of processes; taps them only while a client follows."""
+    """Reads the ring buffers of processes; subscribes to them only while a client follows."""
 
-    def __init__(self, desk: RunControl) -> None:
-        self._desk = desk
+    def __init__(self, control: RunControl) -> None:
+        self._control = control
         self._followers: list[Follower] = []
-        desk.on_process = lambda process: self._listen()
+        control.on_process = lambda process: self._subscribe()
 
     def last(self, processes: Sequence[Process] | None, most: int) -> list[Item]:
-        """The last lines in order of time; None stands for all processes and the launcher."""
+        """The last lines in order of time; None: of all processes and the launcher."""
         found: list[tuple[str | None, Block]] = []
         if processes is None:
-            processes = self._desk.processes
-            found += [(None, block) for block in self._desk.log.ring.last(most)]
+            processes = self._control.processes
+            found += [(None, block) for block in self._control.log.ring.last(most)]
         for process in processes:
             found += [(process.name, block) for block in process.ring.last(most)]
-        found.sort(key=lambda one: one[1].heard_s)
+        found.sort(key=lambda one: one[1].read_at_s)
         items: list[Item] = []
         size = 0
         for name, block in reversed(found):
@@ -58,35 +58,34 @@ class Logs:
 
         def leave() -> None:
             self._followers = [one for one in self._followers if one is not follower]
-            self._listen()
+            self._subscribe()
 
         exchange.on_end = leave
-        self._listen()
+        self._subscribe()
 
-    def _listen(self) -> None:
-        """Tap the rings that are followed, and no others."""
-        everybody = [one for one in self._followers if one.chosen is None]
-        _tap(self._desk.log.ring, None, everybody, self._tell)
-        for process in self._desk.processes:
-            chosen = [
+    def _subscribe(self) -> None:
+        """Subscribe to the rings that are followed, and to no others."""
+        of_all = [one for one in self._followers if one.chosen is None]
+        self._set_tap(self._control.log.ring, None, of_all)
+        for process in self._control.processes:
+            followers = [
                 one
                 for one in self._followers
                 if one.chosen is None or process.process_id in one.chosen
             ]
-            _tap(process.ring, process.name, chosen, self._tell)
+            self._set_tap(process.ring, process.name, followers)
 
-    def _tell(self, name: str | None, followers: Sequence[Follower], block: Block) -> None:
+    def _set_tap(self, ring: LogRing, name: str | None, followers: list[Follower]) -> None:
+        ring.tap = partial(self._send, name, followers) if followers else None
+
+    def _send(self, name: str | None, followers: Sequence[Follower], block: Block) -> None:
         for item in self._items(name, block):
             for follower in followers:
                 follower.exchange.item(item)
 
     def _items(self, name: str | None, block: Block) -> Iterable[Item]:
-        wall_s = time.time() - (self._desk.reactor.now() - block.heard_s)
+        wall_s = time.time() - (self._control.reactor.now() - block.read_at_s)
         stream = block.stream or None
-        clean = Block(block.stream, block.heard_s, for_terminal(block.lines))
+        clean = Block(block.stream, block.read_at_s, for_terminal(block.lines))
         for text in texts_of(clean):
             yield {"process": name, "stream": stream, "time": wall_s, "text": text}
-
-
-def _tap(ring: LogRing, name: str | None, followers: list[Follower], tell: Any) -> None:
-    ring.tap = partial(tell, name, followers) if followers else None

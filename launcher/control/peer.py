@@ -1,4 +1,4 @@
-"""One client of a run: its requests, its queue, and answers that it has not read yet."""
+"""The server's side of one connection: reads requests, queues answers until the client reads."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ HALF_CLOSED_CHECK_S = 1.0  # epoll does not report when a client closes the othe
 TOO_LONG = BadCallError("bad-request", f"a request is at most {REQUEST_LIMIT} bytes long")
 
 
-class ProcessQueue:
-    """Orders the requests of one connection for the same process; bounded by MOST_OPEN."""
+class RequestQueue:
+    """Lets requests of one connection for the same process wait for each other."""
 
     def __init__(self, reactor: Reactor) -> None:
         self._reactor = reactor
         self._busy: dict[str, int] = {}
         self._waiting: dict[str, deque[Callable[[], None]]] = {}
 
-    def take(self, process: str, do: Callable[[], None], *, helps: bool) -> None:
-        """Call `do` now, or after the requests before it; `helps` passes the one under way."""
-        if process in self._busy and (process in self._waiting or not helps):
+    def add(self, process: str, do: Callable[[], None], *, at_once: bool) -> None:
+        """Call `do` after earlier requests; `at_once` does not wait for the one in progress."""
+        if process in self._busy and (process in self._waiting or not at_once):
             self._waiting.setdefault(process, deque()).append(do)
             return
         self._busy[process] = self._busy.get(process, 0) + 1
         do()
 
-    def over(self, process: str) -> None:
+    def finish(self, process: str) -> None:
         """End a request, so that the next one may begin."""
         self._busy[process] -= 1
         if self._busy[process]:
@@ -52,7 +52,7 @@ class ProcessQueue:
 
 
 class Exchange:
-    """A request and its answers; `on_end` is called once, when no more are wanted."""
+    """A request and its answers; `on_end` is called once, after the last answer or a disconnect."""
 
     def __init__(self, peer: Peer, request_id: Any) -> None:
         self._peer = peer
@@ -72,7 +72,7 @@ class Exchange:
 
     def _last(self, data: bytes) -> None:
         if self.is_open:
-            self.say_dropped()
+            self.report_dropped()
             self._peer.write(data)
             self.end()
 
@@ -95,11 +95,11 @@ class Exchange:
         if self._peer.is_full:
             self.dropped += 1
             return False
-        self.say_dropped()
+        self.report_dropped()
         return True
 
-    def say_dropped(self) -> None:
-        """Report how many items were dropped."""
+    def report_dropped(self) -> None:
+        """Send how many items were dropped, if any."""
         if self.dropped:
             self._peer.write(protocol.raw_item(self.id, f'{{"dropped":{self.dropped}}}'))
             self.dropped = 0
@@ -112,10 +112,10 @@ class Exchange:
 
 
 class Peer:
-    """A connection; `serve(request, exchange)` handles requests, `on_close(peer)` its end.
+    """A connection; `serve(request, exchange)` handles requests, `on_close(peer)` is called once.
 
-    No client can harm others: it is served one request per pass of the loop, is read only while
-    it reads itself, and its unread answers are bounded.
+    To protect other clients, it is served one request per pass of the loop, its requests are not
+    read while it does not read answers, and its unread answers are bounded.
     """
 
     def __init__(
@@ -126,7 +126,7 @@ class Peer:
         serve: Callable[[Request, Exchange], None],
         on_close: Callable[[Peer], None],
     ) -> None:
-        self.queue = ProcessQueue(reactor)
+        self.queue = RequestQueue(reactor)
         self._reactor = reactor
         self._connection = connection
         self._fd = connection.fileno()
@@ -138,7 +138,7 @@ class Peer:
         self._open: list[Exchange] = []
         self._is_reading = False
         self._is_scheduled = False
-        self._has_said_all = False
+        self._has_eof = False
         self._is_ending = False
         self._is_closed = False
         connection.setblocking(False)
@@ -154,7 +154,7 @@ class Peer:
         """Read, unless answers are unread, requests are waiting, or the input has ended."""
         if self._is_closed:
             return  # the descriptor may have been given out again
-        wanted = not (self._output or self._is_scheduled or self._has_said_all or self._is_ending)
+        wanted = not (self._output or self._is_scheduled or self._has_eof or self._is_ending)
         if wanted and not self._is_reading:
             self._reactor.add_reader(self._fd, self._read)
         elif not wanted and self._is_reading:
@@ -170,7 +170,7 @@ class Peer:
             self.close()
             return
         if not chunk:
-            self._said_all()
+            self._received_eof()
             return
         self._input += chunk
         self._schedule()
@@ -188,7 +188,7 @@ class Peer:
     def _serve_next(self) -> None:
         self._is_scheduled = False
         if self._is_closed or self._is_ending or self._output:
-            return  # unread answers: `_writable` goes on
+            return  # with unread answers, `_writable` continues
         line, newline, rest = self._input.partition(b"\n")
         if newline:
             self._input = rest
@@ -208,8 +208,8 @@ class Peer:
             return
         exchange = Exchange(self, request.id)
         if len(self._open) >= MOST_OPEN:
-            many = f"{MOST_OPEN} requests of this connection are not answered yet"
-            exchange.fail(BadCallError("bad-request", many))
+            text = f"{MOST_OPEN} requests of this connection are not answered yet"
+            exchange.fail(BadCallError("bad-request", text))
             return
         self._open.append(exchange)
         self._serve(request, exchange)
@@ -218,8 +218,8 @@ class Peer:
         self.write(protocol.failure(None, problem))
         self.end()
 
-    def _said_all(self) -> None:
-        self._has_said_all = True
+    def _received_eof(self) -> None:
+        self._has_eof = True
         self._input = b""
         self._listen()
         self._check_half_closed()
@@ -256,7 +256,7 @@ class Peer:
             return
         self._reactor.remove(self._fd)
         for exchange in list(self._open):
-            exchange.say_dropped()
+            exchange.report_dropped()
         self._end_if_done()
         if not self._is_closed:
             self._schedule()
@@ -279,7 +279,7 @@ class Peer:
     def forget(self, exchange: Exchange) -> None:
         if exchange in self._open:
             self._open.remove(exchange)
-        if self._has_said_all:
+        if self._has_eof:
             self._end_if_done()
 
     # ---- the end
@@ -291,19 +291,19 @@ class Peer:
         self._end_if_done()
 
     def _end_if_done(self) -> None:
-        has_no_more = self._has_said_all and not self._open
+        has_no_more = self._has_eof and not self._open
         if (self._is_ending or has_no_more) and not self._output:
             self.close()
 
-    def conclude(self, problem: BadCallError, patience_s: float) -> None:
-        """End the run: answer open requests, wait for the client to read, and close."""
+    def conclude(self, problem: BadCallError, timeout_s: float) -> None:
+        """At the end of the run: answer open requests, wait for the client to read, and close."""
         for exchange in list(self._open):
             if exchange.is_stream:
                 exchange.reply({"ended": True})
             else:
                 exchange.fail(problem)
         if self._output and not self._is_closed:
-            self._connection.settimeout(patience_s)
+            self._connection.settimeout(timeout_s)
             with contextlib.suppress(OSError):
                 self._connection.sendall(b"".join(self._output))
         self.close()

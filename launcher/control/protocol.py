@@ -14,7 +14,7 @@ REQUEST_LIMIT = 64 * 1024  # bytes of a request with its newline
 
 
 class Request(Record):
-    """A request; `id` is repeated in every answer to it."""
+    """A request; every answer to it repeats its `id`."""
 
     id: Any
     verb: str
@@ -46,8 +46,8 @@ def parse_request(line: bytes) -> Request:
     if isinstance(version, bool) or version != VERSION:
         cause = BadCallError(
             "version",
-            f"this run speaks protocol {VERSION}, and was asked in {json.dumps(version)[:20]}",
-            "use the launcher that started it: its version is in the first line it sends",
+            f"unsupported protocol {json.dumps(version)[:20]}: this run uses {VERSION}",
+            "use the launcher that started the run; its version is in the first line it sends",
         )
         raise RequestError(cause, request_id)
     return _request(document, request_id)

@@ -1,4 +1,4 @@
-"""Sentences for the results of requests: what the engine returns as data, for users."""
+"""The results of requests, which the engine returns as data, as sentences for users."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from launcher.engine.machine import signal_name
 from launcher.engine.output.filters import LEVELS
 from launcher.engine.output.screen_filters import Change, Shown
 from launcher.engine.process_control import Kind, Result
+from launcher.text import count
 
 
 def sentence(result: Result) -> str:
@@ -27,15 +28,14 @@ def _what(result: Result) -> str:
         case Kind.START_FAILED:
             return str(result.exit)
         case Kind.RUN_STOPPING if result.stopped is not None:
-            return "and not started again: the run is being stopped"
+            return "but was not started again: the run is being stopped"
         case Kind.ALREADY_RUNNING:
             pid = "" if result.pid is None else f" (pid {result.pid})"
             return f"is already running{pid}"
         case Kind.ENDED_BY_SIGNAL:
             return f"ended in {result.elapsed_s:.2f} s ({_signal_and_exit(result)})"
         case Kind.WRITTEN:
-            what = "1 byte" if result.written == 1 else f"{result.written} bytes"
-            return f"received {what} on its standard input"
+            return f"received {count(result.written, 'byte')} on its standard input"
     return _SENTENCES[result.kind].format(
         pid=result.pid,
         state=result.state and result.state.value,
@@ -52,7 +52,7 @@ _SENTENCES = {
     Kind.STUCK: "is stuck: SIGKILL has not ended it",
     Kind.RESTART_CANCELLED: "was waiting for its restart, which is cancelled",
     Kind.START_CANCELLED: "was stopped before it had started",
-    Kind.RUN_STOPPING: "is not started: the run is being stopped",
+    Kind.RUN_STOPPING: "was not started: the run is being stopped",
     Kind.QUEUED: "is queued to start",
     Kind.EXISTS: "is running (pid {pid})",
     Kind.SIGNALLED: "received {signal}",
@@ -74,7 +74,7 @@ def _how_it_stopped(result: Result) -> str:
 
 
 def _signal_and_exit(result: Result) -> str:
-    """`SIGINT`, or `SIGINT, exit code 1` if it did not end of that."""
+    """`SIGINT`, or `SIGINT, exit code 1` if the signal itself did not end it."""
     name, end = signal_name(result.signum), str(result.exit or "")
     return name if end in ("", name) else f"{name}, {end}"
 
@@ -85,7 +85,7 @@ def _remark(result: Result) -> str:
     return "; automatic restart is off" if result.restart_disabled else ""
 
 
-# ---- what is shown on the screen
+# ---- screen filters
 
 NOT_MUTED = "was not muted"
 
@@ -102,9 +102,8 @@ def _shown(shown: Shown) -> str:
         case Change.NOT_MUTED:
             return NOT_MUTED
         case Change.UNMUTED:
-            hidden = shown.hidden_lines
-            lines = "1 line was" if hidden == 1 else f"{hidden} lines were"
-            return f"is shown again; {lines} not shown"
+            verb = "was" if shown.hidden_lines == 1 else "were"
+            return f"is shown again; {count(shown.hidden_lines, 'line')} {verb} not shown"
         case Change.ALONE:
             return "is shown alone; `unmute` shows all"
         case Change.LEVEL:
@@ -113,11 +112,11 @@ def _shown(shown: Shown) -> str:
         case Change.PATTERN:
             if shown.pattern is None:
                 return "is shown with every line"
-            return f"is shown with only those lines that have {shown.pattern!r}"
+            return f"is shown with only those lines that match {shown.pattern!r}"
 
 
 def shown_sentences(changes: Sequence[Shown], *, is_everyone: bool) -> list[str]:
-    """One line for each, or one for all where all are meant and the same is true of them."""
+    """One line per process; one line in total if it `is_everyone` and all lines would be alike."""
     if not is_everyone or len(changes) < 2:
         return [shown_sentence(one) for one in changes]
     sentences = {_shown(one) for one in changes}

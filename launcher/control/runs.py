@@ -1,4 +1,4 @@
-"""Running launches of this user: list them, find one by id, pid or target."""
+"""Lists the active runs of this user, and finds one by id, pid or target."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 from launcher import proc
 from launcher.control import socket_directory
 from launcher.control.client import (
-    HELLO_PATIENCE_S,
+    HELLO_TIMEOUT_S,
     Connection,
     NoRunError,
     SilentError,
@@ -20,17 +20,18 @@ from launcher.control.client import (
 from launcher.control.socket_directory import ControlError
 from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.model.record import Record
+from launcher.program import program
 from launcher.text import count
 
-LOOK_S = 0.02
-SUSPENDED_PATIENCE_S = 0.2  # for the first line of a suspended launcher
+POLL_S = 0.02
+SUSPENDED_TIMEOUT_S = 0.2  # for the first line of a suspended launcher
 _SUSPENDED = ("T", "t")
 LAUNCH_SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 Say = Callable[[str], None]
 
 
 class Run(Record):
-    """A run that answers, as its first line describes it; `path` is its socket."""
+    """A run that answers; `path` is its socket."""
 
     run_id: str
     pid: int
@@ -85,7 +86,7 @@ class SilentRun(Record):
 
     @property
     def problem(self) -> str:
-        why = f" (it is stopped: state {self.state})" if self.state in _SUSPENDED else ""
+        why = f" (suspended: state {self.state})" if self.state in _SUSPENDED else ""
         return f"does not answer{why}"
 
     def error(self) -> SilentError:
@@ -105,12 +106,8 @@ def pid_of(path: Path) -> int:
 AnyRun = Run | SilentRun
 
 
-def _silent(text: str) -> None:
-    """No-op."""
-
-
-def all_runs(say: Say = _silent) -> list[AnyRun]:
-    """All runs, the oldest first; `say` gets notes for people.
+def all_runs(say: Say = lambda text: None) -> list[AnyRun]:
+    """All runs, the oldest first; `say` gets notes for users.
 
     Removes the sockets of launchers that were killed.
     """
@@ -119,8 +116,8 @@ def all_runs(say: Say = _silent) -> list[AnyRun]:
     for path in socket_directory.sockets(os.environ, os.getuid()):
         try:
             is_suspended = proc.is_suspended(pid_of(path))
-            patience_s = SUSPENDED_PATIENCE_S if is_suspended else HELLO_PATIENCE_S
-            with Connection(path, patience_s=patience_s) as connection:
+            timeout_s = SUSPENDED_TIMEOUT_S if is_suspended else HELLO_TIMEOUT_S
+            with Connection(path, timeout_s=timeout_s) as connection:
                 runs.append(Run.of(connection.hello, path))
         except NoRunError:
             with contextlib.suppress(FileNotFoundError):
@@ -137,16 +134,16 @@ def all_runs(say: Say = _silent) -> list[AnyRun]:
     return runs
 
 
-def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = False) -> Run:
-    """The run with this id, pid or target, of which the beginning is enough.
+def find_run(which: str | None = None, say: Say = lambda text: None, *, looks: bool = False) -> Run:
+    """The run whose id, pid or target is or starts with `which`.
 
-    None stands for the run that this process belongs to, else for the only one in the socket
-    directory of this shell, or, if the caller only `looks`, in any of them. Raises ControlError
-    if there is none, if there are several, or if it does not answer.
+    None: the run that this process belongs to, else the only run in the socket directory of this
+    shell; for a caller that only `looks`, the only run in any of them. Raises ControlError if
+    there is no such run, if there are several, or if it does not answer.
     """
     runs = all_runs(say)
     if not runs:
-        hint = "python -m launcher TARGET starts a run (without --no-control)"
+        hint = f"start one with `{program()} TARGET` (without --no-control)"
         raise ControlError("no active run", hint=hint)
     found = _ours(runs, looks=looks) if which is None else _matching(runs, which)
     if len(found) == 1:
@@ -165,7 +162,7 @@ def find_run(which: str | None = None, say: Say = _silent, *, looks: bool = Fals
 
 
 def _ours(runs: Sequence[AnyRun], *, looks: bool) -> list[AnyRun]:
-    """The run that this process belongs to, else those in our socket directory."""
+    """The run that this process belongs to, else those in the socket directory of this shell."""
     ours = [run for run in runs if run.run_id == os.environ.get(RUN_ID_VARIABLE)]
     if ours:
         return ours
@@ -206,4 +203,4 @@ def wait_for_run(pid: int, timeout_s: float) -> Run:
                     return Run.of(connection.hello, path)
         if time.monotonic() >= deadline:
             raise ControlError(f"process {pid} opened no control socket within {timeout_s:g} s")
-        time.sleep(LOOK_S)
+        time.sleep(POLL_S)

@@ -33,11 +33,11 @@ class ProcessNames(Record):
 
     @property
     def all(self) -> tuple[str, ...]:
-        """Every word that selects the process."""
+        """All words that select the process."""
         short = tuple(node.rpartition("/")[2] for node in self.nodes)
         nodes = self.nodes
         if not nodes and self.namespace is not None:
-            # The program names its node itself, most often like its executable.
+            # The program names its node itself, usually like its executable.
             nodes = (_full_name(self.namespace, self.label),)
         return (self.name, self.label, *short, *nodes)
 
@@ -92,8 +92,8 @@ def _unknown(word: str, processes: Sequence[ProcessNames]) -> list[int]:
         hint = f"did you mean '{word}*'? "
     else:
         hint = "" if similar is None else f"did you mean '{spellings[similar]}'? "
-    there = _listed([one.name for one in processes], "and") or "no processes yet"
-    raise BadCallError("unknown-name", f"unknown process '{word}'", f"{hint}there are {there}")
+    known = _listed([one.name for one in processes], "and") or "no processes yet"
+    raise BadCallError("unknown-name", f"unknown process '{word}'", f"{hint}there are {known}")
 
 
 def _listed(names: Sequence[str], word: str) -> str:

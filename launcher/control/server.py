@@ -1,4 +1,4 @@
-"""The listening end of a run's control socket; lets in its owner and root."""
+"""The control socket of a run: accepts connections of its owner and root."""
 
 from __future__ import annotations
 
@@ -31,8 +31,7 @@ _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid
 class Server:
     """Accepts clients: `hello()` is the first line for each of them, `serve` handles requests.
 
-    `place()` is the path of the socket, which is created again there if somebody removes it.
-    Raises ControlError.
+    `place()` is the path of the socket; it is created again if it is removed. Raises ControlError.
     """
 
     def __init__(
@@ -147,12 +146,12 @@ def listening(path: Path) -> socket.socket:
         listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     except OSError as error:
         raise ControlError(error.strerror or str(error)) from None
-    before = os.umask(0o177)  # nobody else may connect, not even for a moment
+    before = os.umask(0o177)  # no other user may connect, not even for a moment
     try:
-        listening.bind(os.fsencode(socket_directory.not_yet(path)))
+        listening.bind(os.fsencode(socket_directory.temporary(path)))
         listening.listen(BACKLOG)
         listening.setblocking(False)
-        socket_directory.not_yet(path).rename(path)
+        socket_directory.temporary(path).rename(path)
     except OSError as error:
         listening.close()
         raise ControlError(f"{path}: {error.strerror or error}") from None

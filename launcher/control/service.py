@@ -1,4 +1,4 @@
-"""Service: answers requests about a run."""
+"""Answers the requests of clients of the control socket, one method or table row per verb."""
 
 from __future__ import annotations
 
@@ -19,18 +19,33 @@ from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.machine import ProcessState
 from launcher.engine.output.filters import Pattern, level_named
-from launcher.engine.output.screen_filters import Shown
+from launcher.engine.output.screen_filters import ScreenFilters, Shown
 from launcher.engine.process import Process
-from launcher.engine.process_control import Done, Kind, Result
+from launcher.engine.process_control import Done, Kind, ProcessControl, Result
 from launcher.engine.run_control import RunControl
 from launcher.model.record import Record
+from launcher.text import count
 
 LAST_LINES = 100
 SHORTEST_PERIOD_S = 0.1
 
+# Verbs that do the same to each of the selected processes.
+_PROCESS_VERBS = {
+    "stop": ProcessControl.stop,
+    "start": ProcessControl.start,
+    "restart": ProcessControl.restart,
+    "pause": ProcessControl.suspend,
+    "resume": ProcessControl.resume,
+}
+_FILTER_VERBS = {
+    "mute": ScreenFilters.mute,
+    "unmute": ScreenFilters.unmute,
+    "solo": ScreenFilters.solo,
+}
+
 
 class Identity(Record):
-    """Which run this is. `started` is the time of day in seconds since 1970."""
+    """A run, as its clients see it. `started` is in seconds since 1970."""
 
     run_id: str
     launcher: str
@@ -41,17 +56,17 @@ class Identity(Record):
 
 
 class Service:
-    """One for a run: `serve(request, exchange)` answers now or when it has happened."""
+    """Serves one run; a request that waits for something is answered when it has happened."""
 
-    def __init__(self, desk: RunControl, identity: Identity) -> None:
-        self._desk = desk
+    def __init__(self, control: RunControl, identity: Identity) -> None:
+        self._control = control
         self._identity = identity
-        self._logs = Logs(desk)
+        self._logs = Logs(control)
 
     def hello(self) -> dict[str, Any]:
         """The first line for each client."""
         identity = self._identity
-        log_path = self._desk.log_path
+        log_path = self._control.log_path
         return {
             "protocol": VERSION,
             "launcher": identity.launcher,
@@ -63,18 +78,23 @@ class Service:
                 "started": identity.started,
                 "log_dir": None if log_path is None else str(log_path),
                 "domain_id": _domain_id(identity.environment),
-                "processes": [process.name for process in self._desk.processes],
+                "processes": [process.name for process in self._control.processes],
             },
         }
 
     def serve(self, request: Request, exchange: Exchange) -> None:
+        self._safely(request.verb, exchange, lambda: self._answer(request, exchange))
 
-        def answer() -> None:
-            call = verbs.check(request.verb, request.names, request.options)
-            handler: Callable[[Call, Exchange], None] = getattr(self, f"_do_{call.verb.name}")
-            handler(call, exchange)
-
-        self._safely(request.verb, exchange, answer)
+    def _answer(self, request: Request, exchange: Exchange) -> None:
+        call = verbs.check(request.verb, request.names, request.options)
+        name = call.verb.name
+        if name in _PROCESS_VERBS:
+            do = functools.partial(_PROCESS_VERBS[name], self._control.process_control)
+            self._each(call, exchange, do)
+        elif name in _FILTER_VERBS:
+            _show(call, exchange, _FILTER_VERBS[name](self._control.filters, self._chosen(call)))
+        else:
+            getattr(self, f"_do_{name}")(call, exchange)
 
     def _safely(self, verb: str, exchange: Exchange, do: Callable[[], None]) -> None:
         try:
@@ -82,26 +102,24 @@ class Service:
         except BadCallError as problem:
             exchange.fail(problem)
         except Exception:
-            # A fault of ours must not end a run of robots, only what somebody wanted to know.
+            # A bug in a verb must not end the run.
             import traceback
 
-            self._desk.log.say("ERROR", "launch", traceback.format_exc().rstrip())
+            self._control.log.say("ERROR", "launch", traceback.format_exc().rstrip())
             exchange.fail(BadCallError("internal", f"'{verb}' failed; the log has more"))
 
-    # ---- who is meant
-
     def _chosen(self, call: Call) -> list[Process]:
-        """Those that are named; all of them where nobody is."""
-        everybody = self._desk.processes
+        """The processes that the request names; all of them if it names none."""
+        processes = self._control.processes
         if not call.names:
-            return everybody
-        places = resolve(call.names, [ProcessNames.of(process.spec) for process in everybody])
-        return [everybody[place] for place in places]
+            return processes
+        places = resolve(call.names, [ProcessNames.of(process.spec) for process in processes])
+        return [processes[place] for place in places]
 
-    # ---- looking
+    # ---- read-only verbs
 
     def _rows(self, call: Call) -> dict[str, Any]:
-        return {"processes": [status.row(self._desk, p) for p in self._chosen(call)]}
+        return {"processes": [status.row(self._control, p) for p in self._chosen(call)]}
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
         result = self._rows(call)
@@ -111,25 +129,25 @@ class Service:
         if not call.options.get("follow"):
             self._do_ps(call, exchange)
             return
-        self._chosen(call)  # names are wrong now or never
+        self._chosen(call)  # an unknown name fails now, not in a timer
         period_s = max(SHORTEST_PERIOD_S, call.options.get("period_s", 1.0))
         exchange.is_stream = True
 
-        def look() -> None:
+        def send_sample() -> None:
             if exchange.is_open:
                 exchange.item(self._rows(call))
-                self._desk.reactor.call_later(period_s, look)
+                self._control.reactor.call_later(period_s, send_sample)
 
-        look()
+        send_sample()
 
     def _do_info(self, call: Call, exchange: Exchange) -> None:
         base = self._identity.environment
-        found = [status.info(self._desk, process, base) for process in self._chosen(call)]
+        found = [status.info(self._control, process, base) for process in self._chosen(call)]
         text = [line for one in found for line in format.info_lines(one)]
         exchange.reply({"processes": found}, text)
 
     def _do_plan(self, call: Call, exchange: Exchange) -> None:
-        core = self._desk.core
+        core = self._control.core
         exchange.reply(core.plan(), core.plan_lines())
 
     def _do_help(self, call: Call, exchange: Exchange) -> None:
@@ -157,25 +175,24 @@ class Service:
         self._logs.follow(chosen, exchange)
 
     def _do_events(self, call: Call, exchange: Exchange) -> None:
-        journal = self._desk.log.events
-        history = journal.history() if call.options.get("history", True) else []
+        events = self._control.log.events
+        history = events.history() if call.options.get("history", True) else []
         if not call.options.get("follow"):
             exchange.reply_raw("events", history)
             return
         exchange.is_stream = True
         for line in history:
             exchange.item_raw(line)
-        tell = exchange.item_raw  # one object, to be found again
-        journal.listeners.append(tell)
-        exchange.on_end = lambda: journal.listeners.remove(tell)
+        events.listeners.append(exchange.item_raw)
+        exchange.on_end = lambda: events.listeners.remove(exchange.item_raw)
 
-    # ---- steering
+    # ---- control of processes
 
     def _each(self, call: Call, exchange: Exchange, do: Callable[[Process, Done], None]) -> None:
-        """Do it to each, and answer when it has happened to all.
+        """Do it to each selected process, and answer when it is done for all.
 
-        Each has it done when what the same client wanted before has happened to it. Only a signal
-        does not wait for a stop: it is how one helps where that takes too long.
+        It waits for earlier requests of the same client for the process. Only a signal does not
+        wait for a stop, so that a user can kill a process whose stop takes too long.
         """
         chosen = self._chosen(call)
         is_signal = "signal" in call.options
@@ -185,32 +202,17 @@ class Service:
             results[result.process] = result
             if len(results) == len(chosen):
                 _answer(exchange, [results[process.name] for process in chosen])
-            exchange.queue.over(result.process)
+            exchange.queue.finish(result.process)
 
         def begin(process: Process) -> None:
             self._safely(call.verb.name, exchange, lambda: do(process, done))
 
         for process in chosen:
-            helps = is_signal and process.machine.state is ProcessState.STOPPING
-            exchange.queue.take(process.name, functools.partial(begin, process), helps=helps)
-
-    def _do_stop(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.stop)
-
-    def _do_start(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.start)
-
-    def _do_restart(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.restart)
-
-    def _do_pause(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.suspend)
-
-    def _do_resume(self, call: Call, exchange: Exchange) -> None:
-        self._each(call, exchange, self._desk.process_control.resume)
+            at_once = is_signal and process.machine.state is ProcessState.STOPPING
+            exchange.queue.add(process.name, functools.partial(begin, process), at_once=at_once)
 
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
-        control = self._desk.process_control
+        control = self._control.process_control
         signum = call.options.get("signal")
         if signum is None:
             self._each(call, exchange, control.stop)
@@ -219,49 +221,40 @@ class Service:
 
     def _do_send(self, call: Call, exchange: Exchange) -> None:
         data = (call.options["text"] + "\n").encode(errors="surrogateescape")
-        control = self._desk.process_control
+        control = self._control.process_control
         self._each(call, exchange, lambda process, done: control.send(process, data, done))
 
     def _do_quit(self, call: Call, exchange: Exchange) -> None:
-        running = sum(process.child is not None for process in self._desk.processes)
-        self._desk.quit("somebody asked to quit")
-        what = "1 process" if running == 1 else f"{running or 'no'} processes"
-        exchange.reply({"running": running}, [f"the run is being stopped: {what} to go"])
+        running = sum(process.child is not None for process in self._control.processes)
+        self._control.quit("quit requested by a user")
+        text = f"the run is being stopped: {count(running, 'process')} still running"
+        exchange.reply({"running": running}, [text])
 
-    # ---- what is shown
-
-    def _do_mute(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.filters.mute(self._chosen(call)))
-
-    def _do_unmute(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.filters.unmute(self._chosen(call)))
-
-    def _do_solo(self, call: Call, exchange: Exchange) -> None:
-        _show(call, exchange, self._desk.filters.solo(self._chosen(call)))
+    # ---- screen filters
 
     def _do_level(self, call: Call, exchange: Exchange) -> None:
         word = call.options.get("level")
         if word is None:
-            _show(call, exchange, self._desk.filters.levels(self._chosen(call)))
+            _show(call, exchange, self._control.filters.levels(self._chosen(call)))
             return
         try:
             level = level_named(word)
         except ValueError as error:
-            hint = "there are DEBUG, INFO, WARN, ERROR, FATAL, and ALL"
+            hint = "known levels: DEBUG, INFO, WARN, ERROR, FATAL, ALL"
             raise BadCallError("bad-option", str(error), hint) from None
-        _show(call, exchange, self._desk.filters.level(level, self._chosen(call)))
+        _show(call, exchange, self._control.filters.level(level, self._chosen(call)))
 
     def _do_grep(self, call: Call, exchange: Exchange) -> None:
         text = call.options.get("pattern")
         try:
             pattern = Pattern(text) if text else None
         except (re.error, ValueError, OverflowError, RecursionError) as error:
-            raise BadCallError("bad-option", f"'{text}' is no pattern: {error}") from None
-        _show(call, exchange, self._desk.filters.grep(pattern, self._chosen(call)))
+            raise BadCallError("bad-option", f"invalid pattern '{text}': {error}") from None
+        _show(call, exchange, self._control.filters.grep(pattern, self._chosen(call)))
 
 
 def _answer(exchange: Exchange, results: Sequence[Result]) -> None:
-    """An error only if nothing at all was done."""
+    """Fail only if nothing was done for any process."""
     text = [sentence(result) for result in results]
     if any(result.done for result in results):
         entries = [
@@ -287,26 +280,22 @@ def _with_name(item: Mapping[str, Any]) -> str:
 
 
 def _domain_id(environment: Mapping[str, str]) -> int | None:
-    """The ROS domain of the run; None if it is no number."""
+    """The ROS domain of the run; None if it is not a number."""
     text = environment.get("ROS_DOMAIN_ID") or "0"
     return int(text) if text.isdecimal() and len(text) < 10 else None
 
 
-def open_control(desk: RunControl, identity: Identity) -> Server | None:
+def open_control(control: RunControl, identity: Identity) -> Server | None:
     """Start the control server of a run; warns and returns None if there is no place for it."""
-
-    def warn(text: str) -> None:
-        desk.log.say("WARNING", "launch", text)
-
-    service = Service(desk, identity)
+    service = Service(control, identity)
     try:
         return Server(
-            desk.reactor,
+            control.reactor,
             lambda: socket_directory.prepare(identity.run_id, os.environ, os.getuid()),
             hello=service.hello,
             serve=service.serve,
-            warn=warn,
+            warn=control.log.warn,
         )
     except ControlError as error:
-        warn(f"cannot open the control socket: {error.message}")
+        control.log.warn(f"cannot open the control socket: {error.message}")
         return None

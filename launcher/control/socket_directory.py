@@ -1,4 +1,4 @@
-"""The directory of control sockets, which belongs to one user alone."""
+"""The directory of control sockets, to which only one user has access."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SUFFIX = ".sock"
 
 
 class ControlError(LauncherError):
-    """There is no run to connect to, or it does not answer as it should."""
+    """No run to connect to, or it does not answer correctly."""
 
 
 def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
@@ -24,13 +24,13 @@ def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
     runtime = env.get("XDG_RUNTIME_DIR", "")
     if runtime.startswith("/") and _is_ours(Path(runtime), uid):
         found.append(Path(runtime) / NAME)
-    temporary = env.get("TMPDIR", "")
-    root = Path(temporary if temporary.startswith("/") else "/tmp")
+    tmpdir = env.get("TMPDIR", "")
+    root = Path(tmpdir if tmpdir.startswith("/") else "/tmp")
     return [*found, root / f"{NAME}-{uid}"]
 
 
 def preferred(env: Mapping[str, str], uid: int) -> Path:
-    """The folder that a run started from here would use; runs elsewhere must be named."""
+    """The folder that a run started from this shell would use."""
     found = candidates(env, uid)
     longest = f".{2**22}-{'0' * 12}{SUFFIX}"
     fitting = (one for one in found if len(os.fsencode(one / longest)) <= PATH_LIMIT)
@@ -45,9 +45,9 @@ def _is_ours(path: Path, uid: int) -> bool:
 
 
 def problem_of(path: Path, uid: int) -> str | None:
-    """Why this folder cannot be trusted; None if others have no access. Raises OSError.
+    """Why this folder cannot be trusted; None if other users have no access. Raises OSError.
 
-    A symbolic link is not followed: in /tmp somebody else may have made it.
+    A symbolic link is not followed: in /tmp another user may have made it.
     """
     found = os.lstat(path)
     if not stat.S_ISDIR(found.st_mode):
@@ -64,7 +64,7 @@ def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
     problems = []
     for folder in candidates(env, uid):
         path = folder / f"{run_id}{SUFFIX}"
-        if len(os.fsencode(not_yet(path))) > PATH_LIMIT:
+        if len(os.fsencode(temporary(path))) > PATH_LIMIT:
             problems.append(f"{folder} is too long for the path of a socket")
             continue
         try:
@@ -79,8 +79,8 @@ def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
     raise ControlError("; ".join(problems) or "no folder for a socket")
 
 
-def not_yet(path: Path) -> Path:
-    """Where a socket is until it listens; clients take one that does not listen for a leftover."""
+def temporary(path: Path) -> Path:
+    """Where a socket is until it listens; clients remove sockets that do not listen."""
     return path.with_name(f".{path.name}")
 
 

@@ -13,14 +13,14 @@ from launcher.engine.run_control import RunControl
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 
 
-def row(desk: RunControl, process: Process) -> dict[str, Any]:
+def row(control: RunControl, process: Process) -> dict[str, Any]:
     """A process in `ps`."""
-    spec, child, view = process.spec, process.child, process.view
-    sample = desk.sample_of(process)
+    spec, child, shown = process.spec, process.child, process.filter
+    sample = control.sample_of(process)
     named = ProcessNames.of(spec)
     uptime_s = None
     if child is not None:
-        uptime_s = round(desk.reactor.now() - process.machine.running_since, 3)
+        uptime_s = round(control.reactor.now() - process.machine.running_since, 3)
     return {
         "name": spec.name,
         "label": spec.label,
@@ -35,10 +35,10 @@ def row(desk: RunControl, process: Process) -> dict[str, Any]:
         "fds": sample and sample.fds,
         "node_names": list(named.nodes),
         "namespace": named.namespace,
-        "muted": view is not None and view.is_silent,
-        "muted_lines": 0 if view is None else view.hidden_lines,
-        "level": None if view is None or not view.level else LEVELS[view.level],
-        "grep": None if view is None or view.pattern is None else view.pattern.text,
+        "muted": shown is not None and shown.is_silent,
+        "muted_lines": 0 if shown is None else shown.hidden_lines,
+        "level": None if shown is None or not shown.level else LEVELS[shown.level],
+        "grep": None if shown is None or shown.pattern is None else shown.pattern.text,
         "paused": child is not None and proc.is_suspended(child.pid),
         "last_exit": _last_exit(process),
     }
@@ -56,11 +56,11 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
     }
 
 
-def info(desk: RunControl, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
-    """A process in `info`; its environment is compared with `base`."""
-    spec, ros, logs = process.spec, process.spec.ros, desk.log_path
+def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
+    """A process in `info`; `base` is the environment that its own is compared with."""
+    spec, ros, logs = process.spec, process.spec.ros, control.log_path
     return {
-        **row(desk, process),
+        **row(control, process),
         "command": list(spec.argv),
         "cwd": spec.cwd,
         "shell": spec.shell,

@@ -15,9 +15,10 @@ from launcher.text import did_you_mean
 
 
 class Verb(Record):
-    """A verb: its usage says what it takes, without options that have no flags on a command line.
+    """A verb, whose arguments are read from its usage.
 
-    `streams`: with the option `follow` it does not end. `shell`: it is a command of its own, too.
+    `streams`: with the option `follow` it sends items until the run ends. `shell`: it is also a
+    command of its own.
     """
 
     usage: str
@@ -42,12 +43,12 @@ class Verb(Record):
 
     @property
     def argument(self) -> str | None:
-        """The option that the first word gives, which may be left out."""
+        """The option that an optional first word sets."""
         return next((one.name for one in self.options if not one.flags and one != TEXT), None)
 
     @property
     def text(self) -> str | None:
-        """The option that all words behind the name give."""
+        """The option that all words after the name set."""
         return TEXT.name if TEXT in self.options else None
 
     def option(self, name: str) -> Option | None:
@@ -57,7 +58,7 @@ class Verb(Record):
     def command(
         self, *, in_shell: bool = False, about: str = "", common: tuple[Option, ...] = ()
     ) -> Command:
-        """How its words are read: in the console, or in a shell with `common` options."""
+        """Its command line: in the console, or in a shell with `common` options."""
         arguments = [option(f"[{self.argument.upper()}]")] if self.argument else []
         if self.names != "none":
             arguments.append(option("[NAME]" if self.text else "[NAME ...]", name="names"))
@@ -85,7 +86,7 @@ def _period(text: str) -> float:
     return value
 
 
-FOLLOW = option("-f, --follow", "print what comes, until the run ends")
+FOLLOW = option("-f, --follow", "print new entries until the run ends")
 SIGNAL = option("-s, --signal SIGNAL", "send exactly this signal, once", kind="signal")
 LINES = option(
     "-n, --lines N", "print the last N lines (default: 100)", command_line.count, kind="count"
@@ -112,7 +113,7 @@ VERBS = (
     Verb("restart NAME ...", "stop processes and start them again"),
     Verb("pause NAME ...", "suspend processes (SIGSTOP)"),
     Verb("resume NAME ...", "resume suspended processes (SIGCONT)"),
-    Verb("mute NAME ...", "hide the output of processes; log files get it"),
+    Verb("mute NAME ...", "hide the output of processes; log files still get it"),
     Verb("unmute [NAME ...]", "show the output of processes again, and end `solo`"),
     Verb("solo NAME ...", "show the output of these processes only"),
     Verb(
@@ -148,7 +149,7 @@ LOOKING = frozenset({"ps", "top", "logs", "info", "events"})  # read-only
 
 
 class Call(Record):
-    """A verb with what it is asked about: the body of a request."""
+    """A verb with its names and options: the body of a request."""
 
     verb: Verb
     names: tuple[str, ...]
@@ -156,7 +157,7 @@ class Call(Record):
 
 
 class BadCallError(Exception):
-    """What was asked for makes no sense; `code` is the protocol's."""
+    """A request that cannot be carried out; `code` is one of the protocol's."""
 
     def __init__(self, code: str, message: str, hint: str | None = None) -> None:
         super().__init__(message)
@@ -188,7 +189,7 @@ def manual(verb: Verb) -> list[str]:
     return help_text(verb.command()).split("\n")
 
 
-# ---- from a program
+# ---- requests
 
 
 def check(name: str, names: Sequence[str], options: Mapping[str, Any]) -> Call:
@@ -235,15 +236,15 @@ def _checked(verb: Verb, option: Option, value: Any) -> Any:
             return float(value)
         case "signal" if isinstance(value, (int, str)) and not isinstance(value, bool):
             return signal_number(str(value))
-    raise BadCallError("bad-option", f"{verb.name}: '{option.name}' is {_MEANT[option.kind]}")
+    raise BadCallError("bad-option", f"{verb.name}: '{option.name}' {_EXPECTED[option.kind]}")
 
 
-_MEANT = {
-    "flag": "true or false",
-    "text": "a string",
-    "count": "a whole number of at least 0",
-    "seconds": "a number of seconds above 0",
-    "signal": "a signal",
+_EXPECTED = {
+    "flag": "must be true or false",
+    "text": "must be a string",
+    "count": "must be a whole number of at least 0",
+    "seconds": "must be a number of seconds above 0",
+    "signal": "must be a signal",
 }
 
 
@@ -251,7 +252,7 @@ def signal_number(word: str) -> int:
     """15 for `SIGTERM`, `TERM`, `term` and `15`, 0 for `0`; BadCallError."""
     name = word.upper()
     if word == "0":
-        return 0  # as with kill: whether it is there
+        return 0  # as with kill(1): tests whether it exists
     if word.isdecimal() and len(word) < 4 and int(word) in signal.valid_signals():
         return int(word)
     for spelling in (name, f"SIG{name}"):
@@ -263,7 +264,7 @@ def signal_number(word: str) -> int:
     raise BadCallError("bad-option", f"unknown signal '{word}'", hint or known)
 
 
-# ---- from a person
+# ---- command lines
 
 
 def parse(verb: Verb, words: Iterable[str]) -> Call:
@@ -290,7 +291,7 @@ def call_of(verb: Verb, parsed: Parsed) -> Call:
 
 
 def _signal_shorthand(word: str) -> tuple[Option, str] | None:
-    """`-9` and `-TERM`, as with kill; a number that is no signal is refused later."""
+    """`-9` and `-TERM`, as with kill(1); an invalid number is rejected later."""
     try:
         signal_number(word[1:])
     except BadCallError:

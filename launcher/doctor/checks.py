@@ -1,4 +1,4 @@
-"""The checks: pure functions from facts to one finding each."""
+"""The checks of `doctor`: each is a function from facts to one finding."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable
 
 from launcher.doctor.facts import Facts, Finding, Leftover, Level, Unreachable
+from launcher.program import program
 from launcher.text import count
 
 MB = 1024**2
@@ -15,7 +16,7 @@ FULL_SHM_BYTES = 8 * MB  # a dozen nodes; with less the next fleet falls back to
 MIN_OPEN_FILES = 1024  # for 200 processes; the usual default
 HIGHEST_DOMAIN = 232
 EPHEMERAL_DOMAINS = range(102, 215)  # their ports are in the ephemeral range of Linux
-FIX = "python -m launcher doctor --fix"
+FIX = f"{program()} doctor --fix"
 DISTRIBUTIONS = {  # of modules with another name
     "rclpy": '"ros-jazzy-rclpy[fastrtps]"',
     "std_msgs.msg": "ros-jazzy-common-interfaces",
@@ -62,7 +63,7 @@ def wheels(facts: Facts) -> Verdict:
 
 @_check("library path")
 def library_path(facts: Facts) -> Verdict:
-    """The libraries of the wheels, for which the interpreter executes itself again once."""
+    """The libraries of the wheels, for which the interpreter re-executes itself once."""
     if not facts.is_bootstrapped or f"{facts.python_prefix}/lib" in facts.library_path:
         return _ok("the libraries of the wheels can be found")
     state = "names another environment" if facts.library_path else "is gone"
@@ -97,7 +98,7 @@ def launcher_version(facts: Facts) -> Verdict:
         return _ok(running)
     text = f"{running} runs, but {installed} is installed"
     if _numbers(facts.version) < _numbers(installed):
-        return _problem(text, "start it from another folder, or update this one")
+        return _problem(text, "start the launcher from another folder, or update this one")
     return _note(text, "install again: pip install --no-deps --editable .")
 
 
@@ -108,7 +109,7 @@ def domain_id(facts: Facts) -> Verdict:
     if not re.fullmatch(r"[0-9]+", text) or int(text) > HIGHEST_DOMAIN:
         return _problem(
             f"'{text}' is not a domain id: no node can start",
-            f"a number from 0 to {HIGHEST_DOMAIN}, best one up to {EPHEMERAL_DOMAINS.start - 1}",
+            f"use a number from 0 to {HIGHEST_DOMAIN}, preferably to {EPHEMERAL_DOMAINS.start - 1}",
         )
     if int(text) in EPHEMERAL_DOMAINS:
         return _note(
@@ -191,7 +192,7 @@ def leftover_processes(facts: Facts) -> Verdict:
         return _ok("no process has outlived its launcher")
     runs = {leftover.run_id for leftover in facts.leftovers}
     return _problem(
-        f"left over from {count(len(runs), 'dead run')}: {_listed(facts.leftovers)}",
+        f"left over from {count(len(runs), 'killed run')}: {_listed(facts.leftovers)}",
         f"{FIX} stops them: SIGINT, then SIGTERM, then SIGKILL",
         is_fixable=True,
     )

@@ -1,4 +1,4 @@
-"""Collects the facts about this machine; changes nothing."""
+"""Collects the facts about this machine, without changing anything."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def collect(env: Mapping[str, str]) -> Facts:
 
 
 def leftovers() -> tuple[Leftover, ...]:
-    """Processes of runs whose launcher is gone."""
+    """Processes of runs whose launcher has exited."""
     runs = abandoned_runs()
     return tuple(
         Leftover(run_id, pid, _command(pid)) for run_id in sorted(runs) for pid in runs[run_id]
@@ -80,8 +80,8 @@ def leftovers() -> tuple[Leftover, ...]:
 def unreachable() -> tuple[Unreachable, ...]:
     """Processes that hold a lock file of Fast DDS that was removed.
 
-    Fast DDS keeps the lock files of a participant's own segment and ports open as long as the
-    participant lives, and those of others only for a moment.
+    A participant of Fast DDS keeps the lock files of its own segment and ports open, and those of
+    other participants only for a moment.
     """
     return tuple(Unreachable(pid, _command(pid)) for pid in sorted(proc.pids()) if _lost_lock(pid))
 
@@ -91,7 +91,7 @@ def _lost_lock(pid: int) -> bool:
     try:
         return any(LOST_LOCK.fullmatch(os.readlink(f"{folder}/{fd}")) for fd in os.listdir(folder))
     except OSError:
-        return False  # it has just ended, or belongs to another user
+        return False  # it has just exited, or belongs to another user
 
 
 def space(folder: Path) -> Space | None:
@@ -121,7 +121,7 @@ def import_errors(env: Mapping[str, str]) -> dict[str, str]:
         return {"rclpy": f"not imported within {PROBE_TIMEOUT_S:.0f} s"}
     except subprocess.CalledProcessError as error:
         last = (error.stderr.strip().splitlines() or ["no message"])[-1]
-        return {"rclpy": f"the interpreter died with {error.returncode}: {last}"}
+        return {"rclpy": f"the interpreter exited with code {error.returncode}: {last}"}
     return errors
 
 

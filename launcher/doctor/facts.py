@@ -1,4 +1,4 @@
-"""Facts about this machine, and findings, as plain values."""
+"""Facts about this machine, and the findings of the checks, as plain data."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Prefix(Record):
 
 
 class Facts(Record):
-    """Everything that the checks need; None for what does not exist."""
+    """The input of the checks; None for what does not exist."""
 
     stale: tuple[Stale, ...]
     leftovers: tuple[Leftover, ...]

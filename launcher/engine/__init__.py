@@ -1,4 +1,4 @@
-"""The supervisor: real processes, real time, one thread, one loop.
+"""Runs a launch file with real processes, in one thread with one event loop.
 
-`machine` decides (pure), `spawn` and `sinks` touch the world, `supervisor` connects them.
+`machine` and `shutdown_machine` decide without I/O; `supervisor` composes the parts that act.
 """

@@ -1,4 +1,4 @@
-"""CoreDriver: feeds the core of a run with events and carries out the effects it answers with."""
+"""Feeds the interpreter with events, and carries out the effects that it returns."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from launcher.engine.listener import RunListener
 
     class Core(Protocol):
-        """What decides in a run: `launcher.interpreter.Interpreter`, or a test's own."""
+        """The interpreter of a run: `launcher.interpreter.Interpreter`, or one of a test."""
 
         # Effects of the launch file's static part, and of an event.
         def start(self) -> Sequence[events.Effect]: ...
@@ -64,7 +64,7 @@ class CoreDriver:
 
     @property
     def expects_more(self) -> bool:
-        """Whether a timer or an event that was not handled yet may start something."""
+        """Whether a timer or an unhandled event may start something."""
         return bool(self._timers or self._inbox or self._busy)
 
     @property
@@ -79,7 +79,7 @@ class CoreDriver:
         self._pump()
 
     def feed(self, event: events.Event) -> None:
-        """Hand an event to the core, once what it asked for before has been carried out."""
+        """Pass an event to the core after the effects of earlier events."""
         self._inbox.append(event)
         self._pump()
 
@@ -130,7 +130,7 @@ class CoreDriver:
         self._run.idle()
 
     def cancel_timers(self) -> None:
-        """Forget all timers: nothing may start any more."""
+        """Cancel all timers, so that nothing starts any more."""
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()

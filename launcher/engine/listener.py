@@ -1,4 +1,4 @@
-"""RunListener: what the parts of a run report to, and ask. For type checkers alone."""
+"""The interface through which the parts of a run report to the supervisor, for type checkers."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
 
 
 class RunListener(Protocol):
-    """The supervisor of a run, or a test's own."""
+    """The supervisor of a run, or a fake of a test."""
 
-    # The core of the run starts a new process, or stops everything.
+    # The launch file starts a new process, or shuts the run down.
     def start(self, effect: StartProcess) -> None: ...
     def shut_down(self, reason: str) -> None: ...
 
     # Start the program of a process; OSError.
     def spawn(self, process: Process) -> Child: ...
 
-    # It runs. A life of it is over, and reported; `pid` is -1 if it could not be started.
+    # It is running. It has exited, which is logged; `pid` is -1 if it could not be started.
     def started(self, process: Process, pid: int) -> None: ...
     def ended(self, process: Process, pid: int, end: Ended) -> None: ...
 
@@ -32,15 +32,15 @@ class RunListener(Protocol):
     # A process is about to get SIGKILL.
     def before_kill(self) -> None: ...
 
-    # It has ended, and nothing of its session is to outlive it.
+    # It has exited, and leftovers in its session are to be stopped.
     def may_have_left(self, process: Process, session: int) -> None: ...
 
-    # Whether its output is wanted, asked for each read; and what was read.
+    # Whether the launch file handles its output, called for each read; and what was read.
     def watches(self, process: Process) -> bool: ...
     def output(self, process: Process, stream: str, data: bytes) -> None: ...
 
-    # It has been over a limit for too long.
+    # It has exceeded a limit for too long.
     def over_budget(self, process: Process, verdict: Verdict) -> None: ...
 
-    # Something has ended or become due, and everything about it has been done.
+    # An event has been handled completely: the run may be over.
     def idle(self) -> None: ...

@@ -1,7 +1,7 @@
-"""ProcessMachine: the life of one process as a pure state machine.
+"""The state machine of one process, without I/O.
 
-Time is an argument (seconds on the monotonic clock), and there is no I/O: `handle()` returns what
-the driver has to do. `deadline` is when the driver has to send a `TICK`.
+Time is an argument (seconds on the monotonic clock). `handle()` returns the actions that the driver
+has to carry out; `deadline` is when the driver has to send a `TICK`.
 
     STOPPED --start--> STARTING --started--> RUNNING --exit--> EXITED | BACKOFF | FATAL
        ^                  |  spawn failed: as an exit            |
@@ -23,7 +23,7 @@ from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
 # Errors that may be over soon: too many processes or files, too little memory.
 TRANSIENT = frozenset({errno.EAGAIN, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
-# Signals that ask a program to end; it may catch them and clean up.
+# Signals that ask a program to exit; it may catch them and clean up.
 POLITE = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT})
 SPAWN_RETRY_S = 1.0  # at least, after such an error
 
@@ -32,11 +32,11 @@ class ProcessState(enum.Enum):
     """The states, by the names of supervisord."""
 
     STOPPED = "STOPPED"  # never started, or stopped on request
-    STARTING = "STARTING"  # a spawn is on its way
+    STARTING = "STARTING"  # is being spawned
     RUNNING = "RUNNING"
-    BACKOFF = "BACKOFF"  # ended, and waits for its restart
-    STOPPING = "STOPPING"  # signalled, and still alive
-    EXITED = "EXITED"  # ended by itself, and is not restarted
+    BACKOFF = "BACKOFF"  # exited, and waits for its restart
+    STOPPING = "STOPPING"  # signalled, and has not exited yet
+    EXITED = "EXITED"  # exited by itself, and is not restarted
     FATAL = "FATAL"  # failed, and its restarts are used up or it cannot be started
 
     @property
@@ -56,13 +56,13 @@ class SpawnError(Record):
 
 
 class Exited(Record):
-    """The process ended; `outcome` has a return code."""
+    """The process exited; `outcome` has a return code."""
 
     outcome: Outcome
 
 
 class SignalSent(Record):
-    """It has been sent this signal. If a user did it and it ends of it, that was asked for."""
+    """This signal was sent to it. An exit by a signal of a user counts as requested."""
 
     signum: int
     by_user: bool = True
@@ -74,10 +74,10 @@ class Command(enum.Enum):
     START = enum.auto()  # by the launch file
     USER_START = enum.auto()
     STARTED = enum.auto()  # the spawn succeeded
-    STOP = enum.auto()  # with the run, or because the launch file says so
+    STOP = enum.auto()  # with the run, or by the launch file
     USER_STOP = enum.auto()  # it may be started again
     RESTART = enum.auto()  # stop it and start it again at once
-    SKIP_GRACE = enum.auto()  # take the next step of the stop now, or the first
+    SKIP_GRACE = enum.auto()  # send the next signal of the stop, or the first, now
     SUSPEND = enum.auto()  # by a user
     RESUME = enum.auto()
     START_CANCELLED = enum.auto()  # it was stopped while it was queued to start
@@ -97,12 +97,12 @@ class Signal(Record):
 
     @property
     def needs_wake(self) -> bool:
-        """Whether to `WAKE` it, too, in case something has suspended it."""
+        """Whether to `WAKE` it, too, in case it is suspended."""
         return self.signum in POLITE
 
 
 class Escalate(Record):
-    """Report that it did not end within `waited_s` of `after`, and that `to` comes next."""
+    """Report that it did not exit within `waited_s` after the signal `after`; `to` comes next."""
 
     after: signal.Signals
     waited_s: float
@@ -116,9 +116,9 @@ class Stuck(Record):
 
 
 class Ended(Record):
-    """Report how it ended. `asked`: we stopped it. `retry_in_s`: None if it is not restarted.
+    """Report its exit. `asked`: it was requested. `retry_in_s`: None if it is not restarted.
 
-    `sent`: it ended of a signal that a user had sent it (`SignalSent`); then it was asked, too.
+    `sent`: it exited by a signal of a user (`SignalSent`), which implies `asked`.
     """
 
     outcome: Outcome
@@ -128,12 +128,12 @@ class Ended(Record):
 
     @property
     def is_final(self) -> bool:
-        """Whether it ended unasked and is not restarted."""
+        """Whether the exit was not requested, and no restart follows."""
         return self.retry_in_s is None and not self.asked
 
     @property
     def has_died(self) -> bool:
-        """Whether this is a failure that no restart follows."""
+        """Whether it failed, and no restart follows."""
         return self.is_final and self.outcome.failed
 
 
@@ -150,10 +150,10 @@ Action = Order | Signal | Escalate | Stuck | Ended
 
 
 class Outcome(Record):
-    """How one life of a process ended: exactly one of the first two is set.
+    """The exit or failed start of a process: exactly one of the first two is set.
 
-    `spawn_what` names the culprit of a start that failed if it is not the program, as a limit.
-    `core_dumped` and `out_of_memory` are details of an end by a signal.
+    `spawn_what` is the cause of a failed start if it is not the program, for example a limit.
+    `core_dumped` and `out_of_memory` are details of an exit by a signal.
     """
 
     returncode: int | None = None
@@ -191,11 +191,11 @@ def signal_name(signum: int) -> str:
 
 
 class ProcessMachine:
-    """One process: feed it events, do what it returns.
+    """Feed it events, and carry out the actions that it returns.
 
-    `is_held`: a user has stopped it or is starting it, so the run waits for it; its forced end is
-    no failure then. `is_suspended`: a user has suspended it. `had_to_be_killed`: it has ended by
-    SIGKILL only, or not even by that, which is a failure of the run.
+    `is_held`: a user has stopped it or is starting it, so that the run does not end without it,
+    and a SIGKILL is not a failure. `is_suspended`: a user has suspended it. `had_to_be_killed`: it
+    exited only by SIGKILL, or not even by that, which is a failure of the run.
     """
 
     def __init__(
@@ -224,7 +224,7 @@ class ProcessMachine:
 
     @property
     def stop_signal(self) -> signal.Signals:
-        """The signal of the step that its last stop came to."""
+        """The last signal that its last stop has sent."""
         return self.stop.steps[self._step][0]
 
     @property
@@ -237,12 +237,12 @@ class ProcessMachine:
 
     @property
     def is_pending(self) -> bool:
-        """Whether it runs, or starts again by itself."""
+        """Whether it is running, or will be restarted."""
         return self.state.is_alive or self.state is ProcessState.BACKOFF
 
     @property
     def may_restart(self) -> bool:
-        """Whether an end that comes now may be followed by a restart."""
+        """Whether a restart may follow if it exits now."""
         is_running = self.state is ProcessState.RUNNING
         return is_running and self.restart.mode is not RestartMode.NEVER
 
@@ -253,11 +253,11 @@ class ProcessMachine:
 
     @property
     def is_stuck(self) -> bool:
-        """Whether not even SIGKILL has ended it."""
+        """Whether it still exists after SIGKILL."""
         return self._is_stuck and self.state is ProcessState.STOPPING
 
     def handle(self, event: MachineEvent, now: float) -> list[Action]:
-        """What has to be done about `event`, in order. An event that does not fit is ignored."""
+        """The actions for `event`, in order; none if it does not apply in this state."""
         match event, self.state:
             case Command.START | Command.USER_START, state if not state.is_alive:
                 # Held until it runs, or the run might end with an attempt that fails.
@@ -309,7 +309,7 @@ class ProcessMachine:
         self.deadline = deadline
 
     def _start(self) -> list[Action]:
-        # STOPPED, EXITED, FATAL, BACKOFF -> STARTING: a start that was asked for counts afresh
+        # STOPPED, EXITED, FATAL, BACKOFF -> STARTING: a requested start resets the counters
         self.restarts = 0
         self._recent.clear()
         self._quick_ends = 0
@@ -352,7 +352,7 @@ class ProcessMachine:
         return self._escalate(now)
 
     def _signal(self, step: int, now: float) -> list[Action]:
-        """Take this step of the stop: RUNNING -> STOPPING, or on to the next signal."""
+        """Send the signal of this step of the stop: RUNNING, STOPPING -> STOPPING."""
         self._step = step
         signum, wait_s = self.stop.steps[step]
         self.is_suspended = self.is_suspended and signum not in POLITE
@@ -402,10 +402,10 @@ class ProcessMachine:
             return True
         if outcome.returncode < 0:
             return False  # of another signal: it crashed
-        # One that cleans up after a polite signal may end with any code.
-        patience_s = sum(wait_s for _, wait_s in self.stop.steps[:-1])
+        # A process that cleans up after a polite signal may exit with any code.
+        grace_s = self.stop.grace_s
         return any(
-            signum in POLITE and now - when <= patience_s for signum, when in self._sent.items()
+            signum in POLITE and now - when <= grace_s for signum, when in self._sent.items()
         )
 
     def _retries(self, outcome: Outcome, now: float) -> bool:

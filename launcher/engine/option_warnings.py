@@ -1,6 +1,6 @@
 """Warnings about options for processes (`--required NAME`) that match no process.
 
-Those that stand in a file (`--budgets`) are named by their line there.
+Options from a file (`--budgets`) are named by their line in it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[s
 def warn_of_unmatched(
     options: RunOptions, specs: Sequence[ProcessSpec], log: RunLog, *, is_over: bool
 ) -> None:
-    """Warn of those; the process may still start later, so this is no error."""
+    """Log a warning for each; not an error, since a process may still start later."""
     when = "of the whole run" if is_over else "so far"
     for text, meant in unmatched(options, specs):
         log.warn(f"{text} {when}{meant}")

@@ -1,4 +1,4 @@
-"""Process: the state of one process of the run."""
+"""The state of one process of the run: spec, state machine, child, output."""
 
 from __future__ import annotations
 
@@ -16,15 +16,14 @@ if TYPE_CHECKING:
     from launcher.engine.output.filters import LineFilter
     from launcher.engine.output.reader import Stream
 
-LAST_BYTES = 4096  # of each of its last lines, in the report on its death
+LAST_BYTES = 4096  # of each of its last lines, in the report on a failure
 
 
 class Process:
-    """A spec, the machine that decides about it, and the child that runs now (if one does).
+    """A spec, its state machine, and the running child if there is one.
 
-    `number` counts from 0 in order of first start; it picks the colour. `view` is what a user
-    wants to see of its output (None: everything). `last_end` is how its last life ended, at
-    `ended_wall_s`.
+    `number` counts from 0 in order of first start; it picks the colour. `filter` chooses the lines
+    that are shown (None: all). `last_end` is its last exit, at `ended_wall_s`.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -36,7 +35,7 @@ class Process:
         self.child: Child | None = None
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
-        self.view: LineFilter | None = None
+        self.filter: LineFilter | None = None
         self.last_end: Ended | None = None
         self.ended_wall_s = 0.0
         self.timer: Timer | None = None
@@ -71,10 +70,10 @@ def with_printable_name(spec: ProcessSpec) -> ProcessSpec:
 def child_environment(
     spec: ProcessSpec, *, run_id_entry: tuple[str, str], log_dir: str | None, colour: bool
 ) -> dict[str, str]:
-    """The environment of a process: that of its spec, over our defaults, and the run id.
+    """The environment of a process: defaults, overridden by its spec, and the run id.
 
-    Python flushes each line although it writes to a pipe, rcutils colours as our own output does,
-    and ROS_LOG_DIR collects the node's own logs.
+    By default Python flushes each line also to a pipe, rcutils colours its output if ours is
+    coloured, and the node's own logs go to the folder of the run.
     """
     env = {
         "PYTHONUNBUFFERED": "1",
@@ -88,5 +87,5 @@ def child_environment(
 
 
 def _is_root_of(root: str | None, log_dir: str) -> bool:
-    """Whether the run's folder is below `root`, which then was inherited and not set for this."""
+    """Whether the run's folder is below `root`: then the process has inherited that value."""
     return root is None or log_dir.startswith(root.rstrip("/") + "/")

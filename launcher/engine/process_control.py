@@ -1,4 +1,4 @@
-"""ProcessControl: starts, stops and signals single processes for users, and reports the result."""
+"""Starts, stops and signals single processes for users, and reports the results as data."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from launcher.model.spec import RestartMode
 # The kernel has no event for a process that is suspended or resumed: poll while a user waits.
 SUSPEND_POLL_S = 0.02
 SUSPEND_TIMEOUT_S = 1.0
-SIGNAL_TIMEOUT_S = 1.0  # how long an end is waited for after a single signal
+SIGNAL_TIMEOUT_S = 1.0  # wait for an exit after a single signal
 FATAL_BY_DEFAULT = POLITE | {
     signal.SIGKILL,
     signal.SIGABRT,
@@ -35,7 +35,7 @@ FATAL_BY_DEFAULT = POLITE | {
 
 
 class Kind(enum.Enum):
-    """What a request of a user has come to; beside each, the fields of `Result` that it has."""
+    """The outcome of a request; the comments name the fields of `Result` that are set."""
 
     NOT_RUNNING = enum.auto()  # state
     ENDED = enum.auto()
@@ -67,11 +67,11 @@ class Kind(enum.Enum):
 
 
 class Result(Record):
-    """What a request has come to for one process, and whether it was `done`.
+    """The outcome of a request for one process, and whether it was `done`.
 
-    `stopped` is how the first half of a restart went. `runs_again` and `restart_disabled` are
-    remarks on an end: something has started the process again meanwhile, or its restart policy
-    does not apply because a user ended it.
+    `stopped` is the result of the first half of a restart. After an exit, `runs_again`: it was
+    started again meanwhile; `restart_disabled`: its restart policy does not apply, because a user
+    has stopped it.
     """
 
     process: str
@@ -92,11 +92,11 @@ class Result(Record):
 
 
 Done = Callable[[Result], None]
-Look = Callable[[], "Result | None"]
+ResultCheck = Callable[[], "Result | None"]
 
 
 class ProcessControl:
-    """Carries out requests for single processes; `done(result)` is called when it has happened."""
+    """Carries out requests for single processes; calls `done(result)` when they are complete."""
 
     def __init__(
         self, reactor: Reactor, driver: ProcessDriver, log: RunLog, shutdown: Shutdown
@@ -105,12 +105,12 @@ class ProcessControl:
         self._driver = driver
         self._log = log
         self._shutdown = shutdown
-        self._waiting: list[tuple[Look, Done]] = []
+        self._waiting: list[tuple[ResultCheck, Done]] = []
 
     # ---- stop and start
 
     def stop(self, process: Process, done: Done) -> None:
-        """Stop it by its stop policy; it stays, and may be started again."""
+        """Stop it by its stop policy; it may be started again."""
         machine, life, began_s = process.machine, process.last_end, self._reactor.now()
         if not machine.is_pending:
             done(_not_running(process))
@@ -122,7 +122,7 @@ class ProcessControl:
             done(Result(process.name, Kind.RESTART_CANCELLED, done=True))
             return
 
-        def look() -> Result | None:
+        def check() -> Result | None:
             if machine.is_stuck:
                 return Result(process.name, Kind.STUCK, done=False)
             if machine.state.is_alive and process.last_end is life:
@@ -135,7 +135,7 @@ class ProcessControl:
             is_disabled = not runs_again and _may_restart(process)
             return replace(result, runs_again=runs_again, restart_disabled=is_disabled)
 
-        self._when(look, done)
+        self._when(check, done)
 
     def _stopped(self, process: Process, began_s: float) -> Result:
         return Result(
@@ -148,7 +148,7 @@ class ProcessControl:
         )
 
     def start(self, process: Process, done: Done) -> None:
-        """Start what has ended; its restarts count afresh."""
+        """Start it if it is not running; its restarts are counted from 0 again."""
         state, name = process.machine.state, process.name
         if self._shutdown.has_begun:
             done(Result(name, Kind.RUN_STOPPING, done=False))
@@ -176,7 +176,7 @@ class ProcessControl:
         name, life = process.name, process.last_end
         self._driver.advance(process, Command.USER_START)
 
-        def look() -> Result | None:
+        def check() -> Result | None:
             if process.machine.state is ProcessState.STARTING:
                 return None  # it is queued, or its limits are still being set
             last = process.last_end
@@ -188,7 +188,7 @@ class ProcessControl:
             failed = Result(name, Kind.START_FAILED, done=False, exit=last.outcome)
             return replace(failed, stopped=stopped)
 
-        self._when(look, done)
+        self._when(check, done)
 
     def restart(self, process: Process, done: Done) -> None:
         """Stop it if it runs, then start it."""
@@ -220,7 +220,7 @@ class ProcessControl:
     # ---- signals
 
     def kill(self, process: Process, signum: int, done: Done) -> None:
-        """Send it exactly this signal; if it ends of it, it stays ended."""
+        """Send it only this signal; if it exits by it, it is not restarted."""
         child, name, began_s = process.child, process.name, self._reactor.now()
         if child is None:
             done(_not_running(process))
@@ -234,7 +234,7 @@ class ProcessControl:
             done(Result(name, Kind.SIGNALLED, done=True, signum=signum))
             return
 
-        def look() -> Result | None:
+        def check() -> Result | None:
             elapsed_s = self._reactor.now() - began_s
             if process.child is child:
                 if elapsed_s < SIGNAL_TIMEOUT_S:
@@ -250,7 +250,7 @@ class ProcessControl:
                 restart_disabled=_may_restart(process),
             )
 
-        self._when(look, done)
+        self._when(check, done)
         self._reactor.call_later(SIGNAL_TIMEOUT_S, self.changed)
 
     def suspend(self, process: Process, done: Done) -> None:
@@ -275,7 +275,7 @@ class ProcessControl:
         self._driver.advance(process, Command.SUSPEND if is_suspending else Command.RESUME)
         deadline_s = self._reactor.now() + SUSPEND_TIMEOUT_S
 
-        def look() -> None:
+        def check() -> None:
             if process.child is not child:
                 done(Result(name, Kind.ENDED, done=False))
             elif proc.is_suspended(child.pid) is is_suspending:
@@ -284,9 +284,9 @@ class ProcessControl:
             elif self._reactor.now() >= deadline_s:
                 done(Result(name, Kind.WITHOUT_EFFECT, done=False, signum=signum))
             else:
-                self._reactor.call_later(SUSPEND_POLL_S, look)
+                self._reactor.call_later(SUSPEND_POLL_S, check)
 
-        look()
+        check()
 
     # ---- standard input
 
@@ -307,22 +307,22 @@ class ProcessControl:
     # ---- waiting
 
     def changed(self) -> None:
-        """A process has started, ended or got stuck: see whether a user has waited for that."""
+        """A process has started, exited or got stuck: complete requests that wait for it."""
         if self._waiting:
-            self._reactor.call_later(0, self._look)
+            self._reactor.call_later(0, self._check_waiting)
 
-    def _when(self, look: Look, done: Done) -> None:
-        """Call `done` when `look` has a result, which may be now."""
-        result = look()
+    def _when(self, check: ResultCheck, done: Done) -> None:
+        """Call `done` when `check` has a result, which may be now."""
+        result = check()
         if result is None:
-            self._waiting.append((look, done))
+            self._waiting.append((check, done))
         else:
             done(result)
 
-    def _look(self) -> None:
+    def _check_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
-        for look, done in waiting:
-            self._when(look, done)
+        for check, done in waiting:
+            self._when(check, done)
 
     def _note(self, verb: str, process: Process, **details: object) -> None:
         self._log.note("asked", process, verb=verb, **details)
@@ -347,7 +347,7 @@ def _pid_of(process: Process) -> int | None:
 
 
 def _is_queued(process: Process) -> bool:
-    """Whether starts are paced, and its turn has not come yet."""
+    """Whether it waits for its start, because starts are paced."""
     return process.machine.state is ProcessState.STARTING and process.child is None
 
 

@@ -1,4 +1,4 @@
-"""ProcessDriver: carries out what the machine of each process decides, and feeds it events."""
+"""Carries out the actions of the state machine of each process, and feeds it events."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import os
 import signal
 import time
 
+from launcher import proc
 from launcher.engine.logs import messages
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import (
@@ -60,13 +61,13 @@ class ProcessDriver:
         return self._oom is not None and self._oom.has_struck()
 
     def pace(self, *, stagger_s: float, most: int | None) -> None:
-        """From now on queue the starts, as `StartPacing` has it."""
+        """From now on queue the starts; see `StartPacing`."""
         from launcher.engine.start_pacing import StartPacing
 
         self._pacing = StartPacing(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
 
     def advance(self, process: Process, event: MachineEvent) -> None:
-        """Feed the machine, do what it returns, and wake it at its deadline."""
+        """Feed the state machine, carry out its actions, and set a timer for its deadline."""
         for action in process.machine.handle(event, self._reactor.now()):
             self._do(process, action)
         if self._pacing is not None and process.machine.state is ProcessState.STOPPING:
@@ -85,33 +86,31 @@ class ProcessDriver:
                 self._wake(process)
             case Escalate():
                 by_user = process.machine.is_held
-                self._log.tell(process, messages.escalated(process.name, action, by_user=by_user))
+                self._log.report(process, messages.escalated(process.name, action, by_user=by_user))
             case Stuck(waited_s=waited_s):
                 self._stuck(process, waited_s)
             case Ended():
                 self._ended(process, action)
 
     def _stuck(self, process: Process, waited_s: float) -> None:
-        from launcher.engine.posix.proc import describe_state
-
         pid = -1 if process.child is None else process.child.pid
-        how = describe_state(pid)
-        self._log.tell(process, messages.stuck(process.name, pid, waited_s, how))
+        how = proc.describe_state(pid)
+        self._log.report(process, messages.stuck(process.name, pid, waited_s, how))
         self._log.note("stuck", process, pid=pid, sleeps=how)
         self._listener.idle()
 
     def _cancel_start(self, process: Process, pacing: StartPacing) -> None:
         if pacing.withdraw(process):
-            self._log.tell(process, messages.start_cancelled())
+            self._log.report(process, messages.start_cancelled())
             self._log.note("withdrawn", process)
             self.advance(process, Command.START_CANCELLED)
             self._listener.cancelled(process)
             self._listener.idle()
 
     def signal(self, process: Process, signum: int, *, by_user: bool = False) -> None:
-        """Send a signal to the group of a process, if it lives.
+        """Send a signal to the group of a process, if it is running.
 
-        An end by a signal `by_user` counts as asked for, and is not followed by a restart.
+        An exit by a signal `by_user` counts as requested, and is not followed by a restart.
         """
         if process.child is not None:
             self._signal(process, signum)
@@ -122,7 +121,7 @@ class ProcessDriver:
             return
         if signum == signal.SIGKILL:
             self._listener.before_kill()
-        self._log.tell(process, messages.signalled(process.name, signum))
+        self._log.report(process, messages.signalled(process.name, signum))
         self._log.note("signal", process, pid=process.child.pid, signal=int(signum))
         process.child.signal_group(signum)
 
@@ -131,17 +130,17 @@ class ProcessDriver:
             process.child.signal_group(signal.SIGCONT)
 
     def write_stdin(self, process: Process, data: bytes) -> None:
-        """Hand data to the standard input of a process, if it lives and reads."""
+        """Write to the standard input of a process, if it is running; warn if it does not read."""
         if process.child is None:
             return
         try:
             process.child.write_stdin(data)
         except OSError as error:
             text = f"cannot write to its standard input: {os.strerror(error.errno or 0)}"
-            self._log.tell(process, messages.Line("WARNING", text))
+            self._log.report(process, messages.Line("WARNING", text))
 
     def release(self, process: Process) -> None:
-        """Forget the child and close what belongs to it."""
+        """Close the child and its descriptors."""
         if process.child is not None:
             self._reader.detach(process)
             self._reactor.remove(process.child.pidfd)
@@ -178,20 +177,20 @@ class ProcessDriver:
             self._reactor.add_reader(child.status, left)
 
     def _refused(self, process: Process, number: int, what: str) -> None:
-        self._log.tell(process, messages.not_started(process.spec, number, what))
+        self._log.report(process, messages.not_started(process.spec, number, what))
         reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
         self._log.note("not started", process, reason=reason)
         self.advance(process, SpawnError(number, what))
 
     def _limits_applied(self, process: Process, child: Child) -> None:
-        """A process with limits has become its program, or is going to end because it cannot."""
+        """A process with limits has exec'd its program, or exits since a limit was refused."""
         self._reactor.remove(child.status)
         child.read_refusal()
         if not child.refusal:
             self._runs(process, child)
 
     def _runs(self, process: Process, child: Child) -> None:
-        self._log.tell(process, messages.started(child.pid))
+        self._log.report(process, messages.started(child.pid))
         restarts = process.machine.restarts
         self._log.note("started", process, pid=child.pid, restarts=restarts)
         self.advance(process, Command.STARTED)
@@ -206,15 +205,15 @@ class ProcessDriver:
         leaves_nothing = machine.state is ProcessState.STOPPING
         if machine.may_restart or machine.is_held:
             leaves_nothing = True
-            # What it leaves in its group would run beside its successor. The group is safe to
-            # signal only now, while the leader is not reaped and its number cannot be given away.
+            # Leftovers in its group would run beside its successor. The group is safe to signal
+            # only now: the pid cannot be reused until the leader is reaped.
             child.signal_group(signal.SIGTERM)
         returncode, core_dumped = child.reap()
         self._reader.drain(process)
         if child.refusal:
-            from launcher.engine.posix.limits import refusal
+            from launcher.engine.posix.limits import parse_refusal
 
-            self._refused(process, *refusal(child.refusal))
+            self._refused(process, *parse_refusal(child.refusal))
             self._listener.idle()
             return
         was_killed = returncode == -signal.SIGKILL
@@ -234,7 +233,7 @@ class ProcessDriver:
         returncode = end.outcome.returncode
         if returncode is not None:
             by_user = process.machine.is_held
-            self._log.tell(process, messages.ended(process.spec, pid, end, by_user=by_user))
+            self._log.report(process, messages.ended(process.spec, pid, end, by_user=by_user))
             self._log.note(
                 "ended",
                 process,
@@ -243,23 +242,23 @@ class ProcessDriver:
                 asked=end.asked,
                 restart_in_s=end.retry_in_s,
             )
-        self._tell_what_follows(process, end)
+        self._report_restart(process, end)
         self.release(process)
         self._listener.ended(process, pid, end)
 
-    def _tell_what_follows(self, process: Process, end: Ended) -> None:
+    def _report_restart(self, process: Process, end: Ended) -> None:
         machine = process.machine
         if end.retry_in_s:
             line = messages.restarts_in(
                 end.retry_in_s, machine.restarts, machine.restart.max_restarts
             )
-            self._log.tell(process, line)
+            self._log.report(process, line)
         if machine.state is ProcessState.FATAL and machine.restarts:
-            self._log.tell(process, messages.gave_up(machine.restart, machine.restarts))
+            self._log.report(process, messages.gave_up(machine.restart, machine.restarts))
 
 
 def _culprit(process: Process, error: OSError) -> str:
-    """What was wrong where it is not the program, or "" where it is."""
+    """What caused the error; empty if it is the program."""
     cwd = process.spec.cwd
     if cwd is not None and not os.path.isdir(cwd):
         return f"working directory '{cwd}'"

@@ -1,4 +1,4 @@
-"""RunControl: what users can see and control of a run."""
+"""What the control socket can read and change of a run."""
 
 from __future__ import annotations
 
@@ -22,10 +22,7 @@ if TYPE_CHECKING:
 
 
 class RunControl:
-    """One for a run, made when it is first asked for. `core` knows what was asked for.
-
-    `on_process` is called with each process that is started for the first time.
-    """
+    """One per run; `on_process` is called with each process that is started for the first time."""
 
     def __init__(
         self,
@@ -56,7 +53,7 @@ class RunControl:
         return list(self._processes.values())
 
     def sample_of(self, process: Process) -> Sample | None:
-        """What it used last; None while that is unknown, or if it does not run."""
+        """Its last sample; None if there is none yet, or if it is not running."""
         sample = self.housekeeper.samples.get(process.name)
         if process.child is None or sample is None or sample.pid != process.child.pid:
             return None

@@ -1,4 +1,4 @@
-"""Shutdown: carries out what the `ShutdownMachine` of a run decides."""
+"""Ends a run: carries out the actions of its `ShutdownMachine`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Shutdown:
-    """Stops the processes of a run, then what they left behind, then the reactor.
+    """Stops the processes of a run, then leftovers, then the reactor.
 
     `processes` is the live collection of them, in order of start.
     """
@@ -62,7 +62,7 @@ class Shutdown:
     def exit_code(self) -> ExitCode:
         return self._machine.exit_code(has_lost_output=self._log.has_lost_output)
 
-    # ---- what happens
+    # ---- events
 
     def interrupt(self, signum: int) -> None:
         self._handle(rules.Interrupted(signum))
@@ -129,10 +129,10 @@ class Shutdown:
             self._driver.advance(process, Command.STOP)
         self._reactor.call_later(0, self.idle)
 
-    # ---- what processes left behind
+    # ---- leftovers
 
     def _end_leftovers(self, skipped: int) -> None:
-        from launcher.engine.cleanup.leftovers import Leftovers, patience_for
+        from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
 
         self._core.close_agent()
         processes = self._processes
@@ -143,43 +143,43 @@ class Shutdown:
             reactor=self._reactor,
             listener=self,
             ignore=self._watchdog.pids | stuck_pids,  # those have been reported already
-            patience=patience_for(process.machine.stop for process in processes),
+            policy=stop_policy_for(process.machine.stop for process in processes),
         )
         self._leftovers.check()
         for _ in range(skipped):
             self._leftovers.skip_grace()
 
     def end_session(self, process: Process, session: int) -> None:
-        """End what a process that was stopped, or starts again, left in its session.
+        """Stop what a process that was stopped, or is restarted, left in its session.
 
-        What one leaves behind that ended by itself may be its purpose (a daemon's parent ends);
-        that, and what left the session, stays until the end of the run.
+        Children of a process that exited by itself may be intended (the parent of a daemon exits);
+        they, and processes that left the session, run until the end of the run.
         """
         if self.has_begun or not _has_members(session):
             return
-        from launcher.engine.cleanup.leftovers import Leftovers, patience_for
+        from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
 
         Leftovers(
             self._run_id,
             reactor=self._reactor,
-            listener=_SessionEnd(self, self._log, process),
+            listener=_SessionListener(self, self._log, process),
             ignore=self._watchdog.pids,
-            patience=patience_for((process.machine.stop,)),
+            policy=stop_policy_for((process.machine.stop,)),
             session=session,
         ).check()
 
-    def said(self, level: str, text: str) -> None:
+    def log(self, level: str, text: str) -> None:
         self._log.say(level, "launch", text)
 
-    def killed(self) -> None:
+    def killing(self) -> None:
         self._handle(rules.Occurrence.LEFTOVERS_KILLED)
 
-    def gone(self) -> None:
+    def finished(self) -> None:
         self._handle(rules.Occurrence.LEFTOVERS_GONE)
 
 
-class _SessionEnd:
-    """Hears of what one process left behind; if a user stopped it, the run has not failed."""
+class _SessionListener:
+    """For the leftovers of one process; if a user has stopped it, the run has not failed."""
 
     def __init__(self, shutdown: Shutdown, log: RunLog, process: Process) -> None:
         self._shutdown = shutdown
@@ -187,19 +187,19 @@ class _SessionEnd:
         self._name = process.name
         self._by_user = process.machine.is_held
 
-    def said(self, level: str, text: str) -> None:
+    def log(self, level: str, text: str) -> None:
         self._log.say(level, self._name, text)
 
-    def killed(self) -> None:
+    def killing(self) -> None:
         if not self._by_user:
-            self._shutdown.killed()
+            self._shutdown.killing()
 
-    def gone(self) -> None:
+    def finished(self) -> None:
         pass
 
 
 def _has_members(group: int) -> bool:
-    """Whether this process group has a member; its number is not given away before."""
+    """Whether this process group has a member; its number is not reused before."""
     try:
         os.killpg(group, 0)
     except OSError:

@@ -1,7 +1,7 @@
-"""Pure state machine for the end of a run: when it stops, when it is over, its exit code.
+"""The state machine of the end of a run: when it stops, when it is over, its exit code.
 
-As in `machine`, time is an argument and `handle()` returns what the driver has to do; `deadline`
-is when the driver has to send a `TICK`. There is one `StopAll` at most, and one `FINISH`.
+As in `machine`, time is an argument, `handle()` returns the actions for the driver, and `deadline`
+is when the driver has to send a `TICK`. There is at most one `StopAll` and one `FINISH`.
 
     RUNNING --a reason--> NOTIFIED --> STOPPING --nothing pending--> SWEEPING --> OVER
        |                                  ^                             ^
@@ -32,9 +32,9 @@ class Phase(enum.Enum):
     """How far the shutdown has come."""
 
     RUNNING = enum.auto()
-    NOTIFIED = enum.auto()  # the interpreter has been told; it answers with ShutdownDecided
+    NOTIFIED = enum.auto()  # the interpreter is notified; it answers with ShutdownDecided
     STOPPING = enum.auto()
-    SWEEPING = enum.auto()  # all processes have ended; what they left behind is being stopped
+    SWEEPING = enum.auto()  # all processes have exited; leftovers are being stopped
     OVER = enum.auto()
 
 
@@ -48,7 +48,7 @@ class Interrupted(Record):
 
 
 class ShutdownDecided(Record):
-    """The interpreter shuts the run down, of its own accord or after a `Notify`."""
+    """The interpreter shuts the run down, by itself or after a `Notify`."""
 
     reason: str
 
@@ -60,7 +60,7 @@ class StopRequested(Record):
 
 
 class ProcessEnded(Record):
-    """A life of a process is over. `report` is what the summary says of an unexpected failure."""
+    """A process exited. `report` describes an unexpected failure in the summary."""
 
     name: str
     end: Ended
@@ -76,7 +76,7 @@ class BudgetExceeded(Record):
 
 
 class Idle(Record):
-    """Something has ended or become due. `expects_more`: a timer or an event may start something.
+    """An event was handled completely. `expects_more`: a timer or an event may start something.
 
     `is_loading`: a composable node is being loaded, which does not hold up a shutdown.
     """
@@ -90,7 +90,7 @@ class Occurrence(enum.Enum):
 
     TICK = enum.auto()  # time has passed
     OUTPUT_CLOSED = enum.auto()  # standard output has no reader any more
-    LEFTOVERS_KILLED = enum.auto()  # something left behind got SIGKILL, and no user caused that
+    LEFTOVERS_KILLED = enum.auto()  # leftovers got SIGKILL, and not because of a user
     LEFTOVERS_GONE = enum.auto()
 
 
@@ -116,7 +116,7 @@ class Say(Record):
 
 
 class Notify(Record):
-    """Hand this event to the interpreter, which stops starting processes and says so."""
+    """Pass this event to the interpreter, which answers with `ShutdownDecided`."""
 
     event: Event
 
@@ -128,7 +128,7 @@ class StopAll(Record):
 
 
 class EndLeftovers(Record):
-    """Stop what processes left behind, after skipping so many grace periods."""
+    """Stop leftovers, after skipping so many grace periods."""
 
     skipped: int
 
@@ -177,7 +177,7 @@ class ShutdownMachine:
         return ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
 
     def handle(self, event: ShutdownEvent, now: float) -> list[ShutdownAction]:
-        """What has to be done about `event`, in order."""
+        """The actions for `event`, in order."""
         match event:
             case Interrupted(signum=signum):
                 return self._interrupt(signum, now)
@@ -255,7 +255,7 @@ class ShutdownMachine:
         if self.phase is Phase.RUNNING:
             said = Say("INFO", f"{reason}: shutting down")
             return self._announce(said, ShutdownAsked(reason=reason), now, reason=reason)
-        if self.phase is Phase.NOTIFIED:  # the interpreter has had nothing to say about it
+        if self.phase is Phase.NOTIFIED:  # the interpreter has not answered
             return self._stop(reason, now)
         if not any(process.machine.state.is_alive for process in self._processes):
             self.deadline = None
@@ -264,7 +264,7 @@ class ShutdownMachine:
         return [Order.REPORT_WAITING]
 
     def _is_over(self, idle: Idle) -> bool:
-        """Whether nothing runs and nothing can start any more."""
+        """Whether nothing is running and nothing can start any more."""
         if self.phase not in (Phase.RUNNING, Phase.STOPPING) or idle.expects_more:
             return False
         machines = (process.machine for process in self._processes)

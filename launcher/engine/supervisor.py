@@ -1,4 +1,4 @@
-"""Supervisor: one run, from the first process to the last."""
+"""Runs one launch file, from the first process to the last."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command, Ended
 from launcher.engine.output.reader import OutputReader
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child, set_close_on_exec, spawn, terminal_size_beside
 from launcher.engine.process import Process, child_environment, with_printable_name
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
-FINAL_OUTPUT_S = 2.0  # how long a slow reader of our output is waited for at the end
+FINAL_OUTPUT_S = 2.0  # for a slow reader of our output at the end
 
 
 class Supervisor:
     """Composes the parts of a run; they report to it, as a `RunListener`.
 
-    `env` is what the plan is compared with; the files of the run go to `run_path`, if there is one.
-    `on_begun()` is called when the static part of the launch file has been carried out.
+    `env` is the environment of the ROS agent; the files of the run go to `run_path`, unless that is
+    None. `on_begun()` is called after the static part of the launch file was carried out.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Supervisor:
         *,
         env: Mapping[str, str],
         reactor: Reactor,
-        screen: Screen,
+        screen: StdoutWriter,
         run_id: str,
         run_path: Path | None = None,
         options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
@@ -65,13 +65,13 @@ class Supervisor:
         self._processes: dict[int, Process] = {}
         self._control: RunControl | None = None
         self.on_begun: Callable[[], object] = lambda: None
-        everyone = self._processes.values()
-        trouble = functools.partial(screen.log, "WARNING", "launch")
+        processes = self._processes.values()
+        warn = functools.partial(screen.log, "WARNING", "launch")
         soon = functools.partial(reactor.call_later, 0)
-        self._directory = RunDirectory(run_path, trouble, soon=soon)
+        self._directory = RunDirectory(run_path, warn, soon=soon)
         self._log = RunLog(reactor, screen, self._directory)
         self._watchdog = WatchdogClient(reactor, run_id, self._log)
-        self._reader = OutputReader(reactor, screen, self._directory, everyone, self)
+        self._reader = OutputReader(reactor, screen, self._directory, processes, self)
         self._driver = ProcessDriver(reactor, self._reader, self._log, self)
         if options.stagger_s > 0 or options.max_starting is not None:
             self._driver.pace(stagger_s=options.stagger_s, most=options.max_starting)
@@ -85,11 +85,11 @@ class Supervisor:
             processes=self._processes,
             agent_env=agent_env,
         )
-        screen.on_closed = self._output_closed
+        screen.on_closed = lambda: self._shutdown.output_closed()
         self._judge = self._budget_judge()
 
     def _budget_judge(self) -> Judge | None:
-        """At once, since a budget that cannot be read ends a run before it begins; UsageError."""
+        """UsageError, before anything is started, if a budget is invalid."""
         if not self._options.has_budgets:
             return None
         from launcher.engine.monitor.housekeeping import judge_for
@@ -98,7 +98,7 @@ class Supervisor:
 
     @functools.cached_property
     def _shutdown(self) -> Shutdown:
-        """Made when the first processes have been started, which need not wait for it."""
+        """Imported after the first processes have been started."""
         from launcher.engine.shutdown import Shutdown
 
         return Shutdown(
@@ -114,7 +114,7 @@ class Supervisor:
 
     @functools.cached_property
     def _housekeeper(self) -> Housekeeper:
-        """Made when the first processes have been started, which need not wait for it."""
+        """Imported after the first processes have been started."""
         from launcher.engine.monitor.housekeeping import Housekeeper
 
         return Housekeeper(
@@ -134,7 +134,7 @@ class Supervisor:
 
     @property
     def control(self) -> RunControl:
-        """What users see and control of the run; made when it is first asked for."""
+        """What the control socket can read and change; made on first use."""
         if self._control is None:
             from launcher.engine.run_control import RunControl
 
@@ -153,8 +153,8 @@ class Supervisor:
     # ---- the run
 
     def run(self) -> ExitCode:
-        """Start, serve, stop; the exit code. Whatever happens, nothing is left behind."""
-        self._reactor.on_signals(STOP_SIGNALS, self._signalled)
+        """Run to the end, and return the exit code. No process is left even after an exception."""
+        self._reactor.on_signals(STOP_SIGNALS, lambda signum: self._shutdown.interrupt(signum))
         set_close_on_exec()
         self._reactor.on_signals((signal.SIGWINCH,), self._terminal_resized)
         try:
@@ -173,7 +173,8 @@ class Supervisor:
     def _begin(self) -> None:
         timeout_s = self._options.timeout_s
         if timeout_s is not None:
-            self._reactor.call_later(timeout_s, self._timeout_reached)
+            reason = f"timeout of {timeout_s:g} s reached"
+            self._reactor.call_later(timeout_s, lambda: self._shutdown.stop(reason))
         self._core_driver.start()
         self._reactor.call_later(0, self._driver.watch_memory)
         self._reactor.call_later(0, _settle)
@@ -185,7 +186,7 @@ class Supervisor:
     def _clean_up(self) -> None:
         for process in self._processes.values():
             if process.child is not None:
-                # Only after an error of our own: an orderly end has seen every child go.
+                # Only after an exception: an orderly end has reaped every child.
                 process.child.signal_group(signal.SIGKILL)
             self._driver.release(process)
         self._core_driver.close_agent()
@@ -195,7 +196,7 @@ class Supervisor:
         self._log.note("finished", exit_code=int(self._shutdown.exit_code()))
         self._screen.finish(FINAL_OUTPUT_S)
         if self._screen.dropped_bytes:
-            text = f"{self._screen.dropped_bytes} bytes of output found no room on their disk"
+            text = f"dropped {self._screen.dropped_bytes} bytes of output: the disk was full"
             self._directory.log("WARNING", "launch", text)
         self._directory.close()
 
@@ -206,15 +207,6 @@ class Supervisor:
 
             specs, is_over = [p.spec for p in self._processes.values()], self._shutdown.has_begun
             warn_of_unmatched(self._options, specs, self._log, is_over=is_over)
-
-    def _signalled(self, signum: int) -> None:
-        self._shutdown.interrupt(signum)
-
-    def _output_closed(self) -> None:
-        self._shutdown.output_closed()
-
-    def _timeout_reached(self) -> None:
-        self._shutdown.stop(f"timeout of {self._options.timeout_s:g} s reached")
 
     def _terminal_resized(self, signum: int) -> None:
         for process in self._processes.values():
@@ -260,13 +252,13 @@ class Supervisor:
 
     def started(self, process: Process, pid: int) -> None:
         self._core_driver.feed(ProcessStarted(process_id=process.process_id, pid=pid))
-        self._tell_control()
+        self._notify_control()
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
-        self._tell_control()
+        self._notify_control()
         outcome, returncode = end.outcome, end.outcome.returncode
         if returncode is not None and returncode < 0:
-            self._housekeeper.died_by_signal()
+            self._housekeeper.killed()
         self._shutdown.ended(process, end, is_required=self._options.is_required(process.spec))
         will_restart = end.retry_in_s is not None or process.machine.is_held
         if returncode is None:
@@ -303,9 +295,9 @@ class Supervisor:
 
     def idle(self) -> None:
         self._shutdown.idle()
-        self._tell_control()
+        self._notify_control()
 
-    def _tell_control(self) -> None:
+    def _notify_control(self) -> None:
         if self._control is not None:
             self._control.process_control.changed()
 
@@ -321,6 +313,6 @@ class Supervisor:
 
 
 def _settle() -> None:
-    """Spare the garbage collector what lives as long as the run: a full one takes milliseconds."""
+    """Exclude what exists now from garbage collection: a full one would take milliseconds."""
     gc.freeze()
     gc.enable()

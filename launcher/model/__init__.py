@@ -1,1 +1,1 @@
-"""What the interpreter and its drivers say to each other: specs, effects, events. Data only."""
+"""Plain data that the interpreter and its drivers exchange: specs, effects, events."""

@@ -1,9 +1,8 @@
-"""Effects that the interpreter asks for, and events that its driver reports back.
+"""Effects that the interpreter requests, and events that its driver reports.
 
-The interpreter is sans-I/O: `start()` and `handle(event)` return effects in order. A driver
-carries them out (the supervisor for real, the planner in virtual time) and feeds back what
-happened. `process_id` and `timer_id` are small numbers that the interpreter gives out; they are
-not pids.
+The interpreter does no I/O: `start()` and `handle(event)` return effects in order. A driver (the
+supervisor, or the planner in virtual time) carries them out and reports events. `process_id` and
+`timer_id` are numbers that the interpreter assigns, not pids.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ class StartProcess(Record):
 
 
 class SignalProcess(Record):
-    """Send this signal once to the group of the process, if it lives."""
+    """Send this signal once to the group of the process, if it is running."""
 
     process_id: int
     signum: int
@@ -49,13 +48,13 @@ class CallLater(Record):
 
 
 class CancelTimer(Record):
-    """Forget this timer; TimerFired for it is ignored from now on."""
+    """Cancel this timer; a later TimerFired for it is ignored."""
 
     timer_id: int
 
 
 class LogMessage(Record):
-    """A line of the launcher's own: `[LEVEL] [logger]: text`."""
+    """A message of the launcher: `[LEVEL] [logger]: text`."""
 
     logger: str
     level: str
@@ -120,9 +119,9 @@ class ProcessStarted(Record):
 
 
 class ProcessExited(Record):
-    """The process ended; `returncode` is negative for a signal, as in `subprocess`.
+    """The process exited; `returncode` is negative for a signal, as in `subprocess`.
 
-    `will_restart`: its RestartPolicy starts it again, or the user may who stopped it.
+    `will_restart`: its RestartPolicy restarts it, or a user has stopped it and may start it again.
     """
 
     process_id: int
@@ -132,7 +131,7 @@ class ProcessExited(Record):
 
 
 class SpawnFailed(Record):
-    """The process could not be started; `errno` and `reason` as the operating system says.
+    """The process could not be started; `errno` and `reason` are those of the system call.
 
     `will_restart` is as in ProcessExited.
     """
@@ -155,7 +154,7 @@ class ProcessOutput(Record):
 
 
 class TimerFired(Record):
-    """The time of a CallLater has come."""
+    """The delay of a CallLater has passed."""
 
     timer_id: int
 
@@ -167,7 +166,7 @@ class SignalReceived(Record):
 
 
 class ShutdownAsked(Record):
-    """Something else than a signal or the launch file ends the run: a user, a limit, a failure."""
+    """The run ends not by a signal or the launch file, but by a user, a limit or a failure."""
 
     reason: str
 

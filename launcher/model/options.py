@@ -1,4 +1,4 @@
-"""RunOptions: the options of a run, beyond what its launch file says."""
+"""The options of a run, which override or complete its launch file."""
 
 from __future__ import annotations
 
@@ -13,17 +13,15 @@ if TYPE_CHECKING:
 
 
 class RunOptions(Record):
-    """`restart` and `stop` are (pattern, policy) pairs, the last that matches counts.
+    """`restart` and `stop` are (pattern, policy) pairs, of which the last that matches counts.
 
-    `limits` are such pairs, too; of several that match, each says what the later ones do not.
-    `stagger_s` is the least time between two starts, `max_starting` how many processes may be
-    starting at the same time (None: any number).
-    `required` are patterns of processes without which the run ends; `timeout_s` ends it after a
-    time; `exit_when_any_dies` after the first death that is not followed by a restart. `budgets`
-    are limits on resources (`budget_parser` reads them), and so are `budget_files`: (path,
-    text) pairs, since a file that is a pipe can be read once; `file_names` are the patterns that
-    stand in them, each with its place. `control`: other shells may inspect and control the run;
-    `ros`: so may ROS.
+    `limits` are such pairs, too, which are merged; later ones override. `stagger_s` is the least
+    time between two starts, `max_starting` how many processes may be starting at the same time
+    (None: any number). The run ends when a process that matches `required` exits, after
+    `timeout_s`, or with `exit_when_any_dies` after the first failure without a restart. `budgets`
+    are limits on resources (see `budget_parser`), as are `budget_files`: (path, text) pairs, since
+    a pipe can be read only once; `file_names` are their patterns, each with its place. `control`:
+    open the control socket; `ros`: publish the state of the run in ROS.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()

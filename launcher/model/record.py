@@ -1,8 +1,8 @@
-"""Record: frozen value classes without the price of `dataclasses`.
+"""Frozen value classes that are faster to define than dataclasses.
 
-A frozen dataclass takes half a millisecond to define (it compiles its methods), and importing
-`dataclasses` takes eight; on the way to the first process that is a third of the start-up.
-Type checkers see dataclasses.
+A frozen dataclass takes 0.5 ms to define, since its methods are compiled, and importing
+`dataclasses` takes 8 ms: together a third of the time to the first process. Type checkers treat
+these classes as dataclasses.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Record:
             self.__dict__.update(named)
             return
         if values:
-            given = dict(zip(fields, values))  # noqa: B905  (too many are told below)
+            given = dict(zip(fields, values))  # noqa: B905  (too many raise below)
             if len(values) > len(fields) or given.keys() & named.keys():
                 raise TypeError(f"{type(self).__name__} takes {', '.join(fields)}, each once")
             named.update(given)

@@ -1,4 +1,4 @@
-"""ProcessSpec: what is known about a process before it starts, as plain strings."""
+"""The specification of a process: command, environment, policies, as plain data."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from launcher.model.record import Record
 
 
 class Sink(enum.Flag):
-    """Where a stream of a process goes; ROS 2's words for it are in `OutputPolicy`."""
+    """Where a stream of a process goes; see `OutputPolicy.named` for the names in ROS 2."""
 
     NONE = 0
     SCREEN = enum.auto()
@@ -19,7 +19,7 @@ class Sink(enum.Flag):
 
 
 class OutputPolicy(Record):
-    """Sinks of each stream, as ROS 2's `output=` means them (CONFORMANCE 1.30).
+    """Sinks of each stream, as ROS 2's `output=` (CONFORMANCE 1.30).
 
     `combined` is the file that holds both streams in order of arrival, `stdout` and `stderr`
     those of one stream.
@@ -55,7 +55,7 @@ _NAMED_POLICIES = {
 
 
 class RestartMode(enum.Enum):
-    """When a process that ended is started again."""
+    """When a process that exited is restarted."""
 
     NEVER = "never"
     ON_FAILURE = "on-failure"
@@ -67,9 +67,10 @@ class RestartPolicy(Record):
 
     ROS 2's `respawn=True, respawn_delay=d, respawn_max_retries=n` is
     `RestartPolicy(mode=ALWAYS, delay_s=d, max_restarts=n)`. `max_restarts` None means without
-    limit; with `window_s` it limits those within the last so many seconds. `backoff_max_s` makes
-    the delay double from `delay_s` up to it, and start over after a life of `quiet_s`; `jitter` is
-    the share of a delay that chance adds, so that a fleet does not restart in step.
+    limit; with `window_s` it limits those within the last `window_s` seconds. With
+    `backoff_max_s` the delay doubles from `delay_s` up to it, and is reset after a run of
+    `quiet_s`; `jitter` is the largest random part of a delay, so that a fleet does not restart in
+    step.
     """
 
     mode: RestartMode = RestartMode.NEVER
@@ -81,7 +82,7 @@ class RestartPolicy(Record):
     jitter: float = 0.0
 
     def wants_restart(self, *, failed: bool) -> bool:
-        """Whether the mode asks for another start after such an end."""
+        """Whether the mode has a restart after such an exit."""
         return self.mode is RestartMode.ALWAYS or (self.mode is RestartMode.ON_FAILURE and failed)
 
     def allows(self, restarts: int, recent: Sequence[float], now: float) -> bool:
@@ -96,18 +97,18 @@ class RestartPolicy(Record):
         return sum(when > now - self.window_s for when in recent) < self.max_restarts
 
     def delay_after(self, quick_ends: int, chance: float) -> float:
-        """Seconds to wait after `quick_ends` short lives in a row; `chance` is in [0, 1)."""
+        """Seconds to wait after `quick_ends` quick exits in a row; `chance` is in [0, 1)."""
         delay_s = self.delay_s
         if self.backoff_max_s is not None:
             delay_s = min(self.delay_s * 2.0 ** min(quick_ends, 60), self.backoff_max_s)
         return delay_s * (1.0 + self.jitter * chance)
 
 
-KILL_PATIENCE_S = 5.0  # a process that exists after that is in uninterruptible sleep
+AFTER_KILL_S = 5.0  # a process that still exists then is in uninterruptible sleep
 
 
 class StopPolicy(Record):
-    """The way from a polite request to SIGKILL; ROS 2's `sigterm_timeout`, `sigkill_timeout`.
+    """The signals that stop a process, up to SIGKILL; ROS 2's `sigterm_timeout`, `sigkill_timeout`.
 
     `sigterm_timeout_s` is the time from SIGINT to SIGTERM, `sigkill_timeout_s` that from SIGTERM
     to SIGKILL, in seconds. `polite` replaces both: (signal, seconds until the next) in order.
@@ -126,7 +127,12 @@ class StopPolicy(Record):
                 (signal.SIGINT, self.sigterm_timeout_s),
                 (signal.SIGTERM, self.sigkill_timeout_s),
             )
-        return (*polite, (signal.SIGKILL, KILL_PATIENCE_S))
+        return (*polite, (signal.SIGKILL, AFTER_KILL_S))
+
+    @property
+    def grace_s(self) -> float:
+        """Seconds until SIGKILL."""
+        return sum(wait_s for _, wait_s in self.steps[:-1])
 
 
 class ParameterSource(Record):
@@ -142,7 +148,7 @@ class ParameterSource(Record):
 
 
 class RosIdentity(Record):
-    """What makes a process a ROS node, for people and for the plan document.
+    """The ROS node of a process, for users and for the plan document.
 
     `namespace` is absolute, None where the launch file gives none; `remappings` are
     (from, to) in the order of the command line.
@@ -190,7 +196,7 @@ UNLIMITED = -1  # as `resource.RLIM_INFINITY`
 
 
 class Limits(Record):
-    """None, or nothing in `rlimits`, leaves it as it is for the launcher.
+    """Limits of a process; what is None, or not in `rlimits`, is inherited from the launcher.
 
     `rlimits` are (name as in `nofile`, soft, hard), each name once.
     """
@@ -200,7 +206,7 @@ class Limits(Record):
     rlimits: tuple[tuple[str, int, int], ...] = ()
 
     def over(self, other: Limits) -> Limits:
-        """Both, where this one counts if they disagree."""
+        """Both limits; this one overrides the other."""
         named = {rlimit[0]: rlimit for rlimit in (*other.rlimits, *self.rlimits)}
         return Limits(
             nice=other.nice if self.nice is None else self.nice,

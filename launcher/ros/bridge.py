@@ -98,7 +98,7 @@ class Bridge:
     def publish(self) -> None:
         """Ask for the state of the processes and publish it."""
         try:
-            rows = self._connection.ask("ps", patience_s=PATIENCE_S).result["processes"]
+            rows = self._connection.ask("ps", timeout_s=PATIENCE_S).result["processes"]
         except ControlError as error:
             self._send(all_stale(self._known, f"the launcher does not answer: {error.message}"))
             self._connect_anew()
@@ -111,7 +111,7 @@ class Bridge:
         """A late answer would be taken for that to the next request."""
         self._connection.close()
         try:
-            self._connection = Connection(self._path, patience_s=PATIENCE_S)
+            self._connection = Connection(self._path, timeout_s=PATIENCE_S)
         except ControlError as error:
             self._node.get_logger().warning(error.message, throttle_duration_sec=10.0)
 

@@ -171,7 +171,7 @@ def test_a_killed_node_is_reported_and_its_shared_memory_freed(launched_system: 
     fleet.wait_for_log("robot_3", "Received task ")
     fleet.kill("robot_1")
     fleet.wait_for_log("launch", r"process has died \[pid ")
-    fleet.wait_for_log("launch", "of shared memory that dead nodes left")
+    fleet.wait_for_log("launch", "of shared memory of killed nodes")
     ending = fleet.system.stop(150.0)
     assert (ending.returncode, ending.left_memory) == (130, ())
     assert any(

@@ -119,10 +119,10 @@ def test_a_hundred_clients_are_served_while_the_output_flows(steering: SteeringB
         answered = []
 
         def client(number: int) -> None:
-            with Connection(path, patience_s=PATIENCE_S) as connection:
+            with Connection(path, timeout_s=PATIENCE_S) as connection:
                 for verb in ("ps", "logs", "info", "events", "ps"):
                     names = ["writer"] if verb in ("logs", "info") else []
-                    answer = connection.ask(verb, names, patience_s=60)
+                    answer = connection.ask(verb, names, timeout_s=60)
                     assert answer.result
                 answered.append(number)
 

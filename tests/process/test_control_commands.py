@@ -46,7 +46,9 @@ def test_each_command_tells_what_happened(steering: SteeringBench):
         assert run.shell("unmute").stdout == "cat-1 was not muted\n"
         assert re.search(r"^command +sh -c 'exec cat'$", run.shell("info", "cat").stdout, re.M)
         done = run.shell("quit")
-        assert done.stdout == "the run is being stopped: 1 process to go\nthe run has ended\n"
+        assert (
+            done.stdout == "the run is being stopped: 1 process still running\nthe run has ended\n"
+        )
         assert run.exit_code() == 0
 
 

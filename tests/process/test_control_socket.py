@@ -190,7 +190,7 @@ def test_a_client_of_another_version_gets_the_supported_version(run: Steered):
         answer = client.read()
         assert error_of(answer) == "version"
         assert answer["id"] == "a"
-        assert "speaks protocol 1" in answer["error"]["message"]
+        assert ": this run uses 1" in answer["error"]["message"]
         client.say(b'{"protocol": 1, "id": "b", "verb": "ps"}\n')
         assert client.read()["ok"]  # it may go on in ours
 
@@ -267,13 +267,13 @@ def test_a_suspended_run_is_reported_as_not_answering(run: Steered):
     run.process.send_signal(signal.SIGSTOP)
     wait_until(lambda: state_of(run.process.pid) == "T", "it stands still")
     with pytest.raises(ControlError, match="does not answer"):
-        Connection(path, patience_s=0.2)
+        Connection(path, timeout_s=0.2)
     for words in (("ps",), ("quit",), ("ps", "--run", str(run.process.pid))):
         done = run.shell(*words)
         assert done.returncode == 1
-        assert f"(pid {run.process.pid}) does not answer (it is st" in done.stderr
+        assert f"(pid {run.process.pid}) does not answer (suspended" in done.stderr
         assert f"kill -CONT {run.process.pid}" in done.stderr
-    assert "does not answer (it is stopped: state T)" in run.shell("runs").stdout
+    assert "does not answer (suspended: state T)" in run.shell("runs").stdout
     (listed,) = json.loads(run.shell("runs", "--json").stdout)["runs"]
     assert listed["id"] == path.stem and "state T" in listed["problem"]
     run.process.send_signal(signal.SIGCONT)

@@ -124,7 +124,7 @@ def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(be
     assert found["leftover processes"]["level"] == "problem"
     assert bench.survivors() == left
     _, _, done = doctor("--fix")
-    assert any("stopping what processes left behind" in sentence for sentence in done)
+    assert any("stopping leftover processes" in sentence for sentence in done)
     assert bench.survivors() == []
 
 

@@ -167,7 +167,7 @@ def test_a_screen_on_a_full_disk_does_not_stop_the_run(bench: Bench):
     assert done.returncode == 1 and done.stderr.count(b"No space left on device") == 1
     run = bench.folder / "log" / "latest"
     assert _printed((run / "cat-1.log").read_bytes()) == {"cat-1": lines}
-    assert "bytes of output found no room on their disk" in (run / "launch.log").read_text()
+    assert "bytes of output: the disk was full" in (run / "launch.log").read_text()
 
 
 def test_head_gets_its_lines_and_ends_a_flood_quietly(bench: Bench):

@@ -14,7 +14,7 @@ from launcher.engine.logs.run_log import RunLog
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.monitor.resources import Sampler
 from launcher.engine.output.reader import OutputReader
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import spawn
 from launcher.engine.process import Process
@@ -72,7 +72,7 @@ def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Proce
             return super().__iter__()
 
     with _pipe() as (read_end, write_end), Reactor() as reactor:
-        screen = Screen(reactor, write_end, colour=False)
+        screen = StdoutWriter(reactor, write_end, colour=False)
         chronicle = RunLog(reactor, screen, RunDirectory(None, lambda text: None))
         caretaker = Housekeeper(
             reactor,

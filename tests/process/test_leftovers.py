@@ -17,7 +17,7 @@ from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command
 from launcher.engine.output.reader import OutputReader
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child, spawn
 from launcher.engine.process import Process
@@ -48,7 +48,7 @@ def test_what_a_restarted_process_leaves_behind_ends_while_its_successor_runs(be
         "echo successor; exec sleep 1002\n"
     )
     terminal = bench.terminal(f'sh(". ./node.sh", cwd="{bench.folder}", respawn=True, {QUICK})')
-    terminal.wait_for_all("successor", "stopping what it left behind: ")
+    terminal.wait_for_all("successor", "stopping leftover processes: ")
     wait_until(lambda: not _sleeping(bench, 1001), "what was left is gone")
     wait_until(lambda: _sleeping(bench, 1002), "it sleeps")
     terminal.ctrl_c()
@@ -62,7 +62,7 @@ def test_what_a_process_leaves_behind_that_was_stopped_ends_at_once(bench: Bench
     both = f"*(lambda it: [{on_ready}, it])"
     both = f"{both}(sh('{script}', {QUICK}))"
     terminal = bench.terminal(f'sh("exec sleep 1003"), {both}')
-    terminal.wait_for_all("ready", "stopping what it left behind: ")
+    terminal.wait_for_all("ready", "stopping leftover processes: ")
     wait_until(lambda: not _sleeping(bench, 1001), "what was left is gone")
     wait_until(lambda: _sleeping(bench, 1003), "it sleeps")
     terminal.ctrl_c()
@@ -77,14 +77,16 @@ def test_what_a_process_leaves_behind_that_ended_by_itself_stays_until_the_end(b
     wait_until(lambda: _sleeping(bench, 1001), "it sleeps")
     terminal.ctrl_c()
     assert terminal.exit_code() == 130, "something was killed"
-    assert "stopping what processes left behind: " in terminal.text
+    assert "stopping leftover processes: " in terminal.text
     assert bench.survivors() == []
 
 
 DEAF_DAEMON = """
 setsid sh -c 'trap "" INT TERM; echo deaf; touch deaf; exec sleep 1001' &
 """
-SIGKILLED = r"left behind and still there, now SIGKILL: (sleep|sh) \["  # before it is `sleep`
+SIGKILLED = (
+    r"leftover processes still running, sending SIGKILL: (sleep|sh) \["  # before it is `sleep`
+)
 
 
 def _leaving(bench: Bench, rest: str, options: str = "") -> str:
@@ -111,7 +113,7 @@ def test_what_is_left_behind_of_processes_that_are_killed_is_killed_at_once(benc
     terminal.wait_for("deaf")
     terminal.ctrl_c()
     assert terminal.exit_code() == 0, "it was asked for"
-    assert "stopping what processes left behind: " in terminal.text
+    assert "stopping leftover processes: " in terminal.text
     assert "still there" not in terminal.text
     assert bench.survivors() == []
 
@@ -127,11 +129,11 @@ def test_earlier_ctrl_c_presses_count_for_leftovers(bench: Bench):
     terminal.wait_for("asked")
     terminal.ctrl_c()
     assert terminal.exit_code() == 130
-    said = terminal.text.partition("stopping what processes left behind")
+    said = terminal.text.partition("stopping leftover processes")
     assert "again, not waiting any longer" in said[0]
     assert re.search(SIGKILLED.replace("KILL:", "TERM:"), said[2])
     assert re.search(SIGKILLED, said[2])
-    first, second = re.findall(r"(\d+\.\d+) \[ERROR\] \[launch\]: left behind", _log(bench))
+    first, second = re.findall(r"(\d+\.\d+) \[ERROR\] \[launch\]: leftover", _log(bench))
     assert float(second) - float(first) > 1.0, "only as many steps as there were presses"
 
 
@@ -153,7 +155,7 @@ class Stage:
         self.output = os.open(folder / "output", os.O_RDWR | os.O_CREAT)
         self.path = folder / "output"
         self.reactor = Reactor()
-        screen = Screen(self.reactor, self.output, colour=False)
+        screen = StdoutWriter(self.reactor, self.output, colour=False)
         files = RunDirectory(None, lambda text: None)
         spec = ProcessSpec(
             name="stuck-1",

@@ -12,7 +12,7 @@ import subprocess
 
 import pytest
 
-from launcher.engine.posix.limits import refusal, words_before
+from launcher.engine.posix.limits import command_prefix, parse_refusal
 from launcher.model.spec import UNLIMITED, Limits
 from tests.process.conftest import Bench
 
@@ -87,15 +87,15 @@ def test_a_limit_above_the_maximum_starts_nothing(bench: Bench):
 def test_a_limit_that_is_refused_later_is_named_as_it_is_written():
     read_end, write_end = os.pipe()
     limits = Limits(rlimits=(("nofile", 5, UNLIMITED),))
-    command = [*words_before(limits, write_end, os.environ), "true"]
+    command = [*command_prefix(limits, write_end, os.environ), "true"]
     with subprocess.Popen(command, pass_fds=[write_end]) as stage:
         os.close(write_end)
         said = os.read(read_end, 4096)
         stage.wait(60)
     os.close(read_end)
-    assert refusal(said) == (errno.EPERM, "nofile=5/unlimited")
-    assert refusal(b"1 nproc=-1/-1") == (errno.EPERM, "nproc=unlimited")
-    assert refusal(b"1 nice=-1") == (errno.EPERM, "nice=-1")
+    assert parse_refusal(said) == (errno.EPERM, "nofile=5/unlimited")
+    assert parse_refusal(b"1 nproc=-1/-1") == (errno.EPERM, "nproc=unlimited")
+    assert parse_refusal(b"1 nice=-1") == (errno.EPERM, "nice=-1")
 
 
 @pytest.mark.thorough

@@ -159,7 +159,7 @@ def test_output_to_a_full_disk_is_reported_once_and_fails_the_run(bench: Bench):
     run = bench.folder / "log" / "latest"
     assert (run / "sh-1.log").read_text() == "[sh-1] 1\n[sh-1] 2\n[sh-1] 3\n"
     log = (run / "launch.log").read_text()
-    assert "process has finished cleanly" in log and "found no room on their disk" in log
+    assert "process has finished cleanly" in log and "bytes of output: the disk was full" in log
     assert '"exit_code": 1' in (run / "events.jsonl").read_text()
 
 

@@ -13,8 +13,8 @@ import psutil
 import pytest
 
 from launcher.engine.logs.run_directory import RunDirectory
-from launcher.engine.output.reader import PATIENCE_S, OutputReader
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.reader import PARTIAL_LINE_S, OutputReader
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import BOTH, Child
 from launcher.engine.process import Process
@@ -36,7 +36,7 @@ class Desk:
         self._fds = [os.open(self._path, os.O_WRONLY | os.O_CREAT)]
         self.relay = OutputReader(
             reactor,
-            Screen(reactor, self._fds[0], colour=False),
+            StdoutWriter(reactor, self._fds[0], colour=False),
             RunDirectory(None, lambda text: None),
             (),
             self,
@@ -76,7 +76,7 @@ class Desk:
 
         def hang() -> None:
             self.reactor.remove(read_end)
-            overdue_s = self.reactor.now() + 2 * PATIENCE_S
+            overdue_s = self.reactor.now() + 2 * PARTIAL_LINE_S
             wait_until(lambda: self.reactor.now() > overdue_s, "overdue timers")
             meanwhile()
 
@@ -90,7 +90,7 @@ class Desk:
         def look() -> None:
             if end in self._path.read_bytes() or self.reactor.now() > until_s:
                 self.reactor.stop()
-            self.reactor.call_later(PATIENCE_S / 10, look)
+            self.reactor.call_later(PARTIAL_LINE_S / 10, look)
 
         look()
         self.reactor.run()
@@ -190,7 +190,7 @@ def hold_up(launcher: psutil.Popen) -> None:
     """Stop it for longer than any line is waited for."""
     launcher.suspend()
     wait_until(lambda: launcher.status() == psutil.STATUS_STOPPED, "a stopped launcher")
-    goes_on_s = time.monotonic() + 3 * PATIENCE_S
+    goes_on_s = time.monotonic() + 3 * PARTIAL_LINE_S
     wait_until(lambda: time.monotonic() > goes_on_s, "its children have waited for it")
     launcher.resume()
 

@@ -116,8 +116,10 @@ def test_a_daemon_that_ignores_everything_is_named_and_killed(bench: Bench):
     (bench.folder / "daemon.sh").write_text(script)
     leave = f"setsid -f sh {bench.folder}/daemon.sh >/dev/null 2>&1"
     done = bench.run(f'sh("{leave}; until [ -e {ready} ]; do sleep 0.05; done")')
-    assert b"stopping what processes left behind: " in done.stdout
-    assert re.search(rb"left behind and still there, now SIGKILL: .*sh \[\d+\]", done.stdout)
+    assert b"stopping leftover processes: " in done.stdout
+    assert re.search(
+        rb"leftover processes still running, sending SIGKILL: .*sh \[\d+\]", done.stdout
+    )
     assert bench.survivors() == []
 
 
@@ -142,7 +144,7 @@ class Hopper:
 def test_a_process_that_forks_into_new_sessions_in_a_loop_is_killed(bench: Bench, rest_s):
     hopper = Hopper(bench.folder, rest_s)
     done = bench.run(hopper.actions)
-    assert b"stopping what processes left behind: " in done.stdout
+    assert b"stopping leftover processes: " in done.stdout
     wait_until(hopper.stands_still, "it does not hop any more")
     assert bench.survivors() == []
 

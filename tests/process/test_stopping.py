@@ -94,7 +94,7 @@ def test_nothing_more_starts_when_a_person_ends_the_run(bench: Bench):
     terminal.wait_for("ready")
     bench.ask_run(terminal.pid, "quit")
     assert terminal.exit_code() == 0
-    assert "told: somebody asked to quit" in terminal.text
+    assert "told: quit requested by a user" in terminal.text
     assert "next" not in terminal.text
     assert bench.survivors() == []
 
@@ -137,7 +137,7 @@ def test_a_daemon_of_a_process_that_ended_by_itself_ends_with_the_run(bench: Ben
     done = bench.run('sh("setsid -f sleep 1000 >/dev/null 2>&1")')
     assert done.returncode == 0
     # It may be caught before it has become `sleep`.
-    assert re.search(rb"stopping what processes left behind: (sleep|setsid) \[\d+\]", done.stdout)
+    assert re.search(rb"stopping leftover processes: (sleep|setsid) \[\d+\]", done.stdout)
     assert bench.survivors() == []
 
 

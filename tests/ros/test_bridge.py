@@ -204,7 +204,7 @@ def test_the_bridge_does_not_affect_the_end_of_the_run(domain, tmp_path, monitor
         assert run.exit_code() == 1
         assert not Path(f"/proc/{pid}").exists()
         assert not list(Path(domain["XDG_RUNTIME_DIR"]).rglob("*.graph"))
-        assert "left behind" not in run.screen
+        assert "leftover processes" not in run.screen
 
 
 @pytest.mark.thorough
@@ -272,7 +272,7 @@ def test_what_a_killed_bridge_had_in_shared_memory_is_freed(run: Steered, monito
             next(event for event in events if event["event"] == "resources")
     os.kill(pid, signal.SIGKILL)
     wait_until(lambda: not (FOLDER / segment).exists(), "its segment is gone")
-    run.wait_for("of shared memory that dead nodes left")
+    run.wait_for("of shared memory of killed nodes")
 
 
 def test_ros_without_a_socket_is_a_usage_error(domain, tmp_path):

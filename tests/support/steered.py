@@ -66,17 +66,17 @@ class Steered:
         return list(self._runtime.rglob(f"{self.process.pid}-*.sock"))
 
     def connect(self) -> Connection:
-        return Connection(self.socket, patience_s=PATIENCE_S)
+        return Connection(self.socket, timeout_s=PATIENCE_S)
 
     def ask(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
         """The result of a verb, asked over a connection of its own."""
         with self.connect() as connection:
-            return connection.ask(verb, names, patience_s=PATIENCE_S, **options).result
+            return connection.ask(verb, names, timeout_s=PATIENCE_S, **options).result
 
     def tell(self, verb: str, *names: str, **options: Any) -> str:
         """The text that a verb prints."""
         with self.connect() as connection:
-            return "\n".join(connection.ask(verb, names, patience_s=PATIENCE_S, **options).text)
+            return "\n".join(connection.ask(verb, names, timeout_s=PATIENCE_S, **options).text)
 
     def row(self, name: str) -> dict[str, Any]:
         """A process as `ps` sees it."""

@@ -66,7 +66,7 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
         (
             {"leftovers": (Leftover("1-a", 7, "robot"), Leftover("1-a", 8, "sh"))},
             "problem",
-            "left over from 1 dead run: robot [7], sh [8]",
+            "left over from 1 killed run: robot [7], sh [8]",
             "SIGINT, then SIGTERM, then SIGKILL",
         ),
         ({"shared_memory": None}, "note", "UDP only", "tmpfs"),

@@ -272,7 +272,7 @@ def _ended_process(event: Event) -> int | None:
 def _supervise(
     core: LaunchCore, options: RunOptions, run_path: Path | None, request: LaunchRequest
 ) -> ExitCode:
-    from launcher.engine.output.stdout import Screen, passes_colour, wants_colour
+    from launcher.engine.output.stdout import StdoutWriter, passes_colour, wants_colour
     from launcher.engine.posix.reactor import Reactor
     from launcher.engine.supervisor import Supervisor
 
@@ -280,7 +280,7 @@ def _supervise(
     run_id = _new_run_id()
     with Reactor() as reactor:
         plain = not passes_colour(1, environment)
-        screen = Screen(reactor, colour=wants_colour(1, environment), plain=plain)
+        screen = StdoutWriter(reactor, colour=wants_colour(1, environment), plain=plain)
         supervisor = Supervisor(
             core,
             env=environment,

@@ -10,7 +10,7 @@ from launcher import __version__
 from launcher.commands.launch.target import LaunchRequest
 from launcher.control.server import Server
 from launcher.control.service import Identity, open_control
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.supervisor import Supervisor
 from launcher.model.options import RunOptions
@@ -31,7 +31,7 @@ class Helpers:
         supervisor: Supervisor,
         *,
         reactor: Reactor,
-        screen: Screen,
+        screen: StdoutWriter,
         options: RunOptions,
         environment: Mapping[str, str],
     ) -> None:

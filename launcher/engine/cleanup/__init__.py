@@ -1,1 +1,1 @@
-"""What makes sure that nothing of a run outlives it."""
+"""Stops what outlives its process or the launcher: leftovers, the watchdog."""

@@ -1,4 +1,4 @@
-"""Which run a process belongs to, and whether the launcher of that run is still alive.
+"""Which run a process belongs to, and whether the launcher of that run is still running.
 
 A run id is `PID-RANDOM` with the launcher's pid; every descendant carries it in its environment
 (`sweep.RUN_ID_VARIABLE`).
@@ -20,23 +20,23 @@ def run_id_of(pid: int) -> str | None:
 def is_abandoned(pid: int, run_id: str) -> bool:
     """Whether `pid`, which carries `run_id`, has outlived its launcher.
 
-    False in doubt: if the id has no pid, or the process lives in another pid namespace, where
-    its launcher has another number than here.
+    False if that is unknown: the id has no pid, or the process is in another pid namespace, where
+    its launcher has another pid than here.
     """
     text, _, _ = run_id.partition("-")
     if not text.isdigit() or proc.pid_namespace(pid) != proc.pid_namespace(os.getpid()):
         return False
     started, launcher_started = proc.start_ticks(pid), proc.start_ticks(int(text))
     if started is None:
-        return False  # it has just ended
-    # A process with that pid that is younger got a number that was given out again.
+        return False  # it has just exited
+    # A younger process with that pid is not the launcher: the pid was reused.
     return launcher_started is None or launcher_started > started
 
 
 def abandoned_runs() -> dict[str, list[int]]:
-    """Run id -> pids of all processes whose launcher is gone.
+    """Run id -> pids of all processes whose launcher has exited.
 
-    The run that we are part of ourselves is left out: its terminal may be the one we run in.
+    Without the run that this process is part of: its terminal may be the one we run in.
     """
     ours = run_id_of(os.getpid())
     runs: dict[str, list[int]] = {}

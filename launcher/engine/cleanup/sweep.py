@@ -1,8 +1,8 @@
 """Find and signal the processes of a run, by the run id in their environment.
 
 Process groups miss a daemon that made a session of its own; the environment is inherited by
-everything. What clears its environment *and* leaves its session is not found.
-It imports the standard library only: the watchdog runs this file without site-packages.
+everything. A process that clears its environment *and* leaves its session is not found.
+The watchdog uses this without site-packages: import only the standard library and `launcher.proc`.
 """
 
 from __future__ import annotations
@@ -10,24 +10,26 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-from collections.abc import Iterator
+
+from launcher import proc
 
 RUN_ID_VARIABLE = "LAUNCHER_RUN_ID"
-CHASE_ROUNDS = 200  # about 20 ms
-CHASED = 4
+NEWEST_ROUNDS = 200  # about 20 ms
+NEWEST = 4  # processes per round
 
 
 def find(
     run_id: str, *, ignore: frozenset[int] = frozenset(), session: int | None = None
 ) -> list[int]:
-    """Pids, other than ours and those in `ignore`, that carry this run id and are not zombies.
+    """Pids with this run id, except zombies, our own and those in `ignore`; the newest first.
 
-    With `session`, those in this session alone.
+    With `session`, only those in this session.
     """
-    wanted = f"{RUN_ID_VARIABLE}={run_id}".encode()
     skipped = ignore | {os.getpid()}
-    pids = (pid for pid in _pids() if session is None or _session_of(pid) == session)
-    return [pid for pid in pids if pid not in skipped and _carries(pid, wanted)]
+    # A process that forks and exits in a loop must be read before it is gone.
+    newest_first = sorted(proc.pids(), reverse=True)
+    pids = (pid for pid in newest_first if session is None or _session_of(pid) == session)
+    return [pid for pid in pids if pid not in skipped and _has_run_id(pid, run_id)]
 
 
 def signal_all(
@@ -37,40 +39,34 @@ def signal_all(
     ignore: frozenset[int] = frozenset(),
     session: int | None = None,
 ) -> list[int]:
-    """Signal each of them; the pids that were signalled.
+    """Signal the processes that `find` returns; the pids that were signalled.
 
-    A pidfd is opened first and then the environment read again, so that a pid which was given to
-    another process in between is left alone.
+    A pidfd is opened first and then the environment read again, so that a pid that was reused in
+    between is left alone.
     """
     found = find(run_id, ignore=ignore, session=session)
     return [pid for pid in found if _signal(pid, signum, run_id)]
 
 
-def chase(
+def signal_newest(
     run_id: str,
     signum: int,
     *,
     ignore: frozenset[int] = frozenset(),
-    rounds: int = CHASE_ROUNDS,
+    rounds: int = NEWEST_ROUNDS,
 ) -> bool:
-    """Signal the youngest processes that carry the id, again and again; whether there was one.
+    """Signal the newest processes of the run, repeatedly; whether there was one.
 
-    One that forks and ends all the time is gone before `find` comes to it. Signal 0 sends nothing.
+    A process that forks and exits in a loop is gone before `find` reads it. Signal 0 sends nothing.
     """
-    wanted = f"{RUN_ID_VARIABLE}={run_id}".encode()
     has_seen = False
     for _ in range(rounds):
-        last = _last_pid()
-        for pid in range(last, max(1, last - CHASED), -1):
-            if pid not in ignore and _carries(pid, wanted):
+        last = int(proc.read(".", "loadavg").split()[-1])
+        for pid in range(last, max(1, last - NEWEST), -1):
+            if pid not in ignore and _has_run_id(pid, run_id):
                 has_seen = True
                 _signal(pid, signum, run_id)
     return has_seen
-
-
-def _last_pid() -> int:
-    with open("/proc/loadavg", "rb") as file:
-        return int(file.read().split()[-1])
 
 
 def _signal(pid: int, signum: int, run_id: str) -> bool:
@@ -79,7 +75,7 @@ def _signal(pid: int, signum: int, run_id: str) -> bool:
     except OSError:
         return False
     try:
-        if _carries(pid, f"{RUN_ID_VARIABLE}={run_id}".encode()):
+        if _has_run_id(pid, run_id):
             with contextlib.suppress(OSError):
                 signal.pidfd_send_signal(pidfd, signum)
                 return True
@@ -88,22 +84,13 @@ def _signal(pid: int, signum: int, run_id: str) -> bool:
         os.close(pidfd)
 
 
-def _pids() -> Iterator[int]:
-    """The newest first: one that forks and ends all the time must be read before it is gone."""
-    return iter(sorted((int(name) for name in os.listdir("/proc") if name.isdigit()), reverse=True))
-
-
 def _session_of(pid: int) -> int:
     try:
         return os.getsid(pid)
     except OSError:
-        return -1  # it has just ended
+        return -1  # it has just exited
 
 
-def _carries(pid: int, wanted: bytes) -> bool:
-    # The environment of a zombie and of a kernel thread is empty, so neither is ever found.
-    try:
-        with open(f"/proc/{pid}/environ", "rb") as file:
-            return wanted in file.read().split(b"\0")
-    except OSError:
-        return False
+def _has_run_id(pid: int, run_id: str) -> bool:
+    """False for zombies and kernel threads, whose environment is empty."""
+    return f"{RUN_ID_VARIABLE}={run_id}".encode() in proc.environment(pid)

@@ -1,4 +1,4 @@
-"""Our end of the watchdog, which ends all processes of the run if the launcher is killed."""
+"""Starts the watchdog, which kills all processes of the run if the launcher is killed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class WatchdogClient:
         return frozenset({self._pid}) if self._pid > 0 else frozenset()
 
     def ensure(self) -> None:
-        """Start it, before the first process; it notices our death even while it starts."""
+        """Start it before the first process; it works even if we are killed while it starts."""
         if not self._started:
             self._start()
 
@@ -49,7 +49,7 @@ class WatchdogClient:
                 streams=(theirs, null, null),
             )
             self._pidfd = os.pidfd_open(self._pid)
-            self._reactor.add_reader(self._pidfd, self._died)
+            self._reactor.add_reader(self._pidfd, self._exited)
         except OSError as error:
             os.close(self._pipe)
             self._pid = -1
@@ -58,7 +58,7 @@ class WatchdogClient:
             os.close(null)
             os.close(theirs)
 
-    def _died(self) -> None:
+    def _exited(self) -> None:
         self.close()
         is_restarted = self._started < MOST_STARTS
         if is_restarted:
@@ -67,7 +67,7 @@ class WatchdogClient:
         self._log.warn(f"the watchdog was killed; {what}")
 
     def close(self) -> None:
-        """End it without killing anything, since the run has ended in order."""
+        """Stop it in an orderly way, so that it kills nothing."""
         if self._pid < 0:
             return
         from launcher.engine.cleanup.watchdog import GOODBYE

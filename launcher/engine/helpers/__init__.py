@@ -1,1 +1,1 @@
-"""Processes that accompany a run without being part of it."""
+"""Starts and stops the helper processes of a run: console, ROS agent, ROS bridge."""

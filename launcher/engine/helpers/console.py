@@ -1,8 +1,8 @@
-"""ConsoleProcess: the process that has the terminal while a user is there.
+"""Starts the console, a process that shows prompt and status bar on the terminal.
 
-The console gets our output through a pipe, and asks for everything else as any client of the
-control socket does. It may fail at any time: the terminal is then restored from here, what the
-console has not read is written after all, and the run continues without it.
+The console gets our output through a pipe, and otherwise is a client of the control socket. It may
+fail at any time: then the terminal is restored here, output that it has not read is written to the
+terminal, and the run continues without it.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ import termios
 from collections.abc import Callable
 
 from launcher.engine.helpers.popen import last_line, wait_or_kill
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 
 READY, GO, BYE = b"R", b"G", b"B"
-PIPE_BYTES = 256 * 1024  # fewer turns of both than with the usual 64 KiB
-GOODBYE_S = 2.0  # a console that does not end with the run is killed after this
-# Cursor visible, lines wrap, no bracketed paste, no colour; and whatever was below is erased.
+PIPE_BYTES = 256 * 1024  # fewer context switches than with the usual 64 KiB
+GOODBYE_S = 2.0  # a console that does not exit with the run is killed after this
+# Cursor visible, lines wrap, no bracketed paste, no colour; erase everything below the cursor.
 RESET = b"\x1b[?25h\x1b[?7h\x1b[?2004l\x1b[0m\r\x1b[J"
 
 
 def is_at_terminal() -> bool:
-    """Whether a user can type to us: a terminal on both sides, and we are in the foreground."""
+    """Whether standard input and output are terminals, and we are in the foreground."""
     if not (os.isatty(0) and os.isatty(1)) or os.environ.get("TERM", "dumb") == "dumb":
         return False
     return _in_foreground()
@@ -43,9 +43,9 @@ def _in_foreground() -> bool:
 
 
 class ConsoleProcess:
-    """Starts the console, and restores the terminal after its end. `warn` is called on failure."""
+    """Starts the console, and restores the terminal when it exits. `warn` is called on failure."""
 
-    def __init__(self, reactor: Reactor, screen: Screen, warn: Callable[[str], None]) -> None:
+    def __init__(self, reactor: Reactor, screen: StdoutWriter, warn: Callable[[str], None]) -> None:
         self._reactor = reactor
         self._screen = screen
         self._warn = warn
@@ -72,15 +72,15 @@ class ConsoleProcess:
             try:
                 self._process = self._spawn(theirs.fileno())
             except OSError as error:
-                self._forget()
+                self._release()
                 self._warn(f"cannot start the console: {error.strerror}")
                 return
         self._pidfd = os.pidfd_open(self._process.pid)
-        self._reactor.add_reader(self._link.fileno(), self._hear)
-        self._reactor.add_reader(self._pidfd, self._died)
+        self._reactor.add_reader(self._link.fileno(), self._read_link)
+        self._reactor.add_reader(self._pidfd, self._exited)
 
     def _spawn(self, theirs: int) -> subprocess.Popen[bytes]:
-        # A Ctrl-C before it is ready is meant for us alone: it inherits SIGINT as blocked.
+        # A Ctrl-C before it is ready is only for us: it inherits SIGINT as blocked.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             return subprocess.Popen(
@@ -98,9 +98,9 @@ class ConsoleProcess:
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
-    # ---- while it lives
+    # ---- while it is running
 
-    def _hear(self) -> None:
+    def _read_link(self) -> None:
         assert self._link is not None
         word = self._link.recv(1)
         if word == READY:
@@ -109,7 +109,7 @@ class ConsoleProcess:
             self._reactor.remove(self._link.fileno())
 
     def _hand_over(self) -> None:
-        """Leave the terminal to the console, to which goes what is printed here, too."""
+        """Give the terminal to the console, and redirect our own standard streams to it."""
         assert self._link is not None
         self._has_terminal = True
         blocking = os.open(f"/proc/self/fd/{self._pipe[1]}", os.O_WRONLY | os.O_CLOEXEC)
@@ -119,12 +119,12 @@ class ConsoleProcess:
                 self._saved[fd] = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
                 os.dup2(blocking, fd)
         os.close(blocking)
-        with contextlib.suppress(OSError):  # it is dead; the pidfd is readable, too
+        with contextlib.suppress(OSError):  # it has exited, which the pidfd reports
             self._link.send(GO)
 
-    # ---- when it has died, or the run is over
+    # ---- when it has exited, or the run is over
 
-    def _died(self) -> None:
+    def _exited(self) -> None:
         assert self._process is not None
         code = self._process.wait()
         line = last_line(self._errors)
@@ -135,19 +135,19 @@ class ConsoleProcess:
         self._warn(f"the console died ({how}){reason}; the run continues without one")
 
     def close(self) -> None:
-        """Let the console show what is left, and wait for its end. Call it when all is written."""
+        """Let the console show the rest, and wait for its exit. Call it when all is written."""
         if self._process is None:
             return
         assert self._link is not None
         if not self._has_terminal:
-            self._process.kill()  # still starting, which is not worth waiting for
+            self._process.kill()  # it is still starting
         with contextlib.suppress(OSError):
             self._link.send(BYE)
         self._stop_printing()
         os.close(self._pipe[1])
         self._pipe = (self._pipe[0], -1)
         if wait_or_kill(self._process, GOODBYE_S) == 0:
-            self._forget()
+            self._release()
             return
         # It was suspended, or the terminal was, or it has failed.
         left = self._take_back()
@@ -156,7 +156,7 @@ class ConsoleProcess:
                 left = left[os.write(1, left) :]
 
     def _stop_printing(self) -> None:
-        """Let what is printed go to the terminal again."""
+        """Redirect our standard streams to the terminal again."""
         sys.stdout.flush()
         for fd, ours in self._saved.items():
             os.dup2(ours, fd)
@@ -164,7 +164,7 @@ class ConsoleProcess:
         self._saved.clear()
 
     def _take_back(self) -> bytes:
-        """Restore the terminal; what is left in the pipe."""
+        """Restore the terminal, and return what is left in the pipe."""
         self._stop_printing()
         os.set_blocking(self._pipe[0], False)
         left = b""
@@ -175,10 +175,10 @@ class ConsoleProcess:
             with contextlib.suppress(termios.error):  # the terminal is gone
                 termios.tcsetattr(0, termios.TCSANOW, self._before)  # type: ignore[arg-type]
             left = RESET + left
-        self._forget()
+        self._release()
         return left
 
-    def _forget(self) -> None:
+    def _release(self) -> None:
         assert self._link is not None
         self._reactor.remove(self._link.fileno())
         self._link.close()

@@ -1,4 +1,4 @@
-"""What all helper processes need: their last line of errors, and an end within a time."""
+"""Functions for all helper processes: their last error line, and waiting with a timeout."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def last_line(errors: int) -> str:
 
 
 def wait_or_kill(process: subprocess.Popen[bytes], timeout_s: float) -> int | None:
-    """The return code; None, and it has been killed, if it does not end within the time."""
+    """Wait for the return code; None if it had to be killed at the timeout."""
     try:
         return process.wait(timeout_s)
     except subprocess.TimeoutExpired:

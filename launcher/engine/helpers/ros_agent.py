@@ -1,6 +1,6 @@
-"""RosAgent: the process that sends ROS requests for the supervisor (launcher.ros.agent).
+"""Starts the process that sends ROS requests for the supervisor (launcher.ros.agent).
 
-Started with the first request, since most launch files have none and rclpy is heavy.
+With the first request, since most launch files have none and importing rclpy is slow.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-GOODBYE_S = 2.0  # an agent that does not end with its input is killed after this
+GOODBYE_S = 2.0  # an agent that does not exit at EOF of its input is killed after this
 
 Request = LoadComponent | ChangeState | WatchLifecycle
 
 
 class RosAgent:
-    """Sends requests and hands on the answers as events."""
+    """Sends requests, and calls `on_event` with the answers."""
 
     def __init__(
         self, reactor: Reactor, env: Mapping[str, str], on_event: Callable[[Event], None]
@@ -61,11 +61,11 @@ class RosAgent:
         return any(isinstance(request, LoadComponent) for request in self._pending.values())
 
     def send(self, request: Request) -> None:
-        """Hand in a request; it is answered by an event, or never if its service never comes."""
+        """Send a request; the answer is an event, which never comes if the service never exists."""
         if not isinstance(request, WatchLifecycle):
             self._pending[request.request_id] = request
         try:
-            os.write(self._in, json.dumps(_words(request)).encode() + b"\n")
+            os.write(self._in, json.dumps(_as_json(request)).encode() + b"\n")
         except BrokenPipeError:
             self._fail_all()
 
@@ -94,7 +94,7 @@ class RosAgent:
             self._on_event(_answer_to(request)(request_id=request_id, error=error))
 
     def close(self) -> None:
-        """End the agent; requests that wait are dropped."""
+        """Stop the agent; pending requests are dropped."""
         self._reactor.remove(self._out)
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.close()
@@ -106,7 +106,7 @@ def _answer_to(request: Request) -> type[ComponentLoaded] | type[StateChanged]:
     return ComponentLoaded if isinstance(request, LoadComponent) else StateChanged
 
 
-def _words(request: Request) -> dict[str, object]:
+def _as_json(request: Request) -> dict[str, object]:
     if isinstance(request, WatchLifecycle):
         return {"do": "watch", "node": request.node}
     if isinstance(request, ChangeState):

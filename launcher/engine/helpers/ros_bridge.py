@@ -1,6 +1,6 @@
-"""BridgeProcess: the process that shows the run to ROS (launcher.ros.bridge).
+"""Starts the process that publishes the state of the run in ROS (launcher.ros.bridge).
 
-It is no process of the run: it has no part in the exit code, and does not keep the run alive.
+It is not a process of the run: it does not affect the exit code, and the run does not wait for it.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from launcher.engine.posix.reactor import Reactor, Timer
 
 MOST_STARTS = 3  # then the run continues without one
 RESTART_DELAY_S = 1.0
-GOODBYE_S = 4.0  # a bridge that does not end with the run is killed after this
+GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
 
 
 class BridgeProcess:
-    """Restarts the bridge of the run with this socket if it dies.
+    """The bridge of the run with this socket, restarted if it exits.
 
-    The housekeeper frees the shared memory of one that is killed.
+    The housekeeper frees its shared memory if it is killed.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class BridgeProcess:
     ) -> None:
         self._reactor = reactor
         self._socket_path = socket_path
-        # Without the run id: it ends by itself when we do.
+        # Without the run id: it exits by itself when we do.
         self._env = {name: value for name, value in env.items() if name != RUN_ID_VARIABLE}
         self._warn = warn
         self._housekeeper = housekeeper
@@ -67,18 +67,18 @@ class BridgeProcess:
             os.close(self._errors)
             self._warn(f"this run is not visible in ROS: cannot start its bridge: {error.strerror}")
             return
-        self._housekeeper.attend(self._process.pid)
+        self._housekeeper.add_helper(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
-        self._reactor.add_reader(self._pidfd, self._died)
+        self._reactor.add_reader(self._pidfd, self._exited)
 
-    def _died(self) -> None:
+    def _exited(self) -> None:
         assert self._process is not None
         code = self._process.wait()
         if code < 0:
-            self._housekeeper.died_by_signal()
+            self._housekeeper.killed()
         line = last_line(self._errors)
         reason = f": {line}" if line else ""
-        self._forget()
+        self._release()
         is_restarted = self._started < MOST_STARTS
         what = "restarting it" if is_restarted else "the run continues without it"
         how = f"exit code {code}" if code >= 0 else f"signal {-code}"
@@ -87,7 +87,7 @@ class BridgeProcess:
             self._timer = self._reactor.call_later(RESTART_DELAY_S, self.start)
 
     def close(self) -> None:
-        """Let it publish the end of the run, and wait for its own end."""
+        """Let it publish the end of the run, and wait for its exit."""
         if self._timer is not None:
             self._timer.cancel()
         if self._process is None:
@@ -95,9 +95,9 @@ class BridgeProcess:
         assert self._process.stdin is not None
         self._process.stdin.close()
         wait_or_kill(self._process, GOODBYE_S)
-        self._forget()
+        self._release()
 
-    def _forget(self) -> None:
+    def _release(self) -> None:
         assert self._process is not None and self._process.stdin is not None
         self._reactor.remove(self._pidfd)
         self._process.stdin.close()

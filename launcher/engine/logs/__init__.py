@@ -1,1 +1,1 @@
-"""The files of a run, and the lines and events that go there."""
+"""The log folder of a run, and the messages and events that are written to it."""

@@ -1,7 +1,7 @@
-"""EventLog: `events.jsonl`, the log of a run for programs.
+"""`events.jsonl`, the log of a run for programs.
 
-It has a line per start, end, restart and signal: a JSON object with `wall_s` (seconds since 1970),
-`monotonic_s`, `event`, and fields of the event as `process`, `pid`, `returncode`.
+It has a line per start, exit, restart and signal: a JSON object with `wall_s` (seconds since 1970),
+`monotonic_s`, `event`, and fields of the event such as `process`, `pid`, `returncode`.
 """
 
 from __future__ import annotations
@@ -14,10 +14,7 @@ RECENT = 4000  # entries that are kept in memory, for clients of the control soc
 
 
 class EventLog:
-    """Collects entries and writes them as lines; `listeners` get each line when it is written.
-
-    `json` is imported with the first flush, for which the first process does not wait.
-    """
+    """Collects entries, and writes them on `flush`; `listeners` are called with each line."""
 
     def __init__(self, write: Callable[[bytes], None]) -> None:
         self._write = write
@@ -27,7 +24,7 @@ class EventLog:
         self.listeners: list[Callable[[str], None]] = []
 
     def note(self, event: str, **details: object) -> bool:
-        """Add an event that happens now; whether it is the first to be flushed."""
+        """Add an event with the current time; True if it is the first since the last flush."""
         now, since_boot = time.time(), time.monotonic()
         self._entries.append({"wall_s": now, "monotonic_s": since_boot, "event": event, **details})
         return len(self._entries) == 1
@@ -35,7 +32,7 @@ class EventLog:
     def flush(self) -> None:
         if not self._entries:
             return
-        import json
+        import json  # here: not before the first process has started
 
         entries, self._entries = self._entries, []
         lines = []
@@ -52,6 +49,6 @@ class EventLog:
                 listener(line[:-1])
 
     def history(self) -> list[str]:
-        """The last entries so far, a line each; of the samples of resources, the newest alone."""
+        """The last entries, a line each; only the newest of the `resources`."""
         self.flush()
         return [*self._recent, *([self._resources] if self._resources else [])]

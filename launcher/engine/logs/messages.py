@@ -1,7 +1,6 @@
-"""What the supervisor reports about processes, as sentences with a level.
+"""Log messages about processes.
 
-The texts are those of ROS 2 (CONFORMANCE 1.16, 1.22, 1.23) where it has one: scripts search for
-them.
+Messages of ROS 2 (CONFORMANCE 1.16, 1.22, 1.23) are kept word for word: scripts search for them.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ def signalled(name: str, signum: int) -> Line:
 
 
 def escalated(name: str, step: Escalate, *, by_user: bool = False) -> Line:
-    """It did not end, with the run or (`by_user`) when a user stopped it alone."""
+    """It did not exit, at the end of the run or (`by_user`) when a user stopped it."""
     return Line(
         "WARNING" if by_user else "ERROR",
         f"process[{name}] failed to terminate '{step.waited_s:.3g}' seconds after receiving "
@@ -49,16 +48,15 @@ def stuck(name: str, pid: int, waited_s: float, how: str) -> Line:
 
 
 def ended(spec: ProcessSpec, pid: int, end: Ended, *, by_user: bool = False) -> Line:
-    """It has ended: cleanly, because we (or `by_user` a user) stopped it, or it died."""
+    """It exited: by itself, or because the launcher or (`by_user`) a user has stopped it."""
     code = end.outcome.returncode
     if code == 0:
         return Line("INFO", f"process has finished cleanly [pid {pid}]")
     detail = "" if code is None or code >= 0 else f" ({end.outcome})"
     is_wanted = end.sent or code != -9 or spec.stop.steps[0][0] == signal.SIGKILL
-    if end.asked and by_user and not is_wanted:
-        return Line("WARNING", f"process was stopped [pid {pid}, {end.outcome}]")
-    if end.asked and is_wanted:
-        return Line("INFO", f"process was stopped [pid {pid}, {end.outcome}]")
+    if end.asked and (by_user or is_wanted):
+        level = "INFO" if is_wanted else "WARNING"
+        return Line(level, f"process was stopped [pid {pid}, {end.outcome}]")
     return Line(
         "ERROR",
         f"process has died [pid {pid}, exit code {code}, cmd '{spec.command_line}'].{detail}",
@@ -66,7 +64,7 @@ def ended(spec: ProcessSpec, pid: int, end: Ended, *, by_user: bool = False) -> 
 
 
 def not_started(spec: ProcessSpec, errno: int, what: str) -> Line:
-    """The system refused to run it; `what` is the culprit if it is not the program."""
+    """Spawning failed; `what` is the cause if it is not the program."""
     reason = f"{what}: {os.strerror(errno)}" if what else os.strerror(errno)
     return Line("ERROR", f"process could not be started: {reason}, cmd '{spec.command_line}'")
 
@@ -85,7 +83,7 @@ def first_failure(process: Process, outcome: Outcome) -> str:
 
 
 def waiting_for(processes: Iterable[Process], now: float) -> str:
-    """Which processes are still alive, and what each gets next."""
+    """The processes that have not exited, with the next signal for each."""
     alive = (process for process in processes if process.machine.state.is_alive)
     waits = ", ".join(f"{p.name}{_next_step(p.machine, now)}" for p in alive)
     return f"still waiting for {waits}"

@@ -1,4 +1,4 @@
-"""RotatingFile: grows to a limit, is then renamed to `path.1`, and starts again."""
+"""A log file that is renamed to `path.1` and started again at a size limit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BACKUPS = 3
 
 
 class RotatingFile:
-    """Appends whole blocks to `path`; `path.1` is older, and so on. All errors are OSError."""
+    """Appends whole blocks to `path`; `path.1` is older, and so on. Raises only OSError."""
 
     def __init__(
         self, path: Path, *, limit_bytes: int = LIMIT_BYTES, backups: int = BACKUPS
@@ -34,7 +34,7 @@ class RotatingFile:
             raise
 
     def append(self, *blocks: bytes) -> None:
-        """Write the blocks, after a rotation if they would go over the limit."""
+        """Write the blocks, after a rotation if they would exceed the limit."""
         is_one = len(blocks) == 1  # a restart writes three; `writev` takes longer for one
         size = len(blocks[0]) if is_one else sum(map(len, blocks))
         if self._size and self._size + size > self._limit:
@@ -47,7 +47,7 @@ class RotatingFile:
                 rest = rest[os.write(self._fd, rest) :]
 
     def _rotate(self) -> None:
-        self.close()  # a number that is closed already must not be closed again
+        self.close()  # if opening fails, the descriptor must not be closed again
         for number in range(self._backups, 0, -1):
             older = self._path.with_name(f"{self._path.name}.{number}")
             newer = f"{self._path.name}.{number - 1}" if number > 1 else self._path.name

@@ -1,14 +1,14 @@
-"""RunDirectory: the files of one run, below ROS_LOG_DIR, ROS_HOME/log or ~/.ros/log.
+"""The log folder of one run, in ROS_LOG_DIR, ROS_HOME/log or ~/.ros/log.
 
 | file | what |
 |---|---|
-| `launch.log` | everything: our own lines and those of every process, with time stamps |
+| `launch.log` | all lines, of the launcher and of every process, with time stamps |
 | `NAME-N.log` | what one process wrote, stdout and stderr |
 | `NAME-N-stdout.log`, `NAME-N-stderr.log` | one stream, where `output` is `own_log` or `full` |
-| `events.jsonl` | starts, ends, restarts, signals (`event_log`) |
-| `plan.json` | what the launch file asked for, as `plan --json` has it (commands/run_plan.py) |
+| `events.jsonl` | starts, exits, restarts, signals (`event_log`) |
+| `plan.json` | what the launch file has done, as in `plan --json` (commands/launch/run_plan.py) |
 
-The nodes' rclpy logs land here too, because ROS_LOG_DIR points here for them.
+The nodes write their own rclpy logs here too, since their ROS_LOG_DIR is this folder.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ KEPT_RUNS = 20
 NAME_BYTES = 240  # most file systems take 255, and rotation adds two
 EVENTS = "events.jsonl"
 MERGED = "launch.log"
-# Blocks of a flood are written to the merged file together, when a turn of the loop is over.
+# Large blocks are written to the merged file together, after a pass of the loop.
 FLOOD_BYTES = 2048
 MOST_TOGETHER = 64
 _RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 
 
 def log_root(env: Mapping[str, str]) -> Path:
-    """Where runs are kept (CONFORMANCE 1.36)."""
+    """The folder of all runs (CONFORMANCE 1.36)."""
     if env.get("ROS_LOG_DIR"):
         return Path(env["ROS_LOG_DIR"]).expanduser()
     if env.get("ROS_HOME"):
@@ -58,11 +58,11 @@ def new_run_path(env: Mapping[str, str], now_ns: int | None = None) -> Path:
 
 
 class RunDirectory:
-    """Writes the files of a run; after an error of the disk it warns once, and writes no more.
+    """Writes the files of a run; after an error it calls `on_trouble` once and writes no more.
 
-    A directory that is removed is made again, which `keep_up()`, called now and then, notices.
-    `path` is None without a directory, because none is wanted or it could not be made; everything
-    still works, without files. `soon(call)` makes the call after this pass of the loop.
+    Call `keep_up()` regularly: it makes the directory again if it was removed. `path` is None if no
+    directory is wanted, or it could not be made; then nothing is written. `soon(call)` calls after
+    this pass of the loop.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class RunDirectory:
             self._on_trouble(f"cannot link {path.parent / 'latest'}: {error.strerror}")
 
     def _hold(self, path: Path) -> None:
-        """Lock the events file, as a sign that the run is alive."""
+        """Lock the events file, which marks the run as active."""
         before = self._lock
         self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
@@ -170,18 +170,18 @@ class RunDirectory:
             self._lock = -1
 
     def prune(self, keep: int = KEPT_RUNS) -> None:
-        """Delete the oldest runs of ours beyond `keep`, except those that are still alive."""
+        """Delete our oldest runs beyond `keep`, except active ones."""
         if self.path is None:
             return
-        import shutil  # with its compressors, it is not for the way to the first process
+        import shutil  # slow to import, because of its compressors
 
         runs = [p for p in self.path.parent.iterdir() if _is_run_of_ours(p)]
         for old in sorted(runs, key=lambda p: p.name)[:-keep]:
-            if old != self.path and not _is_alive(old):
+            if old != self.path and not _is_active(old):
                 shutil.rmtree(old, ignore_errors=True)
 
     def _merge(self, block: bytes) -> None:
-        """Into the merged file, in order."""
+        """Write to the merged file, in order."""
         if not self._together and len(block) < FLOOD_BYTES:
             self._append(MERGED, block)
             return
@@ -235,11 +235,11 @@ def _file_name(name: str) -> str:
 
 
 def _is_run_of_ours(path: Path) -> bool:
-    """The real `ros2 launch` keeps its runs in the same directory; those have no events file."""
+    """`ros2 launch` keeps its runs in the same directory; those have no events file."""
     return re.match(_RUN_NAME, path.name) is not None and (path / EVENTS).is_file()
 
 
-def _is_alive(run: Path) -> bool:
+def _is_active(run: Path) -> bool:
     """Whether the launcher of this run still holds its lock."""
     try:
         with open(run / EVENTS) as file:

@@ -1,11 +1,11 @@
-"""RunLog: what the supervisor reports, on the screen, in `launch.log` and in `events.jsonl`."""
+"""Writes the messages of the launcher to the screen and `launch.log`, events to `events.jsonl`."""
 
 from __future__ import annotations
 
 from launcher.engine.logs.event_log import EventLog
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.output.lines import LogRing
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 class RunLog:
-    """What the supervisor itself reports; `ring` holds the last of its lines."""
+    """`ring` holds the last messages."""
 
-    def __init__(self, reactor: Reactor, screen: Screen, directory: RunDirectory) -> None:
+    def __init__(self, reactor: Reactor, screen: StdoutWriter, directory: RunDirectory) -> None:
         self._reactor = reactor
         self._screen = screen
         self._directory = directory
@@ -34,7 +34,7 @@ class RunLog:
     def warn(self, text: str) -> None:
         self.say("WARNING", "launch", text)
 
-    def tell(self, process: Process, line: Line) -> None:
+    def report(self, process: Process, line: Line) -> None:
         self.say(line.level, process.name, line.text)
 
     def keep_up(self) -> None:
@@ -58,7 +58,7 @@ class RunLog:
 
 
 def _encodable(text: str) -> str:
-    """The text without lone surrogates, except those that stand for bytes that are not UTF-8."""
+    """The text without lone surrogates, except those of `surrogateescape`."""
     try:
         text.encode(errors="surrogateescape")
     except UnicodeEncodeError:

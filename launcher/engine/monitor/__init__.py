@@ -1,1 +1,1 @@
-"""What is measured once a second: resources, budgets, shared memory."""
+"""Measurements once a second: resources, budgets, shared memory."""

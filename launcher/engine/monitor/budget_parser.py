@@ -1,4 +1,4 @@
-"""Parser of budgets, as in `--budget` and in the YAML file of `--budgets`.
+"""Parses budgets, from `--budget` and from the YAML file of `--budgets`.
 
 On the command line, `PATTERN:KEY=VALUE,...`::
 
@@ -46,7 +46,7 @@ _UNITS = {"": 1, "K": 1024, "M": 1024**2, "G": 1024**3}
 
 
 def parse_words(words: Iterable[str]) -> list[Budget]:
-    """The budgets of command-line words; UsageError that says what is wrong with which word."""
+    """The budgets of command-line words; UsageError with the invalid word."""
     budgets = []
     for word in words:
         pattern, colon, text = word.rpartition(":")
@@ -73,7 +73,7 @@ def text_of(path: str) -> str:
 
 
 def parse_yaml(text: str, path: str) -> list[Budget]:
-    """The budgets in the text of a YAML file; UsageError that names `path` and the line."""
+    """The budgets in the text of a YAML file; UsageError with `path` and the line."""
     budgets = []
     for pattern, entries, place in _patterns(text, path):
         limits = [entry for entry in entries if entry.key not in SETTINGS]
@@ -83,7 +83,7 @@ def parse_yaml(text: str, path: str) -> list[Budget]:
 
 
 class Setting(NamedTuple):
-    """What the file says about a process besides its budget, for the reader of such options."""
+    """An option for processes in the file, other than a budget; parsed like that option."""
 
     pattern: str
     key: str
@@ -202,11 +202,11 @@ def _budget(pattern: str, entries: Sequence[_Entry], place: _Place) -> Budget:
 
 
 def _suggestion(word: str, known: Collection[str]) -> str:
-    return did_you_mean(word, known) or f"known are {', '.join(known)}"
+    return did_you_mean(word, known) or f"known: {', '.join(known)}"
 
 
 def _number(text: str, what: str) -> float:
-    """A number of at least 0 in plain notation; ValueError that says `what` is expected."""
+    """A number of at least 0 without an exponent; ValueError(what)."""
     if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", text) or math.isinf(float(text)):
         raise ValueError(what)
     return float(text)

@@ -1,6 +1,6 @@
-"""Budgets: limits on the resources of a process, and what happens when it exceeds them.
+"""Limits on the resources of a process, and the action when it exceeds them.
 
-Nothing here measures or acts: `Judge.judge(samples, now)` returns what is due.
+Without I/O: `Judge.judge(samples, now)` returns verdicts, which the supervisor carries out.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _SUFFIX = re.compile(r"-\d+$")  # of process names: robot_2-4 is the 4th process
 
 
 class BudgetAction(enum.Enum):
-    """What is done about a process that exceeds its budget for too long."""
+    """The action when a process exceeds its budget for too long."""
 
     WARN = "warn"
     RESTART = "restart"  # the process
@@ -42,16 +42,16 @@ class Budget(Record):
     action: BudgetAction = BudgetAction.WARN
 
     def covers(self, process: str, others: Iterable[str] = ()) -> bool:
-        """Whether it is for this process; `robot_2` is also for the process `robot_2-4`.
+        """Whether the pattern matches this process; `robot_2` also matches `robot_2-4`.
 
-        `others` are names that it has besides, as that of its node.
+        `others` are further names of the process, as that of its node.
         """
         names = (process, _SUFFIX.sub("", process), *others)
         return any(fnmatch.fnmatchcase(name, self.pattern) for name in names)
 
 
 class Verdict(Record):
-    """`process` is over one limit of `budget` since `over_s` seconds."""
+    """`process` has exceeded one limit of `budget` for `over_s` seconds."""
 
     process: str
     budget: Budget
@@ -73,10 +73,10 @@ class Verdict(Record):
 
 
 class Judge:
-    """Remembers since when a process exceeds a limit; time is an argument.
+    """Tracks how long processes have exceeded limits; time is an argument.
 
-    Each stay above a limit is reported once. It begins again when the process has been below the
-    limit for a sample, has been restarted (another pid), or was not sampled.
+    Each excess is reported once. A new one begins after a sample below the limit, a restart
+    (another pid), or a missing sample.
     """
 
     def __init__(self, budgets: Iterable[Budget]) -> None:
@@ -89,9 +89,9 @@ class Judge:
         now: float,
         names: Mapping[str, Iterable[str]] = MappingProxyType({}),
     ) -> list[Verdict]:
-        """What has become due, by process name; `now` must not run backwards.
+        """The verdicts for new samples, by process name; `now` is monotonic.
 
-        `names` are those that the processes have besides.
+        `names` are further names of the processes.
         """
         stays: dict[tuple[int, str, str, int], _Stay] = {}
         verdicts = []
@@ -103,8 +103,8 @@ class Judge:
                     key = (number, resource, process, sample.pid)
                     stay = self._stays.get(key) or _Stay(since=now)
                     over_s = now - stay.since
-                    if not stay.is_told and over_s >= budget.for_s:
-                        stay = _Stay(since=stay.since, is_told=True)
+                    if not stay.is_reported and over_s >= budget.for_s:
+                        stay = _Stay(since=stay.since, is_reported=True)
                         verdicts.append(Verdict(process, budget, resource, value, limit, over_s))
                     stays[key] = stay
         self._stays = stays
@@ -115,7 +115,7 @@ class _Stay(Record):
     """Above one limit, without a break, since then."""
 
     since: float
-    is_told: bool = False
+    is_reported: bool = False
 
 
 def _excesses(budget: Budget, sample: Sample) -> Iterator[tuple[str, float, float]]:

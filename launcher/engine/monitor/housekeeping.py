@@ -1,4 +1,4 @@
-"""Housekeeper: samples resources, checks budgets and log files, frees shared memory, at 1 Hz."""
+"""Once a second: samples resources, checks budgets and the log folder, frees shared memory."""
 
 from __future__ import annotations
 
@@ -18,15 +18,14 @@ if TYPE_CHECKING:
     from launcher.engine.monitor.resources import Sample, Sampler, Steps
 
 PERIOD_S = 1.0
-TURN_S = 0.0005  # of a round, before the loop reads lines again
+SLICE_S = 0.0005  # of sampling, before the loop reads lines again
 WARM_UP_S = 0.02  # children are still starting then, and have no output yet
 
 
 class Housekeeper:
-    """Ticks once a second. `processes` is the live collection of those of the run.
+    """`processes` is the live collection of those of the run.
 
-    psutil is not imported on the way to the first process, nor, as long as that can be put off,
-    while processes write.
+    psutil is imported after the start of the first processes, and if possible while none writes.
     """
 
     def __init__(
@@ -48,7 +47,7 @@ class Housekeeper:
         self._judge = judge
         self._sampler: Sampler | None = None
         self._ledger = Ledger(run_id)  # before the processes make anything
-        self._has_dead = False
+        self._has_killed = False
         self._timer: Timer | None = None
         self._first_tick_s = 0.0
         self.samples: dict[str, Sample] = {}
@@ -60,7 +59,7 @@ class Housekeeper:
     def _warm_up(self) -> None:
         """Import what the ticks need, which takes longer than any of them."""
         left_s = self._first_tick_s - self._reactor.now()
-        if left_s > WARM_UP_S and self._reactor.now() - self._reader.heard_s < WARM_UP_S:
+        if left_s > WARM_UP_S and self._reactor.now() - self._reader.read_at_s < WARM_UP_S:
             self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
             return
         from launcher.engine.monitor.resources import Sampler
@@ -72,16 +71,16 @@ class Housekeeper:
         self._timer = self._reactor.call_later(left_s, self._tick)
 
     def note_shared_memory(self) -> None:
-        """Note what processes hold, right before a SIGKILL, to free it afterwards."""
+        """Record the shared memory of processes right before a SIGKILL, to free it afterwards."""
         self._ledger.note()
 
-    def attend(self, pid: int) -> None:
+    def add_helper(self, pid: int) -> None:
         """Free the shared memory of this helper process, too."""
-        self._ledger.attendants.add(pid)
+        self._ledger.helper_pids.add(pid)
 
-    def died_by_signal(self) -> None:
-        """A process ended without cleaning up after itself."""
-        self._has_dead = True
+    def killed(self) -> None:
+        """A process exited by a signal: free its shared memory at the next tick."""
+        self._has_killed = True
 
     def close(self) -> None:
         if self._timer is not None:
@@ -98,15 +97,15 @@ class Housekeeper:
             return
         pids = [p.child.pid for p in self._processes if p.child is not None]
         steps = self._sampler.steps(pids, self._reactor.now)
-        self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
+        self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
 
     def _rest_after(self, begun_s: float) -> None:
         wait_s = begun_s + PERIOD_S - self._reactor.now()
         self._timer = self._reactor.call_later(max(0.0, wait_s), self._tick)
 
-    def _go_on(self, steps: Steps, begun_s: float) -> None:
-        """Take some steps of a round; the others after the loop has read lines."""
-        until_s = self._reactor.now() + TURN_S
+    def _continue(self, steps: Steps, begun_s: float) -> None:
+        """Take some steps of sampling; the next ones after the loop has read lines."""
+        until_s = self._reactor.now() + SLICE_S
         try:
             while self._reactor.now() < until_s and not next(steps):
                 pass
@@ -114,10 +113,10 @@ class Housekeeper:
             self._rest_after(begun_s)
             self._sampled(end.value, begun_s)
             return
-        self._timer = self._reactor.call_later(0, lambda: self._go_on(steps, begun_s))
+        self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
 
     def _sampled(self, found: dict[int, Sample], now: float) -> None:
-        # A process may have ended, or restarted, while the others were sampled.
+        # A process may have exited, or restarted, while the others were sampled.
         living = {p.child.pid: p for p in self._processes if p.child is not None}
         self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
         if self.samples:
@@ -129,11 +128,11 @@ class Housekeeper:
                 self._listener.over_budget(by_name[verdict.process], verdict)
 
     def _free(self) -> None:
-        if self._has_dead:
-            self._has_dead = False
+        if self._has_killed:
+            self._has_killed = False
             freed = self._ledger.free()
             if freed:
-                text = f"freed {freed / 1e6:.1f} MB of shared memory that dead nodes left"
+                text = f"freed {freed / 1e6:.1f} MB of shared memory of killed nodes"
                 self._log.say("INFO", "launch", text)
 
 
@@ -145,7 +144,7 @@ def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:
 
 
 def judge_for(options: RunOptions) -> Judge:
-    """The judge over the budgets of this run; UsageError where one cannot be read."""
+    """The judge for the budgets of this run; UsageError if one is invalid."""
     from launcher.engine.monitor import budget_parser
     from launcher.engine.monitor.budgets import Judge
 

@@ -1,7 +1,7 @@
-"""OomWatch: whether the kernel has killed a process for lack of memory since the last call.
+"""Detects that the kernel's OOM killer has killed a process.
 
-The OOM killer's SIGKILL looks like any other; only a counter shows it. That of our own control
-group is exact; the machine's counts processes of others, too.
+Its SIGKILL looks like any other; only a counter shows it. The counter of our own control group is
+exact; that of the whole machine includes processes of others.
 """
 
 from __future__ import annotations

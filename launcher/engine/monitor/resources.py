@@ -1,16 +1,16 @@
-"""Sampler: resource usage of each process of a run, by psutil.
+"""Resource usage of each process of a run, by psutil.
 
-A process counts with everything in its session, which the launcher gives each one of its own:
-shells and their children are one tree, even where the shell in between is gone. A descendant that
-starts a session of its own is not counted.
+The sample of a process includes its whole session, of which each process has its own: shells and
+their children count together, even if a shell in between has exited. A descendant with a session of
+its own is not included.
 
 Cost (50 rclpy-sized processes, 2-core machine): about 90 us per process and sample for CPU, RSS,
 threads and files, and 530 us per process for the USS, of which at most `USS_PER_ROUND` are read
 per round, and more only of those that are new. At 1 Hz that is about 0.7 % of a core, and a half
 to two thirds of what psutil takes to read it all (tests/process/test_resources.py holds 0.8).
 
-All of it at once would block the output for 5 ms, so a round has steps of at most one look at one
-process, and lines are read between them.
+All at once would block the output for 5 ms, so each step of a round reads at most one process,
+and lines are read between them.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from launcher import proc
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
@@ -28,24 +29,23 @@ if TYPE_CHECKING:
 
     Steps = Generator[bool, None, dict[int, "Sample"]]
 
-NAMES_PER_STEP = 50  # asking for the session is quick, but every process is asked
-# After so short a time a pid in the session is the same process: the kernel does not reuse numbers
-# so soon. Reading the start time would be a quarter of what a sample takes.
+PIDS_PER_STEP = 50  # getsid() is quick, but is called for every process of the machine
+# Within this time a pid in the session is the same process: the kernel does not reuse pids so
+# soon. Reading the start time would take a quarter of the time of a sample.
 RECENT_S = 3.0
-USS_PER_ROUND = 3  # the kernel walks all pages for it: it is what costs most
-NEW_USS_PER_ROUND = 10  # nothing is shown of a new process before, and it is walked twice so
-USS_AT_S = (1.0, 3.0)  # after it was first seen: it grows while it loads what it needs
-USS_EVERY_S = 10.0  # memory seldom moves fast; a small fleet need not be walked every second
+USS_PER_ROUND = 3  # the most expensive value: the kernel walks all pages
+NEW_USS_PER_ROUND = 10  # of new processes, which have no value yet
+USS_AT_S = (1.0, 3.0)  # after it was first seen: it grows while the process loads libraries
+USS_EVERY_S = 10.0  # later, when it seldom changes fast
 
 
 class Sample(Record):
-    """What one process with its descendants used, at one moment.
+    """Resource usage of one process with its descendants.
 
-    `cpu_percent` is of one core since the sample before (None for the first), so that four busy
-    threads are 400. `uss_bytes` is the memory that would be free if the tree ended, up to some
-    seconds old, None until it is known of all processes that were there from the beginning;
-    later ones count after a second. `rss_bytes` counts shared pages for each
-    member. `fds` are open file descriptors.
+    `cpu_percent` is of one core since the last sample (None for the first): four busy threads are
+    400. `uss_bytes` is the memory that would be free if the tree exited, up to 10 s old; None until
+    it is known for all processes of the first sample (later ones count after a second).
+    `rss_bytes` counts shared pages once per process. `fds` are open file descriptors.
     """
 
     pid: int
@@ -58,7 +58,7 @@ class Sample(Record):
 
 
 class Reading(Record):
-    """One process at one moment; `cpu_s` is what it used since the reading before."""
+    """Resource usage of a single process; `cpu_s` is since the last reading."""
 
     cpu_s: float
     rss_bytes: int
@@ -84,7 +84,7 @@ def summed(root: int, readings: Sequence[Reading], elapsed_s: float) -> Sample:
 
 
 class Sampler:
-    """Remembers what the processes had used, for the difference to what they use now.
+    """Keeps the last CPU times of the processes, for the difference.
 
     Make one after the first process has started (it imports psutil, 15 ms and 3 MB), then take the
     `steps` of a round once a second.
@@ -96,19 +96,18 @@ class Sampler:
         self._psutil = psutil
         self._members: dict[int, _Member] = {}
         self._last_s: dict[int, float] = {}
-        self._looked_s = -RECENT_S
+        self._polled_s = -RECENT_S
 
     def steps(self, pids: Iterable[int], clock: Callable[[], float]) -> Steps:
-        """A sample for each of `pids` that is alive, in steps of at most one look at one process.
+        """A sample for each running process of `pids`, in steps that read at most one process.
 
-        Each pid must lead its session. A step that takes as long as several is announced with True
-        by the one before it. Each tree is read at a time of its own, by the monotonic `clock`.
-        Finish one round before the next begins.
+        Each pid must lead its session. A step yields True if the next one takes several times as
+        long. `clock` is monotonic. Finish one round before the next.
         """
         sessions = yield from _sessions(frozenset(pids))
         now = clock()
-        yield from self._keep(sessions, now, is_recent=now - self._looked_s < RECENT_S)
-        self._looked_s = now
+        yield from self._keep(sessions, now, is_recent=now - self._polled_s < RECENT_S)
+        self._polled_s = now
         yield from self._refresh_uss(clock())
         samples, read_s = {}, {}
         for root, session in sessions.items():
@@ -123,9 +122,9 @@ class Sampler:
     def _keep(
         self, sessions: dict[int, list[int]], now: float, *, is_recent: bool
     ) -> Iterator[bool]:
-        """Know exactly these; a pid that was given out again is another process.
+        """Update the members to these processes; a pid that was reused is a new one.
 
-        The memory of those that come late to a tree must not hide what is known of the others.
+        The USS of members that are new in a known tree starts at 0, so that its sum stays known.
         """
         known: dict[int, _Member] = {}
         for root, session in sessions.items():
@@ -161,7 +160,7 @@ class Sampler:
                 continue  # it has just ended, or runs as another user
 
     def _readings(self, root: int, session: list[int]) -> Generator[bool, None, list[Reading]]:
-        """What those in this session used; nothing if its leader has gone."""
+        """The readings of a session; empty if its leader has exited."""
         readings = []
         for pid in session if root in self._members else ():
             member = self._members.get(pid)
@@ -182,32 +181,32 @@ class Sampler:
         except self._psutil.Error:
             return None  # ended (or a zombie), or runs as another user
         cpu_s = times.user + times.system
-        # A member that is new in a known tree was born after the sample before: all of it counts.
+        # A new member of a known tree was started after the last sample: all its CPU time counts.
         used_s, member.cpu_s = cpu_s - member.cpu_s, cpu_s
         return Reading(used_s, rss_bytes, member.uss_bytes, threads, fds)
 
 
 class _Member:
-    """One process, from when it was first seen. psutil pins it by its time of birth."""
+    """One process; psutil identifies it by its start time."""
 
     def __init__(self, process: psutil.Process, now: float) -> None:
         self.process = process
         self._seen_s = now
-        self._looks = 0
+        self._uss_reads = 0
         self.cpu_s = 0.0
         self.uss_bytes: int | None = None
         self.uss_due_s = now + USS_AT_S[0]
 
     @property
     def is_new(self) -> bool:
-        """Whether its memory has still to be looked at as often as that of a young process."""
-        return self._looks < len(USS_AT_S)
+        """Whether its USS is still read at the times of a new process."""
+        return self._uss_reads < len(USS_AT_S)
 
     def plan_next(self, now: float) -> None:
-        """Its memory is looked at now: say when again."""
-        self._looks += 1
+        """Its USS is read now: set the time of the next reading."""
+        self._uss_reads += 1
         if self.is_new:
-            self.uss_due_s = max(now + 1.0, self._seen_s + USS_AT_S[self._looks])
+            self.uss_due_s = max(now + 1.0, self._seen_s + USS_AT_S[self._uss_reads])
         else:
             self.uss_due_s = now + USS_EVERY_S
 
@@ -215,15 +214,13 @@ class _Member:
 def _sessions(roots: frozenset[int]) -> Generator[bool, None, dict[int, list[int]]]:
     """Session leader -> all pids in its session, for those leaders that are in `roots`."""
     sessions: dict[int, list[int]] = {}
-    for number, name in enumerate(os.listdir("/proc"), 1):
-        if number % NAMES_PER_STEP == 0:
+    for number, pid in enumerate(proc.pids(), 1):
+        if number % PIDS_PER_STEP == 0:
             yield False
-        if not name.isdigit():
-            continue
         try:
-            leader = os.getsid(int(name))
+            leader = os.getsid(pid)
         except OSError:
-            continue  # it has just ended
+            continue  # it has just exited
         if leader in roots:
-            sessions.setdefault(leader, []).append(int(name))
+            sessions.setdefault(leader, []).append(pid)
     return sessions

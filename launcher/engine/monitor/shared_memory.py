@@ -1,10 +1,10 @@
-"""What Fast DDS leaves in /dev/shm when its process is killed, and freeing it.
+"""Finds and frees what Fast DDS leaves in /dev/shm when its process is killed.
 
 What Fast DDS does (observed on 2.14 with real nodes):
 
 * Each participant makes one segment `fastrtps_<16 hex>` and holds an exclusive flock on
-  `fastrtps_<16 hex>_el` as long as it lives. The kernel drops the lock with the process, and
-  nothing else removes the files of a killed one.
+  `fastrtps_<16 hex>_el` while it exists. The kernel releases the lock with the process; nothing
+  removes the files of a killed one.
 * A port `fastrtps_port<N>` belongs to its reader, who holds the lock on `..._el` (`..._sl` where
   readers share it). Writers only map it. The file may be left without its lock file, and
   `sem.fastrtps_port<N>_mutex` with it.
@@ -68,11 +68,6 @@ def stale(*, folder: Path = FOLDER, now_s: float | None = None) -> list[Stale]:
     ]
 
 
-def clean(items: Iterable[Stale], *, folder: Path = FOLDER) -> int:
-    """Free what `stale()` found, each tested again under its lock; the bytes that were freed."""
-    return free((item.name for item in items), folder=folder)
-
-
 def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
     """Free those of these segments and ports that are not used; the bytes that were freed.
 
@@ -99,20 +94,20 @@ def held(*, folder: Path = FOLDER) -> dict[str, int]:
 
 
 class Ledger:
-    """What the processes of one run hold, noted while they live.
+    """Shared memory of the processes of one run, recorded while they are running.
 
-    Call `keep_up` once a second, `note` right before a SIGKILL, and `free` after an end by a signal
+    Call `keep_up` once a second, `note` right before a SIGKILL, `free` after an exit by a signal
     and at the end. `note` blocks for 5 to 15 ms, since a reader of /proc/locks waits until every
     processor has been idle or switched once; `keep_up` calls it only if files are new. `free` reads
-    the mappings of every participant on the machine (0.3 ms each). Grandchildren and daemons
-    count, since they carry the run id, too. What dies before the first look is missed; `doctor
-    --fix` finds that. `attendants` are pids that count as ours without the run id.
+    the mappings of every participant on the machine (0.3 ms each). Grandchildren and daemons are
+    included, since they have the run id, too. A process killed before the first `note` is missed;
+    `doctor --fix` finds that. `helper_pids` count as processes of the run without its id.
     """
 
     def __init__(self, run_id: str, *, folder: Path = FOLDER) -> None:
         self._run_id = run_id
         self._folder = folder
-        self.attendants: set[int] = set()
+        self.helper_pids: set[int] = set()
         self._ours: set[str] = set()
         self._seen: dict[str, int] = {}
         self._files = _lock_files(folder)
@@ -121,11 +116,11 @@ class Ledger:
 
     @property
     def names(self) -> frozenset[str]:
-        """What our processes held when it was last looked, and was not freed since."""
+        """Segments and ports of our processes that were recorded and not freed."""
         return frozenset(self._ours)
 
     def keep_up(self, now: float) -> None:
-        """`note`, if there are other lock files than before; `now` is monotonic."""
+        """Call `note` if the lock files have changed; `now` is monotonic."""
         files = _lock_files(self._folder)
         if files != self._files:
             self._files = files
@@ -137,7 +132,7 @@ class Ledger:
             self.note()
 
     def note(self) -> None:
-        """Look who holds what now, and at the environment of each owner that is new."""
+        """Record what is held now, after reading the run id of new owners."""
         with contextlib.suppress(OSError):  # no /dev/shm: nothing to note
             now = held(folder=self._folder)
             for name, pid in now.items():
@@ -146,10 +141,10 @@ class Ledger:
             self._seen = now
 
     def _is_ours(self, pid: int) -> bool:
-        return pid in self.attendants or run_id_of(pid) == self._run_id
+        return pid in self.helper_pids or run_id_of(pid) == self._run_id
 
     def free(self) -> int:
-        """Free what our dead processes left; the bytes. What still lives stays noted."""
+        """Free what our killed processes left, and return the bytes; the rest stays recorded."""
         if not self._ours:
             return 0
         freed = free(self._ours, folder=self._folder)
@@ -158,7 +153,7 @@ class Ledger:
         return freed
 
 
-# ---- looking
+# ---- files and owners
 
 
 def _names(folder: Path) -> list[str]:
@@ -186,7 +181,7 @@ def _ports(names: Iterable[str]) -> set[str]:
 
 
 def _files(name: str) -> tuple[str, ...]:
-    """All files that go by this name; those that matter least are removed last."""
+    """All files of this name, in the order of removal."""
     if re.match(_PORT_FILE, name):
         return (name, f"sem.{name}_mutex", f"{name}_sl", f"{name}_el")
     return (name, f"{name}_el")
@@ -222,10 +217,10 @@ def _lock_owners() -> dict[tuple[int, int], int]:
 
 
 def _unmapped(ports: set[str], folder: Path, before_s: float) -> set[str]:
-    """Those of the ports that no live participant has mapped.
+    """Those of the ports that no running participant has mapped.
 
-    None of them if there is a participant that we cannot look at: every one holds the lock of a
-    segment, so that no one escapes notice. One that may be just starting counts as such.
+    Empty if there is a participant whose mappings cannot be read. Every participant holds the lock
+    of a segment, so none is missed; one that may be just starting counts as unreadable.
     """
     if not ports:
         return set()
@@ -243,7 +238,7 @@ def _unmapped(ports: set[str], folder: Path, before_s: float) -> set[str]:
 
 
 def _mapped_by(pid: int | None) -> set[str] | None:
-    """What of Fast DDS the process has mapped; None if that cannot be seen."""
+    """Segments and ports of Fast DDS that the process has mapped; None if that is unknown."""
     if pid is None:
         return None
     names = {name.decode("ascii") for name in re.findall(_MAPPED, proc.read(pid, "maps"))}

@@ -1,27 +1,27 @@
-"""Control characters of a process's output that must not reach a terminal, besides cursor moves.
+"""Removes control characters from output that goes to a terminal.
 
-Files and pipes get these bytes as they are: only a terminal obeys them.
+Cursor movements are removed before, by `lines.for_screen`. Files and pipes get these bytes.
 """
 
 from __future__ import annotations
 
 import re
 
-# ENQ is answered on our standard input, BEL rings, DC1 to DC4 are flow control and printers, CAN
-# and SUB break off what a terminal is reading, and DEL is taken for a character by some.
+# ENQ makes the terminal write to our standard input, BEL rings, DC1 to DC4 control flow and
+# printers, CAN and SUB abort an escape sequence, and some terminals print DEL.
 _CONTROLS = b"\x05\x07\x11\x12\x13\x14\x18\x1a\x7f"
 _HIDING = (b"5", b"6", b"8")  # blinking, blinking fast, hidden
 _COLOURS = (b"38", b"48", b"58")  # of letters, of what is behind them, of lines below them
-_COLOUR_WORDS = {b"5": 2, b"2": 4}  # `38;5;N` and `38;2;R;G;B`: what follows 38 are no attributes
-# A sequence with such a word; not the commonest one that has, a colour of the 256.
+_COLOUR_WORDS = {b"5": 2, b"2": 4}  # `38;5;N` and `38;2;R;G;B`: numbers after 38 are not attributes
+# A sequence with a hiding attribute, or a number like one; not a single colour of the 256.
 _SUSPECT = rb"\x1b\[(?![34]8;5;\d+m)((?:[0-9;:]*[;:])?0*[568](?:[;:][0-9;:]*)?)m"
 
 
 def without_controls(text: bytes) -> bytes:
-    """Lines that `for_screen` has cleaned, without what controls a terminal in other ways.
+    """Lines cleaned by `for_screen`, without all other control characters and hidden text.
 
-    Colours, bold, italics, underlining and the like stay, and so do bytes that are no UTF-8
-    outside of 0x80 to 0x9F, where terminals with 8-bit controls see escape sequences.
+    Colours, bold, italics and underlining stay. Of bytes that are not UTF-8, 0x80 to 0x9F are
+    removed: terminals with 8-bit controls read them as escape sequences.
     """
     if not text.isascii():
         text = _without_8_bit_controls(text)
@@ -44,7 +44,7 @@ def _without_8_bit_controls(text: bytes) -> bytes:
 
 
 def _attributes(found: re.Match[bytes]) -> bytes:
-    """The sequence without what hides its text; nothing if that was all."""
+    """The sequence without hiding attributes; empty if it has no others."""
     words = found[1].split(b";")
     kept: list[bytes] = []
     at = 0
@@ -63,7 +63,7 @@ def _number(word: bytes) -> bytes:
 
 
 def whole_characters(text: bytes) -> bytes:
-    """The text without a character of UTF-8 at its end whose rest is still to come."""
+    """The text without an incomplete UTF-8 character at its end."""
     for back in range(1, min(4, len(text) + 1)):
         byte = text[-back]
         if byte & 0xC0 == 0x80:

@@ -1,4 +1,4 @@
-"""What users want to see of the output of a process; files and memory keep everything."""
+"""Filters that choose which lines of a process are shown; log files and memory get all lines."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable, Sequence
 from types import FrameType
 
-PATIENCE_S = 0.1  # of computing, for one block of lines; 64 KiB take a hundredth of that
+MOST_CPU_S = 0.1  # for one block of lines; 64 KiB take a hundredth of that
 
 
 class TooSlowError(Exception):
@@ -15,7 +15,7 @@ class TooSlowError(Exception):
 
 
 class Pattern:
-    """A user's regular expression, which must not block the run, as `(a+)+$` would; re.error."""
+    """A user's regular expression that cannot block the run, as `(a+)+$` could; re.error."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -29,7 +29,7 @@ class Pattern:
         """
         before = signal.signal(signal.SIGVTALRM, self._struck)
         self._is_at_work = True
-        signal.setitimer(signal.ITIMER_VIRTUAL, PATIENCE_S)
+        signal.setitimer(signal.ITIMER_VIRTUAL, MOST_CPU_S)
         try:
             return [line for line in lines if self._expression.search(line)]
         finally:
@@ -57,7 +57,7 @@ _IN_TRACEBACK = len(LEVELS)
 
 
 class LineFilter:
-    """Chooses lines. A process that is shown as a whole has none, which costs nothing.
+    """Chooses lines; a process that is not filtered has none.
 
     `level` is an index into LEVELS: lower ones are hidden. A line without a level is INFO; an
     indented one belongs to the line before it, and so does the last line of a traceback.
@@ -66,7 +66,7 @@ class LineFilter:
 
     def __init__(self) -> None:
         self.muted = False  # by name
-        self.outside = False  # others are shown alone
+        self.outside = False  # of a `solo` of other processes
         self.level = 0
         self.pattern: Pattern | None = None
         self.on_slow: Callable[[Pattern], None] = lambda pattern: None
@@ -82,7 +82,7 @@ class LineFilter:
         return self.muted or self.outside
 
     def choose(self, source: int, lines: bytes) -> bytes:
-        """Those of these whole lines that are shown; `source` identifies the stream."""
+        """The lines to show, of these whole lines; `source` identifies the stream."""
         if self.is_silent:
             self.hidden_lines += lines.count(b"\n")
             return b""

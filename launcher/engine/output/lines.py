@@ -1,4 +1,4 @@
-"""LineBuffer: bytes as they are read, made into whole lines that are safe to show."""
+"""Splits output into whole lines, and removes control characters before lines are shown."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _SHIFTS = b"\x08\x0b\x0c\x0e\x0f"  # backspace, vertical tab, form feed, charact
 
 
 class LineBuffer:
-    """Splits one stream of one process; keeps back what is not a whole line yet.
+    """Splits one stream of one process into lines; keeps an unfinished line.
 
-    `shown` counts the bytes of the unfinished line that are on the screen already, as of a prompt.
+    `shown` counts the bytes of the unfinished line that are already on the screen, as of a prompt.
     """
 
     def __init__(self) -> None:
@@ -70,7 +70,7 @@ def _cut(line: bytes) -> bytes:
 def _is_harmless(lines: bytes) -> bool:
     """Whether they have no control characters but tabs and newlines.
 
-    Written out: a search for one byte costs next to nothing, a loop around it more.
+    Without a loop, which would cost more than the searches for single bytes.
     """
     return not (
         0x1B in lines
@@ -85,10 +85,9 @@ def _is_harmless(lines: bytes) -> bool:
 
 
 def for_screen(lines: bytes) -> bytes:
-    """Whole lines without what would move the cursor; colour stays, inside its line.
+    """Whole lines without cursor movements; colours stay, and are reset at the end of a line.
 
-    A carriage return before the newline goes; one inside a line (a progress bar) leaves what a
-    terminal would show last.
+    Of a line with carriage returns (a progress bar), the part that a terminal would show last.
     """
     if _is_harmless(lines):
         return lines
@@ -97,7 +96,7 @@ def for_screen(lines: bytes) -> bytes:
 
 
 def for_terminal(lines: bytes) -> bytes:
-    """The same for a screen that is a terminal, which obeys more than that (`escapes`)."""
+    """The same for a terminal, which interprets more control characters (`escapes`)."""
     text = for_screen(lines)
     if _is_ordinary(text):
         return text
@@ -107,7 +106,7 @@ def for_terminal(lines: bytes) -> bytes:
 
 
 def _is_ordinary(text: bytes) -> bool:
-    """Whether a terminal has nothing to obey in it; not so with colours and what is not ASCII."""
+    """Whether it is ASCII without control characters and colours."""
     return text.isascii() and not (
         0x1B in text
         or 0x07 in text
@@ -124,9 +123,9 @@ def _is_ordinary(text: bytes) -> bool:
 
 @functools.cache
 def _escapes() -> re.Pattern[bytes]:
-    """What moves the cursor, sets titles or switches character sets, complete or not; not colour.
+    """Sequences that move the cursor, set titles or switch character sets, also incomplete ones.
 
-    Compiled when it is first needed, like all patterns on the way to the first process.
+    Compiled on first use, to save time before the first process.
     """
     return re.compile(
         rb"\x1b(?!\[[0-9;:]*m)(?:"
@@ -140,7 +139,7 @@ def _escapes() -> re.Pattern[bytes]:
 
 
 def _closed(line: bytes) -> bytes:
-    """The line with its colour switched off at the end."""
+    """The line with its colour reset at the end."""
     colour = line.rfind(b"\x1b[")
     if colour < 0 or line.startswith((_RESET, b"\x1b[m"), colour):
         return line
@@ -165,16 +164,16 @@ LIMIT_BLOCKS = 1000  # a process that writes line by line makes a block of each
 
 
 class Block:
-    """Whole lines of one stream (`stdout`, `stderr`, `both`), and when they were read.
+    """Whole lines of one stream (`stdout`, `stderr`, `both`), read at `read_at_s` (monotonic).
 
-    `heard_s` is on the monotonic clock. Not a Record: one is made for every read.
+    Not a Record, since one is made for every read.
     """
 
-    __slots__ = ("heard_s", "lines", "stream")
+    __slots__ = ("lines", "read_at_s", "stream")
 
-    def __init__(self, stream: str, heard_s: float, lines: bytes) -> None:
+    def __init__(self, stream: str, read_at_s: float, lines: bytes) -> None:
         self.stream = stream
-        self.heard_s = heard_s
+        self.read_at_s = read_at_s
         self.lines = lines
 
 
@@ -188,9 +187,9 @@ class LogRing:
         self._bytes = 0
         self.tap: Callable[[Block], None] | None = None
 
-    def append(self, stream: str, heard_s: float, lines: bytes) -> None:
+    def append(self, stream: str, read_at_s: float, lines: bytes) -> None:
         """Append a block, and drop the oldest beyond the limits."""
-        block = Block(stream, heard_s, lines)
+        block = Block(stream, read_at_s, lines)
         blocks = self._blocks
         blocks.append(block)
         self._bytes += len(lines)
@@ -208,7 +207,7 @@ class LogRing:
                 break
             lines = block.lines[:-1].split(b"\n")[-missing:]
             missing -= len(lines)
-            found.append(Block(block.stream, block.heard_s, b"\n".join(lines) + b"\n"))
+            found.append(Block(block.stream, block.read_at_s, b"\n".join(lines) + b"\n"))
         return found[::-1]
 
     def texts(self, most: int) -> list[str]:

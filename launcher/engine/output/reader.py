@@ -1,4 +1,4 @@
-"""OutputReader: carries what processes write to the screen and to the files, in whole lines."""
+"""Reads the output of processes, and writes it to the screen and to log files in whole lines."""
 
 from __future__ import annotations
 
@@ -8,50 +8,51 @@ from collections.abc import Collection
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.machine import ProcessState
 from launcher.engine.output.lines import LineBuffer
-from launcher.engine.output.stdout import Screen
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.listener import RunListener
-PATIENCE_S = 0.1  # how long the beginning of a line, or of a traceback, waits for its end
-# While others write much, a silent process may simply not have been scheduled.
-BUSY_PATIENCE_S = 1.0
+
+PARTIAL_LINE_S = 0.1  # after which an unfinished line or traceback is shown
+# While other processes write much, a silent process may just not have been scheduled.
+BUSY_PARTIAL_LINE_S = 1.0
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
 
 
 class Stream:
     """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`."""
 
-    __slots__ = ("buffer", "gate", "heard_s", "name", "shown")
+    __slots__ = ("buffer", "gate", "name", "read_at_s", "shown")
 
     def __init__(self, name: str, *, shown: bool) -> None:
-        from launcher.engine.output.tracebacks import TracebackGate  # the child runs already
+        from launcher.engine.output.tracebacks import TracebackGate  # the child is running already
 
         self.name = name
         self.shown = shown
-        self.heard_s = 0.0  # when it last wrote, on the monotonic clock
+        self.read_at_s = 0.0  # when it last wrote, on the monotonic clock
         self.buffer = LineBuffer()
         self.gate = TracebackGate()
 
     @property
     def waits(self) -> bool:
-        """Whether something that is to be shown waits for its end."""
+        """Whether an unfinished line or traceback is still to be shown."""
         return self.shown and (bool(self.buffer.partial) or self.gate.holds)
 
 
 class OutputReader:
     """Reads the streams of running processes. `processes` is the live collection of them.
 
-    It pauses while the screen cannot follow: the pipes fill, and the children block. `heard_s` is
-    when anything was read last, on the monotonic clock.
+    It pauses while the screen is slow: then the pipes fill, and the children block. `read_at_s` is
+    the time of the last read, on the monotonic clock.
     """
 
     def __init__(
         self,
         reactor: Reactor,
-        screen: Screen,
+        screen: StdoutWriter,
         directory: RunDirectory,
         processes: Collection[Process],
         listener: RunListener,
@@ -62,11 +63,10 @@ class OutputReader:
         self._processes = processes
         self._listener = listener
         self._paused = False
-        self.heard_s = 0.0
+        self.read_at_s = 0.0
         screen.on_pressure = self._pause
 
     def attach(self, process: Process) -> None:
-
         assert process.child is not None
         for fd, name in process.child.streams.items():
             process.streams[fd] = Stream(name, shown=process.shows(name))
@@ -85,10 +85,10 @@ class OutputReader:
                     self._listen(process, fd)
 
     def drain(self, process: Process) -> None:
-        """Read what an ended process has left in its pipes, its unfinished last line included.
+        """Read the rest of the output of a process that has exited, and flush its last line.
 
-        A grandchild may hold a pipe open and even flood it, so this ends at what a pipe can
-        hold; what comes later is still read by the loop until the stream ends.
+        A grandchild may keep writing to the pipe, so this reads at most what a pipe can hold; the
+        loop reads later output.
         """
         for fd in list(process.streams):
             left = DRAIN_BYTES
@@ -98,7 +98,7 @@ class OutputReader:
                 self._finish(process, fd, process.streams[fd])
 
     def detach(self, process: Process) -> None:
-        """Stop reading and forget; the child closes the descriptors."""
+        """Stop reading; the child closes the descriptors."""
         for fd in process.streams:
             self._reactor.remove(fd)
         process.streams.clear()
@@ -111,7 +111,7 @@ class OutputReader:
         if chunk is None:
             return 0
         stream = process.streams[fd]
-        self.heard_s = stream.heard_s = self._reactor.now()
+        self.read_at_s = stream.read_at_s = self._reactor.now()
         if not chunk:
             self._finish(process, fd, stream)
             self._reactor.remove(fd)
@@ -130,8 +130,8 @@ class OutputReader:
     def _deliver(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
-        process.ring.append(stream.name, stream.heard_s, lines)
-        if stream.shown:  # before the files: a user waits for it
+        process.ring.append(stream.name, stream.read_at_s, lines)
+        if stream.shown:  # before the log files
             stopping = process.machine.state is ProcessState.STOPPING
             passed = stream.gate.feed(lines, stopping=stopping)
             if passed:
@@ -142,8 +142,8 @@ class OutputReader:
     def _show(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
-        if process.view is not None:
-            chosen = process.view.choose(fd, lines)
+        if process.filter is not None:
+            chosen = process.filter.choose(fd, lines)
             self._screen.end_partial(stream)
             if not chosen:
                 return
@@ -151,7 +151,7 @@ class OutputReader:
         self._screen.write_lines(stream, process.prefix, lines, shown)
 
     def _finish(self, process: Process, fd: int, stream: Stream) -> None:
-        """Flush the unterminated last line and a traceback that has not ended."""
+        """Flush an unfinished line and an unfinished traceback."""
         lines, shown = stream.buffer.take_partial()
         if lines:
             self._deliver(process, fd, stream, lines, shown)
@@ -159,18 +159,18 @@ class OutputReader:
             self._show(process, fd, stream, stream.gate.flush())
         self._screen.end_partial(stream)
 
-    # ---- what waits for its end: prompts, progress bars, tracebacks
+    # ---- unfinished lines: prompts, progress bars, tracebacks
 
     def _expect_end(self, process: Process) -> None:
         show = functools.partial(self._show_what_waits, process)
-        process.idle_timer = self._reactor.call_later(PATIENCE_S, show)
+        process.idle_timer = self._reactor.call_later(PARTIAL_LINE_S, show)
 
     def _show_what_waits(self, process: Process) -> None:
         process.idle_timer = None
         for fd, stream in list(process.streams.items()):
             if not stream.waits:
                 continue
-            # We may have been late ourselves: a stream with something to read is not silent.
+            # The timer may be late: a stream with something to read is not silent.
             if not self._is_silent(stream) or self._read(process, fd):
                 if process.idle_timer is None:
                     self._expect_end(process)
@@ -178,16 +178,16 @@ class OutputReader:
             if stream.gate.holds:
                 self._show(process, fd, stream, stream.gate.flush())
             buffer = stream.buffer
-            if buffer.partial and process.view is None:
+            if buffer.partial and process.filter is None:
                 buffer.shown = self._screen.write_partial(
                     stream, process.prefix, buffer.partial, buffer.shown
                 )
 
     def _is_silent(self, stream: Stream) -> bool:
-        """Whether the end of its line is not just about to come; unknown while we do not read."""
+        """Whether the rest of its line is not expected soon; False while reading is paused."""
         if self._paused:
             return False
         now = self._reactor.now()
-        is_busy = now - self.heard_s < PATIENCE_S
-        # A timer may come a little early, by the granularity of the clock.
-        return now - stream.heard_s >= (BUSY_PATIENCE_S if is_busy else PATIENCE_S * 0.99)
+        is_busy = now - self.read_at_s < PARTIAL_LINE_S
+        # A timer may fire a little early, by the granularity of the clock.
+        return now - stream.read_at_s >= (BUSY_PARTIAL_LINE_S if is_busy else PARTIAL_LINE_S * 0.99)

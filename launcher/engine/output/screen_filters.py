@@ -1,4 +1,4 @@
-"""ScreenFilters: mute, solo, level and grep for the processes on the screen."""
+"""The verbs `mute`, `unmute`, `solo`, `level` and `grep`: which lines are shown on the screen."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from launcher.model.record import Record
 
 
 class Change(enum.Enum):
-    """What has changed; beside each, the fields of `Shown` that it has."""
+    """What has changed; the comments name the fields of `Shown` that are set."""
 
     MUTED = enum.auto()
-    NOT_MUTED = enum.auto()  # it was not when it was to be shown again
+    NOT_MUTED = enum.auto()  # `unmute` had no effect
     UNMUTED = enum.auto()  # hidden_lines
     ALONE = enum.auto()
     LEVEL = enum.auto()  # level, an index into LEVELS
@@ -23,7 +23,7 @@ class Change(enum.Enum):
 
 
 class Shown(Record):
-    """What is shown of a process now; `hidden_lines` were not since it changed."""
+    """What is shown of a process now; `hidden_lines` were hidden before."""
 
     process: str
     change: Change
@@ -38,84 +38,87 @@ class ScreenFilters:
     def __init__(self, processes: Collection[Process], log: RunLog) -> None:
         self._processes = processes
         self._log = log
-        self._common = LineFilter()  # for processes that are started later
+        self._default = LineFilter()  # for processes that are started later
 
     def adopt(self, process: Process) -> None:
-        """Apply the filters that are meant for all processes to a new one."""
-        if self._common.is_open:
+        """Apply the filters that were set for all processes to a new one."""
+        if self._default.is_open:
             return
-        view = self._view(process)
-        view.outside, view.level = self._common.outside, self._common.level
-        view.pattern = self._common.pattern
+        line_filter = self._filter_of(process)
+        line_filter.outside, line_filter.level = self._default.outside, self._default.level
+        line_filter.pattern = self._default.pattern
 
     def mute(self, processes: Sequence[Process]) -> list[Shown]:
         for process in processes:
-            self._view(process).muted = True
+            self._filter_of(process).muted = True
         return [Shown(p.name, Change.MUTED) for p in processes]
 
     def unmute(self, processes: Sequence[Process]) -> list[Shown]:
-        """Show them again; all of them, if a `solo` is to end."""
+        """Show them again; if these are all processes, a `solo` ends."""
         if len(processes) == len(self._processes):
-            self._common.outside = False
+            self._default.outside = False
         return [self._unmute(process) for process in processes]
 
     def _unmute(self, process: Process) -> Shown:
-        if process.view is None or not process.view.is_silent:
+        if process.filter is None or not process.filter.is_silent:
             return Shown(process.name, Change.NOT_MUTED)
-        view = process.view
-        view.muted = view.outside = False
-        hidden, view.hidden_lines = view.hidden_lines, 0
+        line_filter = process.filter
+        line_filter.muted = line_filter.outside = False
+        hidden, line_filter.hidden_lines = line_filter.hidden_lines, 0
         _drop_if_open(process)
         return Shown(process.name, Change.UNMUTED, hidden_lines=hidden)
 
     def solo(self, processes: Sequence[Process]) -> list[Shown]:
         alone = {process.process_id for process in processes}
-        self._common.outside = True
+        self._default.outside = True
         for process in self._processes:
-            view = self._view(process)
-            view.outside = process.process_id not in alone
-            view.muted = view.muted and view.outside
+            line_filter = self._filter_of(process)
+            line_filter.outside = process.process_id not in alone
+            line_filter.muted = line_filter.muted and line_filter.outside
             _drop_if_open(process)
         return [Shown(p.name, Change.ALONE) for p in processes]
 
     def level(self, level: int, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines of this level (an index into LEVELS) and above."""
         if len(processes) == len(self._processes):
-            self._common.level = level
+            self._default.level = level
         for process in processes:
-            self._view(process).level = level
+            self._filter_of(process).level = level
             _drop_if_open(process)
         return self.levels(processes)
 
     def levels(self, processes: Sequence[Process]) -> list[Shown]:
-        levels = ((p.name, 0 if p.view is None else p.view.level) for p in processes)
+        levels = ((p.name, 0 if p.filter is None else p.filter.level) for p in processes)
         return [Shown(name, Change.LEVEL, level=level) for name, level in levels]
 
     def grep(self, pattern: Pattern | None, processes: Sequence[Process]) -> list[Shown]:
-        """Show only lines in which this is found; None shows all."""
+        """Show only lines that match; None shows all."""
         if len(processes) == len(self._processes):
-            self._common.pattern = pattern
+            self._default.pattern = pattern
         for process in processes:
-            self._view(process).pattern = pattern
+            self._filter_of(process).pattern = pattern
             _drop_if_open(process)
         text = None if pattern is None else pattern.text
         return [Shown(p.name, Change.PATTERN, pattern=text) for p in processes]
 
-    def _view(self, process: Process) -> LineFilter:
-        if process.view is None:
-            process.view = LineFilter()
-            process.view.on_slow = self._give_up
-        return process.view
+    def _filter_of(self, process: Process) -> LineFilter:
+        if process.filter is None:
+            process.filter = LineFilter()
+            process.filter.on_slow = self._give_up
+        return process.filter
 
     def _give_up(self, pattern: Pattern) -> None:
         """Show every line again where this pattern was used."""
-        self._log.warn(f"looking for {pattern.text!r} takes too long; every line is shown again")
-        for view in (self._common, *(p.view for p in self._processes if p.view is not None)):
-            if view.pattern is pattern:
-                view.pattern = None
+        self._log.warn(f"matching {pattern.text!r} takes too long; every line is shown again")
+        for line_filter in (
+            self._default,
+            *(p.filter for p in self._processes if p.filter is not None),
+        ):
+            if line_filter.pattern is pattern:
+                line_filter.pattern = None
 
 
 def _drop_if_open(process: Process) -> None:
-    """Remove the filter of a process that is shown as a whole."""
-    if process.view is not None and process.view.is_open:
-        process.view = None
+    """Remove a filter that hides nothing."""
+    if process.filter is not None and process.filter.is_open:
+        process.filter = None

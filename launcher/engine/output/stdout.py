@@ -1,4 +1,4 @@
-"""Screen: writes our standard output, with prefixes and colours, without ever blocking."""
+"""Writes our standard output, with prefixes and colours, without blocking."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from collections.abc import Callable, Mapping
 from launcher.engine.output.lines import for_screen, for_terminal, with_prefix, without_colour
 from launcher.engine.posix.reactor import Reactor
 
-HIGH_WATER = 1024 * 1024  # bytes that wait; above it the children are not read any more
-# The same for a terminal: what waits is shown before the answer to a key, and after a `mute`.
+HIGH_WATER = 1024 * 1024  # queued bytes above which children are not read
+# The same for a terminal: what is queued is shown before the answer to a key, and after a `mute`.
 TERMINAL_HIGH_WATER = 128 * 1024
-# A full disk does not end the run. After any other error it has no reader any more.
+# Errors of a full disk, which do not end the run. Any other error means that nobody reads.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-LOW_PART = 4  # the children are read again when no more than this part of it waits
+LOW_PART = 4  # the children are read again when the queue is below 1/4 of that
 
 # Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
 _PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 117, 99)
 _LEVELS = {"WARNING": b"\x1b[33m", "ERROR": b"\x1b[31m", "FATAL": b"\x1b[31m", "INFO": b"\x1b[2m"}
 _RESET = b"\x1b[0m"
-_OVERWRITE = b"\r\x1b[K"  # for progress bars, which end their lines with \r or begin them so
-PINNED_BYTES = 1000  # of an unfinished line that is written again below the lines of others
+_OVERWRITE = b"\r\x1b[K"  # for progress bars, whose lines begin or end with \r
+PINNED_BYTES = 1000  # longest unfinished line that is repeated below lines of other processes
 
 
 def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
@@ -39,15 +39,15 @@ def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
 def passes_colour(fd: int, env: Mapping[str, str]) -> bool:
     """Whether the colours of processes reach the output.
 
-    As ours do; a user who asks the nodes for colours gets them in a pipe, too (CONFORMANCE 1.34).
+    As for our own, but RCUTILS_COLORIZED_OUTPUT=1 keeps them in a pipe, too (CONFORMANCE 1.34).
     """
     if env.get("NO_COLOR") or env.get("FORCE_COLOR"):
         return wants_colour(fd, env)
     return env.get("RCUTILS_COLORIZED_OUTPUT") == "1" or wants_colour(fd, env)
 
 
-class Screen:
-    """Writes whole blocks to a descriptor, never blocks, and queues what could not be written.
+class StdoutWriter:
+    """Writes blocks to a descriptor without blocking, and queues what cannot be written yet.
 
     `colour` is for our own lines, `plain` removes that of processes. `on_pressure(True)` is called
     when the queue is long, `on_pressure(False)` when it is short again; `on_closed()` once when
@@ -74,7 +74,7 @@ class Screen:
         self.on_pressure: Callable[[bool], None] = lambda pressed: None
         self.on_closed: Callable[[], None] = lambda: None
 
-    # ---- what to show
+    # ---- lines
 
     def prefix(self, name: str, index: int) -> bytes:
         """`[name] `, in the colour of the process with this number where there are colours."""
@@ -96,7 +96,7 @@ class Screen:
         self._write(block)
 
     def write_partial(self, source: object, prefix: bytes, partial: bytes, shown: int) -> int:
-        """Write the beginning of an unfinished line; how much of it is shown now."""
+        """Write an unfinished line; the number of its bytes that are shown now."""
         if self.is_tty and not partial.isascii():
             from launcher.engine.output.escapes import whole_characters
 
@@ -121,16 +121,16 @@ class Screen:
         return len(partial)
 
     def end_partial(self, source: object) -> None:
-        """End its line, whatever is shown of that."""
+        """End the unfinished line of `source` if it is shown."""
         if self._partial_of is source:
             self._partial_of = None
             self._write(b"\n")
 
     def _write_around(self, block: bytes, source: object = None) -> None:
-        """Write whole lines although another source has an unfinished one.
+        """Write whole lines while another source has an unfinished one.
 
-        The console, which knows what it has drawn, keeps that line below them: a question stays in
-        sight until it is answered. On a terminal, where it may have been wrapped, it ends here.
+        The console repeats that line below them, so that a question stays visible until it is
+        answered. On a terminal, where it may have been wrapped, it ends here.
         """
         if self._partial_of is None:
             self._write(block)
@@ -199,7 +199,7 @@ class Screen:
             self.on_pressure(False)
 
     def _try(self, block: bytes) -> bytes:
-        """Write without blocking; the rest."""
+        """Write without blocking; returns the rest."""
         try:
             while block:
                 block = block[os.write(self.fd, block) :]
@@ -230,10 +230,10 @@ class Screen:
     # ---- the console
 
     def divert(self, fd: int, on_diverted: Callable[[], None]) -> None:
-        """Write to `fd`, which never blocks and stays the caller's, once the queue is empty.
+        """Write to `fd`, which is non-blocking and owned by the caller, once the queue is empty.
 
-        What was written before goes to the terminal, up to the end of a line. The children are not
-        read meanwhile, so that this comes to an end on a terminal slower than they are.
+        Earlier output goes to the terminal, up to the end of a line. The children are not read
+        meanwhile, so that the queue gets empty even if they are faster than the terminal.
         """
         self._next_fd, self._on_diverted = fd, on_diverted
         if self._waiting:
@@ -249,7 +249,7 @@ class Screen:
             self._on_diverted()
 
     def come_back(self, left: bytes) -> None:
-        """Write to the terminal again: first `left`, not read by the console, then the queue."""
+        """Write to the terminal again: first `left`, which the console has not read."""
         self._next_fd = None
         if self.fd == self._terminal:
             if not self._waiting:
@@ -264,9 +264,9 @@ class Screen:
         if self._waiting:
             self._reactor.add_writer(self.fd, self._flush)
 
-    def finish(self, patience_s: float) -> None:
-        """Write the queue, giving a slow reader `patience_s` seconds, and close the output."""
-        deadline = self._reactor.now() + patience_s
+    def finish(self, timeout_s: float) -> None:
+        """Write the queue, for at most `timeout_s`, and close the output."""
+        deadline = self._reactor.now() + timeout_s
         while self._waiting and (left_s := deadline - self._reactor.now()) > 0:
             _is_writable(self.fd, left_s)
             self._flush()
@@ -285,7 +285,7 @@ def _is_writable(fd: int, timeout_s: float) -> bool:
 
 
 def _non_blocking(fd: int) -> tuple[int, bool]:
-    """A descriptor for the same output that never blocks, and whether it is ours to close.
+    """A non-blocking descriptor for the same output, and whether it is ours to close.
 
     O_NONBLOCK on a descriptor that we inherited would change the shell's as well, so terminals
     and pipes are opened again. Files do not block, and a second opening would lose the offset.
@@ -299,7 +299,7 @@ def _non_blocking(fd: int) -> tuple[int, bool]:
 
 
 def complain(text: str, *, shown_fd: int = 1, fd: int = 2) -> None:
-    """Write it to `fd` if that is another file than `shown_fd`; never block, nor fail."""
+    """Write an error to `fd` unless that is the same file as `shown_fd`; never blocks or raises."""
     with contextlib.suppress(OSError):
         if os.path.sameopenfile(shown_fd, fd) or not _is_writable(fd, 0):
             return

@@ -1,8 +1,8 @@
-"""Starts processes with limits, by way of a bare interpreter that sets them (`limits_exec`).
+"""Starts processes with limits through a bare interpreter that sets them (`limits_exec`).
 
-A limit that is set from outside, once the program runs, comes too late for what it does first, and
-calling Python between fork and exec takes the longer the larger the launcher is. So only a process
-that has limits pays, with the start of a bare interpreter (about 8 ms).
+Limits that are set from outside come too late for the first steps of a program, and running Python
+between fork and exec is slow in a large process. So only a process with limits pays for this, with
+about 8 ms for the bare interpreter.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ _SCRIPT = Path(__file__).with_name("limits_exec.py")
 _COERCED = "LC_CTYPE"  # which Python sets where the locale is C, and the program would inherit
 
 
-def words_before(limits: Limits, status: int, env: Mapping[str, str]) -> list[str]:
-    """The words in front of a command that let it start within the limits.
+def command_prefix(limits: Limits, status: int, env: Mapping[str, str]) -> list[str]:
+    """The words before a command that start it with the limits.
 
-    `status` is the descriptor that closes when the program is there; `env` is the program's.
+    `status` is the descriptor that is closed on exec; `env` is the environment of the program.
     """
     start = [sys.executable, "-I", "-S", str(_SCRIPT), str(status)]
     unset = [] if _COERCED in env else [f"unset={_COERCED}"]
@@ -37,9 +37,9 @@ def _settings(limits: Limits) -> Iterator[str]:
         yield f"{name}={soft}/{hard}"
 
 
-def refusal(said: bytes) -> tuple[int, str]:
-    """(errno, the limit that was refused or "") of what `limits_exec` wrote."""
-    number, _, setting = said.decode(errors="replace").partition(" ")
+def parse_refusal(message: bytes) -> tuple[int, str]:
+    """(errno, the limit that was refused or "") from the message of `limits_exec`."""
+    number, _, setting = message.decode(errors="replace").partition(" ")
     return (int(number) if number.isdigit() else errno.EIO), _as_given(setting)
 
 

@@ -1,9 +1,8 @@
-"""Takes on limits, then becomes the program: what runs between the launcher and a limited process.
+"""Sets limits for its own process, then execs a program.
 
-Called as `limits_exec.py FD SETTING ... -- PROGRAM ARG ...`. FD closes when the program is there;
-what keeps it from that is written to FD first, as `ERRNO SETTING`. Settings are `nice=5`,
-`cpus=0,2`, `nofile=256/1024` (soft and hard, -1 for no limit) and `unset=NAME` (a variable that
-the interpreter of this script has added to the environment).
+Called as `limits_exec.py FD SETTING ... -- PROGRAM ARG ...`. FD is closed on exec; an error is
+written to FD before, as `ERRNO SETTING`. Settings are `nice=5`, `cpus=0,2`, `nofile=256/1024` (soft
+and hard, -1 for no limit) and `unset=NAME` (a variable added by the interpreter of this script).
 Started as a script with `-I -S`, which keeps it to a few milliseconds; so no other imports.
 """
 
@@ -26,7 +25,7 @@ def main() -> None:
     setting = ""
     try:
         for setting in sys.argv[2:end]:
-            take_on(setting)
+            apply(setting)
         setting = ""
         for signum in (_signal.SIGPIPE, _signal.SIGXFSZ):
             _signal.signal(signum, _signal.SIG_DFL)  # the interpreter ignores them
@@ -40,7 +39,7 @@ def main() -> None:
     os._exit(FAILED)
 
 
-def take_on(setting: str) -> None:
+def apply(setting: str) -> None:
     """Set one limit; OSError or ValueError if the system refuses."""
     name, _, text = setting.partition("=")
     if name == "unset":

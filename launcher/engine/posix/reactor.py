@@ -1,4 +1,4 @@
-"""Reactor: an event loop for file descriptors, timers and signals.
+"""An event loop for file descriptors, timers and signals.
 
 asyncio would do the same; importing it takes longer than starting the first process
 (docs/architecture.md has the numbers).
@@ -53,7 +53,7 @@ class Reactor:
     # Seconds on the monotonic clock, the only one that deadlines are made of.
     now = staticmethod(time.monotonic)
 
-    # ---- what to wait for
+    # ---- registration
 
     def add_reader(self, fd: int, callback: Callback) -> None:
         self._add(fd, select.EPOLLIN, callback)
@@ -66,7 +66,7 @@ class Reactor:
         self._callbacks[fd] = callback
 
     def remove(self, fd: int) -> None:
-        """Forget `fd`; no error if it is not known."""
+        """Stop watching `fd`; no error if it is not watched."""
         if self._callbacks.pop(fd, None) is not None:
             try:
                 self._epoll.unregister(fd)
@@ -74,10 +74,10 @@ class Reactor:
                 return  # closed before it was removed
 
     def call_later(self, delay_s: float, callback: Callback) -> Timer:
-        """Call back once, `delay_s` seconds from now, or as soon as possible if that is past."""
+        """Call back once, `delay_s` seconds from now; in the next pass of the loop if it is 0."""
         timer = Timer(self.now() + delay_s, callback)
         if self._heap is None:
-            import heapq  # a library of its own to load; the first process need not wait
+            import heapq  # a shared library, loaded only after the first process was started
 
             self._heap = heapq
         self._heap.heappush(self._timers, (timer.when, next(self._order), timer))
@@ -86,8 +86,8 @@ class Reactor:
     def on_signals(self, signums: Iterable[int], callback: Callable[[int], None]) -> None:
         """Call back, outside of signal context, when one of these signals arrives.
 
-        A disposition `ignored` that was inherited is replaced, too: a shell that starts us with
-        `&` ignores SIGINT for us (CONFORMANCE 1.27).
+        Inherited `SIG_IGN` is replaced, too: a shell that starts us with `&` ignores SIGINT for us
+        (CONFORMANCE 1.27).
         """
         if self._wakeup is None:
             read_end, write_end = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
@@ -111,19 +111,19 @@ class Reactor:
         """Serve until `stop()` is called; not at all if it was called before."""
         while not self._stopped:
             callbacks = self._callbacks
-            ready = self._epoll.poll(self._patience_s())
+            ready = self._epoll.poll(self._timeout_s())
             for fd, callback in [(fd, callbacks.get(fd)) for fd, _ in ready]:
-                # An earlier callback of this round may have removed this one, or closed the file
-                # and opened another that got the same number.
+                # An earlier callback of this pass may have removed this one, or closed the file
+                # and opened another with the same number.
                 if callback is not None and callbacks.get(fd) is callback:
                     callback()
             self._fire_timers()
 
     def stop(self) -> None:
-        """Let `run()` return after the current round."""
+        """Let `run()` return after the current pass."""
         self._stopped = True
 
-    def _patience_s(self) -> float | None:
+    def _timeout_s(self) -> float | None:
         while self._timers and self._timers[0][2].callback is None:
             self._take_first()
         if not self._timers:
@@ -156,4 +156,4 @@ class Reactor:
 
 
 def _noted(signum: int, frame: FrameType | None) -> None:
-    """The handler that Python runs; the number has gone through the wake-up pipe already."""
+    """Does nothing: Python has already written the number to the wake-up pipe."""

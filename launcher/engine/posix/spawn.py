@@ -1,7 +1,7 @@
-"""Starting processes, each the leader of a session of its own, and what belongs to one.
+"""Starts processes, each the leader of its own session, and holds their descriptors.
 
-By `posix_spawn`: importing `subprocess` takes a tenth of the time to the first process, and does
-only what `posix_spawn` cannot: a working directory.
+By `posix_spawn`, since importing `subprocess` takes a tenth of the time to the first process;
+`subprocess` is used only for a working directory, which `posix_spawn` cannot set.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from launcher.model.spec import ProcessSpec
 
-# Descriptors that stay free: without them a run that starts one process too many could neither
-# import a module nor read /proc any more, instead of refusing that process.
-FOR_PROCESSES = 16  # left free by the streams of processes
-FOR_FILES = 8  # left free by log files, too
+# Reserved descriptors: without them a run with too many processes could neither import a module nor
+# read /proc any more, instead of failing to start one process.
+FOR_PROCESSES = 16  # not used by the streams of processes
+FOR_FILES = 8  # not used by log files either
 
 
 def keep_free(fd: int, reserve: int) -> int:
-    """`fd`, a descriptor that was just opened; OSError (EMFILE) if it is one of the reserve.
+    """Return `fd`, which was just opened; OSError (EMFILE) if it is one of the last `reserve`.
 
-    The kernel gives out the lowest number that is free, so a high one means that few are left.
-    The descriptor stays open in either case.
+    The kernel uses the lowest free number, so a high one means that few are left. The descriptor
+    stays open in either case.
     """
     limit = os.sysconf("SC_OPEN_MAX")  # below 0 where there is none
     if 0 < limit <= fd + reserve:
@@ -47,9 +47,9 @@ def execute(
 ) -> int:
     """The pid of a new process that runs `words`, for the caller to reap; OSError.
 
-    A program without a slash is looked for in the PATH of `env`, which is complete. The process
-    gets `streams`, each of which is above 2, as its standard streams, and the descriptors that are
-    `inherited`, at their numbers; no others. EINVAL is for words that no program can get.
+    A program without a slash is searched in the PATH of `env`, which is the whole environment. The
+    process gets `streams`, all above 2, as its standard streams, and the descriptors `inherited`
+    under their numbers; no others. EINVAL: a word or variable has a NUL.
     """
     for fd in inherited:
         os.set_inheritable(fd, True)
@@ -78,14 +78,14 @@ def _by_posix_spawn(
                 setsigdef=_BACK_TO_DEFAULT,
             )
         except OSError as error:
-            # As execvp does: another folder of the PATH may have a program that can be run.
+            # As execvp: a later folder of the PATH may have an executable program.
             is_new = refusal is None or (_is_absence(refusal) and not _is_absence(error))
             refusal = error if is_new else refusal
     raise refusal or FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), words[0])
 
 
 def _candidates(program: str, env: Mapping[str, str]) -> Iterator[str]:
-    """Where the program may be; of the folders of the PATH those that have such a file."""
+    """Paths of the program in the folders of the PATH where it exists."""
     if "/" in program:
         yield program
         return
@@ -124,18 +124,18 @@ def _by_subprocess(
 
 
 def set_close_on_exec(first: int = 3) -> None:
-    """Let processes not inherit the descriptors that we inherited, as those that Python opens."""
+    """Set close-on-exec for descriptors that we inherited; Python sets it for those it opens."""
     for name in os.listdir("/proc/self/fd"):
         fd = int(name)
         try:
             if fd >= first and os.get_inheritable(fd):
                 os.set_inheritable(fd, False)
         except OSError:
-            continue  # the one that the list was read through
+            continue  # the descriptor of listdir
 
 
 def reap(pidfd: int) -> tuple[int, bool]:
-    """(return code, whether it left a core dump) of a process that has ended; waits if not.
+    """(return code, whether it left a core dump) of a process; waits for its exit.
 
     The return code is negative for a signal.
     """
@@ -151,13 +151,12 @@ STDOUT, STDERR, BOTH = "stdout", "stderr", "both"
 
 
 class Child:
-    """A process that runs, or has just ended; owns its descriptors.
+    """A process that is running or has just exited; owns its descriptors.
 
-    `streams` maps the file descriptors that its output is read from to `stdout`, `stderr`, or
-    `both` where one descriptor carries both in the order in which they were written. The child
-    leads a session and a process group of its own, so that signals reach its children too and
-    the terminal's Ctrl-C reaches only us. `status` is -1, or becomes readable when a process with
-    limits has become its program, or cannot (`refusal` says why).
+    `streams` maps the descriptors of its output to `stdout`, `stderr`, or `both` if one descriptor
+    carries both in the order of writing. The child leads its own session and process group, so
+    that signals reach its children too and the terminal's Ctrl-C reaches only us. `status` is -1,
+    or for a process with limits readable after exec, or after a failure (see `refusal`).
     """
 
     def __init__(
@@ -171,10 +170,10 @@ class Child:
         self._stdin = stdin
 
     def signal_group(self, signum: int) -> None:
-        """Signal the process and what it started.
+        """Signal the process group.
 
-        No error if the group is gone, or belongs to another user by now (sudo): a process that
-        does not end is reported by its pid.
+        No error if the group is gone or belongs to another user (sudo): a process that does not
+        exit is reported by its pid.
         """
         try:
             os.killpg(self.pid, signum)
@@ -186,7 +185,7 @@ class Child:
         return reap(self.pidfd)
 
     def read(self, fd: int) -> bytes | None:
-        """What one read returns: b'' at the end of the stream, None if there is nothing yet."""
+        """Read once: b'' at EOF, None if there is nothing yet."""
         try:
             return os.read(fd, READ_BYTES)
         except BlockingIOError:
@@ -208,7 +207,7 @@ class Child:
         return os.write(self._stdin, data)
 
     def read_refusal(self) -> None:
-        """Read what keeps it from becoming its program; when `status` is readable."""
+        """Read why exec or a limit failed, empty if not; call it when `status` is readable."""
         self.refusal = os.read(self.status, READ_BYTES)
         os.close(self.status)
         self.status = -1
@@ -256,13 +255,13 @@ def spawn(
         ours[stdin_write] = "stdin"
         command, status, inherited = _command(spec), -1, tuple[int, ...]()
         if spec.limits is not None:
-            from launcher.engine.posix.limits import words_before
+            from launcher.engine.posix.limits import command_prefix
 
             status, write_end = os.pipe()
             ours[status] = "status"
             theirs.append(write_end)
             inherited = (write_end,)
-            command = (*words_before(spec.limits, write_end, env), *command)
+            command = (*command_prefix(spec.limits, write_end, env), *command)
         keep_free(max(*theirs, *ours), FOR_PROCESSES)
         pid = execute(
             command,
@@ -285,7 +284,7 @@ def spawn(
 
 
 def _pidfd_of(pid: int) -> int:
-    """The pidfd of a child that has just been started; the child is killed if there is none."""
+    """The pidfd of a new child; kills the child and raises OSError if there is none."""
     try:
         return os.pidfd_open(pid)
     except OSError:
@@ -319,8 +318,8 @@ def _set_terminal_size(fd: int, size: tuple[int, int]) -> None:
 
 
 def terminal_size_beside(taken: int) -> tuple[int, int]:
-    """(columns, rows) that a child's pseudo-terminal gets: ours, less the prefix."""
-    for fd in (1, 0):  # while there is a console, the terminal is on standard input alone
+    """(columns, rows) for a child's pseudo-terminal: ours, less the prefix of `taken` columns."""
+    for fd in (1, 0):  # with a console, only standard input is the terminal
         try:
             columns, rows = os.get_terminal_size(fd)
         except OSError:

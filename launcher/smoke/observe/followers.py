@@ -114,7 +114,7 @@ class Followers:
             pass  # the run is over
 
     def _take_sample(self, connection: Connection) -> None:
-        rows = connection.ask("ps", patience_s=ANSWER_S).result["processes"]
+        rows = connection.ask("ps", timeout_s=ANSWER_S).result["processes"]
         at_s = self._recorder.now_s
         samples = [
             Sample(at_s, row["name"], row["cpu_percent"], row["memory_bytes"])

@@ -261,7 +261,7 @@ class System(Waits):
     def _control(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
         run = self._followers.wait_for_run(LISTEN_S)
         with run.connect() as connection:
-            return connection.ask(verb, names, patience_s=STOP_S, **options).result
+            return connection.ask(verb, names, timeout_s=STOP_S, **options).result
 
     def publish(self, topic: str, type: str | None, value: Any) -> None:
         """Publish one message, once there is a subscription."""

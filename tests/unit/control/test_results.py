@@ -44,7 +44,7 @@ REFUSED = Outcome(spawn_errno=errno.ENOENT)
         ),
         (
             result(Kind.RUN_STOPPING, stopped=CLEAN),
-            "stopped in 0.12 s (SIGINT, exit code 0), and not started again: "
+            "stopped in 0.12 s (SIGINT, exit code 0), but was not started again: "
             "the run is being stopped",
         ),
         (

@@ -1,10 +1,10 @@
-"""Grace periods for processes that outlive the process that started them."""
+"""The stop policy for leftover processes."""
 
 import signal
 
 import pytest
 
-from launcher.engine.cleanup.leftovers import patience_for
+from launcher.engine.cleanup.leftovers import stop_policy_for
 from launcher.model.spec import StopPolicy
 
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
@@ -24,4 +24,4 @@ KILLED = StopPolicy(polite=())
     ],
 )
 def test_each_grace_period_is_the_longest_of_any_process_within_limits(policies, polite):
-    assert patience_for(policies).steps[:-1] == polite
+    assert stop_policy_for(policies).steps[:-1] == polite

@@ -21,7 +21,6 @@ from launcher.engine.monitor.shared_memory import (
     STALE_NEWS_S,
     Ledger,
     Stale,
-    clean,
     free,
     held,
     stale,
@@ -181,7 +180,7 @@ def test_what_came_into_use_after_it_was_found_is_not_cleaned(shelf: Shelf):
     shelf.put(SEGMENT, f"{SEGMENT}_el")
     found = stale(folder=shelf.folder, now_s=time.time() + 60)
     shelf.lock(f"{SEGMENT}_el")
-    assert clean(found, folder=shelf.folder) == 0
+    assert free((item.name for item in found), folder=shelf.folder) == 0
     assert shelf.left == {SEGMENT, f"{SEGMENT}_el"}
 
 
@@ -241,6 +240,6 @@ def test_cleaning_never_touches_what_is_locked(present: set[str], locked: set[st
             shelf.lock(f"{name}_el", pid=OWNER if visible else None)
         shelf.maps("fastrtps_port7413")
         found = stale(folder=shelf.folder, now_s=time.time() + 60)
-        clean(found, folder=shelf.folder)
+        free((item.name for item in found), folder=shelf.folder)
         assert {f"{name}_el" for name in present & locked} <= shelf.left
         assert {n for n in present - locked if "port" not in n}.isdisjoint(shelf.left)
