@@ -85,11 +85,6 @@ STARTED_BY = {
     "launcher.commands.launch.forecast": {"smoke"},
 }
 
-# Circles of imports that are still there.
-KNOWN_CIRCLES = {
-    frozenset({"launcher.commands.launch.process_options", "launcher.commands.launch.options"}),
-}
-
 
 def file_of(module: str) -> Path | None:
     """The file of a module of ours, a package's `__init__.py`; None if there is none."""
@@ -157,7 +152,7 @@ def test_a_module_imports_only_what_lies_to_its_left(module: str):
 def test_no_modules_import_each_other():
     graph = {module: set(imports(module, with_types=False)) & {*MODULES} for module in MODULES}
 
-    assert circles(graph) - KNOWN_CIRCLES == set()
+    assert circles(graph) == set()
 
 
 def test_names_in_strings_count_as_imports():
