@@ -87,7 +87,7 @@ def _dispatch(words: list[str]) -> int:
     if verb in VERBS:
         return _run(verb, rest)
     if verb in ABSENT_VERBS:
-        importlib.import_module("launcher.commands.launch.absent_verbs").refuse(words)
+        importlib.import_module("launcher.absent_verbs").refuse(words)
     try:
         return _run("launch", words)
     except (UsageError, PackageNotFoundError) as error:

@@ -151,7 +151,7 @@ def test_a_process_knows_its_innermost_number():
 def test_what_the_middleware_says_of_a_new_participant_is_no_part_of_the_answer():
     program = """
 import os
-from launcher.ros.discovery.observer import stdout_to_stderr
+from launcher.stdio import stdout_to_stderr
 print("before")
 with stdout_to_stderr():
     os.write(1, b"complaint")

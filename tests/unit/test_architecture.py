@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "launcher"
 
 # They import no room, and every room may import them.
-GROUND = {"text", "proc", "program"}
+GROUND = {"text", "proc", "program", "stdio"}
 
 # Room -> rooms that it may import besides. `compat` is the folder in `language`, a room of its own
 # here: its table names modules of the front ends, which the language itself does not know.
@@ -20,6 +20,7 @@ MAY_IMPORT = {
     "text": set(),
     "proc": set(),
     "program": set(),
+    "stdio": set(),
     "errors": set(),
     "packages": {"errors"},
     "model": {"errors"},
@@ -59,7 +60,16 @@ MAY_IMPORT = {
         "smoke",
         "render",
     },
-    "cli": {"errors", "commands", "command_line", "command_help", "packages", "model", "control"},
+    "cli": {
+        "errors",
+        "absent_verbs",
+        "commands",
+        "command_line",
+        "command_help",
+        "packages",
+        "control",
+    },
+    "absent_verbs": {"errors", "commands", "frontends", "packages"},
     "__main__": {"cli"},
     "__init__": set(),
 }

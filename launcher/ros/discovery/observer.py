@@ -6,11 +6,9 @@ All that talk or listen need one; verbs that only look use it where discovery is
 
 from __future__ import annotations
 
-import contextlib
 import os
-import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +29,7 @@ from launcher.ros.snapshot.graph import (
     GraphSnapshot,
     TopicGraph,
 )
+from launcher.stdio import stdout_to_stderr
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.prefetch import Prefetch
@@ -66,7 +65,7 @@ class Observer:
             signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
         )
         self.created_s = time.monotonic()
-        with stdout_to_stderr():
+        with stdout_to_stderr():  # Fast DDS prints warnings about a new participant to stdout
             self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
         if self._prefetch is not None:
             self._prefetch.introduce()
@@ -182,24 +181,6 @@ class Observer:
         while not fact(snapshot := self.snapshot()) and time.monotonic() < end:
             time.sleep(_PERIOD_S)
         return snapshot
-
-
-@contextlib.contextmanager
-def stdout_to_stderr() -> Iterator[None]:
-    """For Fast DDS, which prints warnings about a new participant (a port just freed) to stdout."""
-    sys.stdout.flush()
-    try:
-        kept = os.dup(1)
-    except OSError:  # there is none
-        yield
-        return
-    try:
-        with contextlib.suppress(OSError):  # no standard error
-            os.dup2(2, 1)
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
 
 
 def _node(name: str, context: Context, *, is_hidden: bool) -> Any:
