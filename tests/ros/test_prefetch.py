@@ -41,7 +41,7 @@ def test_it_sees_the_same_as_a_look_of_its_own_and_not_us(tmp_path, remote):
             prefetching(domain_id, remote=remote) as prefetch,
             Observer(domain_id, prefetch=prefetch) as observer,
         ):
-            assert observer.seen_ahead() == alone
+            assert observer.prefetched_graph() == alone
             wait_until(lambda: observer.graph_snapshot() == alone, "rclpy has seen all as well")
 
 

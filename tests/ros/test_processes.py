@@ -112,7 +112,7 @@ def test_a_watching_observer_tells_stopped_nodes_and_ghosts(tmp_path):
         os.kill(program.pid, signal.SIGKILL)
         program.wait()
         wait_until(lambda: liveness() == {"ghost"}, "it is gone")
-        assert set(observer.snapshot().ghosts) >= {"/talker", "/site/east/listener"}
+        assert set(observer.topic_graph().ghosts) >= {"/talker", "/site/east/listener"}
 
 
 def test_one_more_than_there_are_ports_for_is_a_ghost(observer):

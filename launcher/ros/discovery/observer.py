@@ -1,7 +1,7 @@
-"""A node of rclpy that looks at the graph of a domain.
+"""An rclpy node that reads the graph of a domain.
 
-All that talk or listen need one; verbs that only look use it where discovery is not plain RTPS
-(`domains.is_plain`).
+Verbs that publish, subscribe or call services need one; those that only read the graph use it
+where discovery is not plain RTPS (`domains.is_plain`).
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ class Observer:
         """Whether a prefetch introduces us to the others; they must not be made to forget us."""
         return self._prefetch is not None
 
-    def seen_ahead(self) -> GraphSnapshot | None:
-        """The prefetched graph, as soon as it is complete or enough; None without a prefetch."""
+    def prefetched_graph(self) -> GraphSnapshot | None:
+        """The graph of the prefetch, when it is complete or enough; None without a prefetch."""
         if self._prefetch is None:
             return None
         return self._prefetch.snapshot(self.own_gid()[:PARTICIPANT_BYTES])
@@ -147,7 +147,7 @@ class Observer:
         found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
         return sorted(e for e in found if not e.node.endswith(UNKNOWN_NODE))
 
-    def snapshot(self) -> TopicGraph:
+    def topic_graph(self) -> TopicGraph:
         """What is known now; discovery may still be on its way."""
         # Names first: a node that is discovered meanwhile would be shown without its endpoints.
         nodes = tuple(self.node_names())
@@ -163,7 +163,7 @@ class Observer:
         infos = [info for info in found if not own or not info.gid.startswith(own)]
         infos.sort(key=lambda i: (i.topic, i.node, i.direction, i.gid))
         graph = GraphSnapshot(domain_id=self.domain_id, nodes=nodes, infos=tuple(infos))
-        return replace(graph, ghosts=self._ghosts(graph.snapshot().endpoints))
+        return replace(graph, ghosts=self._ghosts(graph.topic_graph().endpoints))
 
     def _ghosts(self, endpoints: Iterable[Endpoint]) -> tuple[str, ...]:
         """Nodes all of whose endpoints belong to processes that have ended, sorted."""
@@ -178,7 +178,7 @@ class Observer:
     def wait_for(self, fact: Callable[[TopicGraph], bool], deadline_s: float) -> TopicGraph:
         """The first snapshot for which `fact` holds; the last one at the deadline."""
         end = time.monotonic() + deadline_s
-        while not fact(snapshot := self.snapshot()) and time.monotonic() < end:
+        while not fact(snapshot := self.topic_graph()) and time.monotonic() < end:
             time.sleep(_PERIOD_S)
         return snapshot
 

@@ -2,9 +2,9 @@
 
 A stack is slow at this one task: it announces itself before it listens, so answers are lost and
 come again with the next announcement, up to 3 s later. Here a socket listens first, then asks each
-participant of this machine at its port. They answer at once. Each says how many endpoints it has
-(a heartbeat), so the reader knows when the graph is complete. At its end it takes its announcement
-back, so that nobody keeps it in mind.
+participant of this machine at its port. They answer at once, with the number of their endpoints (a
+heartbeat), so that the reader can tell when the graph is complete. At its end it disposes of its
+announcement, so that the others forget it.
 
 With 20 participants `topic list`, `node list`, `topic info -v` and `graph` take 0.32 to 0.35 s (by
 rclpy 2.1 to 2.4 s), beside two busy loops 0.5 to 0.7 s (2.3 to 3.3 s, and as few as 18 of them);
@@ -33,7 +33,7 @@ from launcher.ros.snapshot.graph import GraphSnapshot
 _REMOTE_LATEST_S = 1.5  # other machines that are not complete by then are not waited for
 _STEADY_S = 0.06  # all samples of one participant arrive within that
 _ANNOUNCE_S = 0.1
-_ANEW_S = 0.3  # a participant that knows us does not answer again: from then on we become new to it
+_ANEW_S = 0.3  # a participant that knows us does not answer again: dispose, to be new to it
 _ASK_AGAIN_S = 0.25  # Fast DDS answers 0.1 s after a request
 _LEASE_S = 10
 _VENDOR = bytes([0, 0])  # unknown
@@ -73,7 +73,7 @@ class DiscoveryReader:
         self._remote = remote
         self._prefix = _VENDOR + os.urandom(rtps.PREFIX_BYTES - 2)
         self._peers: dict[bytes, Participant] = {}
-        self.met: list[Participant] = []  # in the order of discovery; another thread may read it
+        self.discovered: list[Participant] = []  # another thread may read it
         self._number = self._count = 0
         self._is_stopped = False
 
@@ -85,7 +85,7 @@ class DiscoveryReader:
         return self
 
     def __exit__(self, *exit_info: object) -> None:
-        self._take_back({peer.address for peer in self._peers.values()} | self._everyone(set()))
+        self._dispose({peer.address for peer in self._peers.values()} | self._addresses(set()))
         self._socket.close()
 
     def read(
@@ -104,7 +104,7 @@ class DiscoveryReader:
         while True:
             now = time.monotonic()
             silent = self._silent(expected)
-            complete = self._is_complete(strangers=now - start < _REMOTE_LATEST_S)
+            complete = self._is_complete(remote=now - start < _REMOTE_LATEST_S)
             if self._is_stopped or now >= end or (now >= shortest and complete and not silent):
                 break
             if (arrived := self._arrived()) != samples:
@@ -116,9 +116,9 @@ class DiscoveryReader:
             if now >= announce:
                 expected &= occupied_ports(self._domain_id)
                 if now >= anew:
-                    self._take_back({("127.0.0.1", port) for port in silent})
+                    self._dispose({("127.0.0.1", port) for port in silent})
                     anew = now + 2 * (now - start)
-                self._announce(self._everyone(silent))
+                self._announce(self._addresses(silent))
                 announce = now + _ANNOUNCE_S
             self._ask_again(now)
             self._receive(min(end, announce, steady) - now)
@@ -146,12 +146,12 @@ class DiscoveryReader:
         """Those that have answered, but not completely."""
         return expected & {peer.port for peer in self._peers.values() if not peer.is_complete}
 
-    def _is_complete(self, *, strangers: bool) -> bool:
-        """Whether all are complete; `strangers`: those on other machines as well."""
-        peers = [peer for peer in self._peers.values() if peer.is_local or strangers]
+    def _is_complete(self, *, remote: bool) -> bool:
+        """Whether all are complete; `remote`: those on other machines as well."""
+        peers = [peer for peer in self._peers.values() if peer.is_local or remote]
         return all(peer.is_complete for peer in peers)
 
-    def _everyone(self, silent: set[int]) -> set[tuple[str, int]]:
+    def _addresses(self, silent: set[int]) -> set[tuple[str, int]]:
         group = {(_GROUP, multicast_port(self._domain_id))} if self._remote else set()
         return group | {("127.0.0.1", port) for port in silent}
 
@@ -160,19 +160,19 @@ class DiscoveryReader:
     def _announce(self, addresses: set[tuple[str, int]]) -> None:
         self._number += 1
         announcement = rtps.sample(
-            rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, self._about_us()
+            rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, self._announced()
         )
         for address in sorted(addresses):
             self._send(address, announcement)
 
-    def _take_back(self, addresses: set[tuple[str, int]]) -> None:
+    def _dispose(self, addresses: set[tuple[str, int]]) -> None:
         self._number += 1
         guid = self._prefix + rtps.PARTICIPANT
         gone = rtps.end_of(rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, guid)
         for address in sorted(addresses):
             self._send(address, gone)
 
-    def _about_us(self) -> list[tuple[int, bytes]]:
+    def _announced(self) -> list[tuple[int, bytes]]:
         locators = [locator(host, self._port) for host in self._hosts()]
         return [
             (0x15, bytes([2, 3])),
@@ -195,7 +195,7 @@ class DiscoveryReader:
                 try:
                     probe.connect((_GROUP, 9))
                 except OSError:
-                    return hosts  # no route: there is nobody else
+                    return hosts  # no route to other machines
                 hosts.append(probe.getsockname()[0])
         return hosts
 
@@ -243,9 +243,9 @@ class DiscoveryReader:
 
     # receiving
 
-    def _receive(self, patience_s: float) -> None:
+    def _receive(self, timeout_s: float) -> None:
         """Take all datagrams that are there, after a wait for the first."""
-        select.select([self._socket], [], [], max(0.0, patience_s))
+        select.select([self._socket], [], [], max(0.0, timeout_s))
         while True:
             try:
                 datagram, sender = self._socket.recvfrom(65536)
@@ -265,7 +265,7 @@ class DiscoveryReader:
             return
         prefix, entity = part.writer[: rtps.PREFIX_BYTES], part.writer[rtps.PREFIX_BYTES :]
         if isinstance(part, rtps.Data) and entity == rtps.SPDP_WRITER:
-            self._meet(part, prefix, host)
+            self._add_peer(part, prefix, host)
         elif (peer := self._peers.get(prefix)) and (stream := peer.stream(entity)):
             if isinstance(part, rtps.Fragment):
                 raise UnsupportedDiscovery
@@ -276,7 +276,7 @@ class DiscoveryReader:
             if is_due or (isinstance(part, rtps.Data) and part.number == stream.asked_to):
                 self._ask(peer, stream, now)
 
-    def _meet(self, data: rtps.Data, prefix: bytes, host: str) -> None:
+    def _add_peer(self, data: rtps.Data, prefix: bytes, host: str) -> None:
         if data.gone:
             self._peers.pop(prefix, None)
         elif prefix not in self._peers and prefix != self._prefix:
@@ -284,5 +284,5 @@ class DiscoveryReader:
             near = host in self._hosts() or host.startswith("127.")
             where = "127.0.0.1" if near else host
             peer = self._peers[prefix] = Participant(prefix, data, where)
-            self.met.append(peer)
+            self.discovered.append(peer)
             self._subscribe(peer)

@@ -213,17 +213,6 @@ def _csv_items(values: Any, style: Style) -> Iterator[str]:
         yield _csv(value, None, style)
 
 
-def to_json_plain(value: Any) -> Any:
-    """Plain values with nan and inf as strings, since JSON does not have them."""
-    if isinstance(value, float) and (value != value or value in (float("inf"), -float("inf"))):
-        return str(value)
-    if isinstance(value, dict):
-        return {key: to_json_plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [to_json_plain(item) for item in value]
-    return value
-
-
 def csv_text(values: Any) -> str:
     """The numbers between commas, as Python writes them."""
     return ",".join(",".join(piece) for piece in _pieces(values, _words))

@@ -108,15 +108,15 @@ class GraphWatcher:
         known = set(nodes)
         found = [e for e in self._observer.all_endpoints() if e.node in known]
         owners = self._owners({_participant(e) for e in found})
-        dead = {key for key, pid in owners.items() if pid is not None and not proc.is_alive(pid)}
-        gone = frozenset(e.gid for e in found if _participant(e) in dead)
-        alive = {e.node for e in found if e.gid not in gone}
+        exited = {key for key, pid in owners.items() if pid is not None and not proc.is_alive(pid)}
+        gone = frozenset(e.gid for e in found if _participant(e) in exited)
+        running = {e.node for e in found if e.gid not in gone}
         self._count_participants()
         return ProbeSnapshot(
             snapshot=TopicGraph(
                 nodes=nodes,
                 endpoints=tuple(found),
-                ghosts=tuple(sorted({e.node for e in found} - alive)),
+                ghosts=tuple(sorted({e.node for e in found} - running)),
             ),
             gone=gone,
             services=self._services(nodes),

@@ -63,7 +63,7 @@ def verbose_listing(topics: list[Topic]) -> Iterator[str]:
 
 
 def types_of(graph: GraphSnapshot, name: str) -> list[str]:
-    """The types of a topic; VerbError with the text of ros2cli if nobody uses it."""
+    """The types of a topic; VerbError with the text of ros2cli if it has no endpoint."""
     topics = graph.topic_types()
     used = name in topics and graph.endpoints(name)
     if used:
