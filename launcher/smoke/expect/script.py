@@ -1,4 +1,4 @@
-"""Script: everything that a smoke run does and expects, from a file and from options."""
+"""Everything that a smoke run does and expects, from a file and from options."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def processes_on(topic: str, facts: Facts) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name in found if name))[:2]
 
 
-def death(process: str, facts: Facts) -> str | None:
+def last_exception(process: str, facts: Facts) -> str | None:
     """The exception that a process printed last."""
     for one in reversed(facts.last_lines(process, 20)):
         head, colon, _ = one.plain.partition(":")
@@ -36,7 +36,7 @@ def _ended(process: str, facts: Facts) -> str | None:
     end = facts.last_end(process)
     if end is None or facts.was_running(process, facts.stop_s):
         return None
-    why = death(process, facts)
+    why = last_exception(process, facts)
     code = end.details.get("returncode")
     return f"ended at {end.at_s:.1f} s (exit code {code})" + (f"; {why}" if why else "")
 
@@ -197,14 +197,14 @@ def missing_line(
 
 
 def missing_message(topic: str, since_s: float, facts: Facts) -> str | None:
-    heard = facts.heard(topic)
-    if not heard:
+    received = facts.received(topic)
+    if not received:
         return silence(topic, facts)
-    last = heard[-1]
+    last = received[-1]
     if last.at_s < since_s:
-        return f"the last of {len(heard)} messages came before, at {last.at_s:.1f} s of the run"
+        return f"the last of {len(received)} messages came before, at {last.at_s:.1f} s of the run"
     shown = shorten(repr(last.content))
-    return f"{len(heard)} messages came, and none of them matches; the last one was {shown}"
+    return f"{len(received)} messages came, and none of them matches; the last one was {shown}"
 
 
 def _quiet_process(pattern: str | None, facts: Facts) -> str | None:

@@ -1,4 +1,4 @@
-"""What was observed of a run from outside: frozen values, the only input of the judges.
+"""Observations of a run from outside: frozen values, the only input of the judges.
 
 All `at_s` are seconds since the start of the launcher.
 """
@@ -163,7 +163,7 @@ class Facts:
         return pattern is None or self.is_named(line.process, pattern)
 
     def process_of(self, node: str) -> str | None:
-        """The process of a node by its full name, as far as the launch file says."""
+        """The process of a node by its full name, if the launch file names it."""
         by_name = (p for p, nodes in self.node_names.items() if node in nodes)
         by_label = (p for p in self.processes() if label_of(p) == node.rpartition("/")[2])
         return next(by_name, None) or next(by_label, None)
@@ -204,7 +204,7 @@ class Facts:
     def endpoints(self, topic: str) -> tuple[Endpoint, ...]:
         return self.graph().on(topic)
 
-    def heard(self, topic: str, watch: str | None = None) -> tuple[Message, ...]:
+    def received(self, topic: str, watch: str | None = None) -> tuple[Message, ...]:
         """The messages of a topic, received by one subscription of the probe or by any."""
         return tuple(m for m in self.messages if m.topic == topic and watch in (None, m.watch))
 

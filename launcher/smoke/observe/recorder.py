@@ -1,4 +1,4 @@
-"""Recorder: collects observations from several threads, and returns them as Facts."""
+"""Collects observations from several threads, and returns them as Facts."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Recorder:
             self._observed[type(observed)].append(observed)
 
     def replace(self, kind: type[LogLine | ProcessEvent], observed: Iterable[object]) -> None:
-        """Everything of a kind, from the files of the run."""
+        """Replace everything of a kind, with what the files of the run have."""
         with self._change():
             self._observed[kind] = list(observed)
             self._sorted = ()
@@ -90,7 +90,7 @@ class Recorder:
             self._services = tuple(names)
 
     def add_trouble(self, text: str) -> None:
-        """Something that kept us from observing."""
+        """Report something that made observations incomplete."""
         with self._change():
             self._troubles.append(text)
 
@@ -146,9 +146,9 @@ class Recorder:
             )
 
     def wait_for(
-        self, fact: Callable[[Facts], T | None], within_s: float, *, look_s: float = 0.5
+        self, fact: Callable[[Facts], T | None], within_s: float, *, poll_s: float = 0.5
     ) -> T | None:
-        """The first true result of `fact`, or its last one when the time is over."""
+        """The first true result of `fact`, or the last result on timeout."""
         deadline_s = time.monotonic() + within_s
         while True:
             found = fact(self.facts())
@@ -156,5 +156,5 @@ class Recorder:
             if found or left_s <= 0:
                 return found
             with self._changed:
-                self._changed.wait(min(left_s, look_s))
+                self._changed.wait(min(left_s, poll_s))
             time.sleep(MIN_WAIT_S)  # events come in bursts, and `fact` has its cost

@@ -39,7 +39,7 @@ def subscribed(probe: ProbeClient, expectations: Iterable[Expectation]) -> Itera
         key = (topic, type_, qos and tuple(sorted(qos.items())), str(depth))
         if key not in subs:
             subs[key] = f"{topic} {next(numbers)}"
-            probe.tell("subscribe", sub=subs[key], topic=topic, type=type_, qos=qos, **depth)
+            probe.send("subscribe", sub=subs[key], topic=topic, type=type_, qos=qos, **depth)
         yield replace(expectation, values={**expectation.values, "watch": subs[key]})
 
 

@@ -213,7 +213,7 @@ class Runner:
     def _stop(self) -> None:
         """The system is stopped in any case; a second Ctrl-C kills it."""
         try:
-            self._picture.finish_look()
+            self._picture.finish_recording()
             self._say("stopping")
             has_children = bool(self._system.facts().processes())
             ending = self._system.stop(STOP_S if has_children else EMPTY_STOP_S)
@@ -247,7 +247,7 @@ class Runner:
             domain_id=self._system.domain_id,
             gave_up=self._gave_up,
             interrupted=self._interrupted,
-            last_lines=() if facts.processes() else tuple(self._system.last_words(LAST_LINES)),
+            last_lines=() if facts.processes() else tuple(self._system.last_lines(LAST_LINES)),
             trouble=self._trouble(facts),
         )
 
@@ -260,7 +260,7 @@ class Runner:
         if ending.left_processes:
             return f"left behind and killed: {', '.join(ending.left_processes)}"
         if not facts.processes():
-            lines = self._system.last_words(LAST_LINES)
+            lines = self._system.last_lines(LAST_LINES)
             errors = [line for line in lines if line.startswith("error: ")]
             reason = f": {errors[0].removeprefix('error: ')}" if errors else ""
             return f"no process was started{reason}"
