@@ -71,7 +71,7 @@ def test_a_node_whose_executor_is_occupied_is_busy(sleepy):
     with Observer(int(env["ROS_DOMAIN_ID"])) as observer, ServiceCaller(observer) as caller:
 
         def liveness(patience_s: float) -> dict[str, str]:
-            found = rows(caller, hidden=False, patience_s=patience_s)
+            found = rows(caller, hidden=False, timeout_s=patience_s)
             return {row.node: row.liveness for row in found}
 
         def is_busy() -> bool:
@@ -104,7 +104,7 @@ def test_a_watching_observer_tells_stopped_nodes_and_ghosts(tmp_path):
     ):
 
         def liveness() -> set[str]:
-            return {row.liveness for row in rows(caller, hidden=False, patience_s=0.2)}
+            return {row.liveness for row in rows(caller, hidden=False, timeout_s=0.2)}
 
         wait_until(lambda: liveness() == {"ok"}, "all nodes are known and answer")
         os.kill(program.pid, signal.SIGSTOP)

@@ -1,7 +1,7 @@
-"""The processes in a launch file's plan: what smoke asks for before it starts anything.
+"""Prints the processes that a launch file would start; `smoke` runs this before a launch.
 
 `python -m launcher.commands.launch.forecast WORDS`, with the words of a launch, prints one JSON
-object, and nothing if there is no plan.
+object, and nothing if the launch file cannot be planned.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ def _document(plan: Plan) -> dict[str, Any]:
 def is_certain(plan: Plan) -> bool:
     """Whether the plan covers everything that the launch file can do while it runs.
 
-    Handlers with entities that came into play are known; functions that are told how a process
-    ended or what it printed may start anything.
+    Event handlers whose entities the plan has visited are covered; functions that are called with
+    the exit or the output of a process may start anything.
     """
     visits = [visit for root in plan.visits for visit in root.walk()]
     seen = {id(visit.entity) for visit in visits}

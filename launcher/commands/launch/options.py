@@ -52,7 +52,7 @@ RUN_OPTIONS = (
         lambda word: count(word, 1),
     ),
     option("--required NAME", "end the run when this process ends"),
-    option("--exit-when-any-dies", "end the run when a process dies and is not restarted"),
+    option("--exit-when-any-dies", "end the run when a process fails and is not restarted"),
     option("--timeout S", "end the run after S seconds", seconds, name="timeout_s"),
     option(
         "--budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop-run",
