@@ -304,7 +304,6 @@ def _located(target: str | Path, root: Path) -> str:
 
 
 def _assignments(arguments: Mapping[str, object]) -> list[str]:
-    """Launch arguments in the words of the command line."""
     return [
         f"{name}:={str(value).lower() if isinstance(value, bool) else value}"
         for name, value in arguments.items()

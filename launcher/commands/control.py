@@ -39,7 +39,6 @@ RUNS = Command("runs", "list the running launches", options=COMMON, synopsis="[-
 
 
 def command_of(verb: Verb) -> Command:
-    """The command of a verb in a shell."""
     about = sentence(verb.help) + (f"\n\n{NAMES}" if verb.names != "none" else "")
     return verb.command(in_shell=True, about=about, common=COMMON)
 

@@ -84,7 +84,7 @@ def _type(options: Parsed) -> int:
     from launcher.ros.topics import listing
 
     name = options.topic_name
-    types = listing.types_or_none(graph_snapshot(options), f"/{name.removeprefix('/')}")
+    types = listing.known_types(graph_snapshot(options)).get(f"/{name.removeprefix('/')}", [])
     if not types:
         from launcher.ros.topics.listener import full_topic
 

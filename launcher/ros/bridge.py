@@ -116,7 +116,6 @@ class Bridge:
             self._node.get_logger().warning(error.message, throttle_duration_sec=10.0)
 
     def publish_end(self) -> None:
-        """Publish the last message: the run has ended."""
         self._server.close()
         self._send(all_stale(self._known, "the run has ended"))
         # messages that were not taken yet would vanish with our shared memory

@@ -155,12 +155,19 @@ def _silent_row(pid: int) -> Row:
     found = vitals(pid)
     if found is None:
         return Row(node=NOT_DISCOVERED, liveness=UNKNOWN, pid=pid)
+    return _process_row(NOT_DISCOVERED, UNKNOWN, pid, found)
+
+
+def _process_row(
+    node: str, liveness: str, pid: int, found: Vitals, cpu_percent: float | None = None
+) -> Row:
     return Row(
-        node=NOT_DISCOVERED,
-        liveness=STOPPED if found.state in "Tt" else UNKNOWN,
+        node=node,
+        liveness=STOPPED if found.state in "Tt" else liveness,
         process=program_name(pid),
         pid=pid,
         run=proc.variable(pid, RUN_ID),
+        cpu_percent=cpu_percent,
         memory_bytes=found.rss_bytes,
         uptime_s=round(found.uptime_s, 1),
     )
@@ -216,20 +223,11 @@ def _row(
         return Row(node=owner.node, liveness=GHOST)
     if after is None or before is None or owner.pid is None:
         return Row(node=owner.node, liveness=answer)
-    return Row(
-        node=owner.node,
-        liveness=STOPPED if after.state in "Tt" else answer,
-        process=program_name(owner.pid),
-        pid=owner.pid,
-        run=proc.variable(owner.pid, RUN_ID),
-        cpu_percent=round(100 * (after.cpu_s - before.cpu_s) / elapsed_s, 1),
-        memory_bytes=after.rss_bytes,
-        uptime_s=round(after.uptime_s, 1),
-    )
+    cpu_percent = round(100 * (after.cpu_s - before.cpu_s) / elapsed_s, 1)
+    return _process_row(owner.node, answer, owner.pid, after, cpu_percent)
 
 
 def to_table(found: list[Row]) -> str:
-    """The table of `node ps`."""
     head = ("NODE", "PROCESS", "PID", "RUN", "CPU", "MEMORY", "UPTIME", "LIVENESS")
     return "\n".join(aligned([head, *map(_cells, found)], right={2, 4, 5, 6}))
 

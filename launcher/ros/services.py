@@ -108,7 +108,6 @@ class ServiceCaller:
         raise _silence(name, self.answer_s)
 
     def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
-        """Return when all are done, or at the limit."""
         self._spin(lambda: all(future.done() for future in futures), limit_s)
 
     def _spin(self, is_done: Callable[[], bool], limit_s: float) -> None:

@@ -98,14 +98,12 @@ def require_rate(rate_hz: float) -> None:
 
 
 def domain_option(options: Parsed) -> int:
-    """The domain of `-d`, or that of the environment."""
     from launcher.ros.discovery.domains import domain_of, environment_domain
 
     return environment_domain() if options.domain is None else domain_of(options.domain, "-d")
 
 
 def spin_time_s(options: Parsed) -> float:
-    """The longest time that discovery may take."""
     from launcher.ros.discovery.domains import SPIN_TIME_S
 
     return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)

@@ -111,7 +111,7 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
             description,
             path=request.path,
             arguments=request.arguments,
-            noninteractive=request.noninteractive or not _has_terminal(),
+            noninteractive=request.noninteractive or sys.stdin is None or not sys.stdin.isatty(),
         )
         try:
             core = LaunchCore(interpreter, description, request)
@@ -124,10 +124,6 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
         print(interpreter.failure.render(), file=sys.stderr)
         return ExitCode.PROCESS_FAILED
     return code
-
-
-def _has_terminal() -> bool:
-    return sys.stdin is not None and sys.stdin.isatty()
 
 
 def _is_declared(request: LaunchRequest, description: LaunchDescription) -> bool:
@@ -226,7 +222,7 @@ def _supervise(
     from launcher.engine.supervisor import Supervisor
 
     environment = dict(os.environ)
-    run_id = _new_run_id()
+    run_id = f"{os.getpid()}-{os.urandom(6).hex()}"
     with Reactor() as reactor:
         plain = not passes_colour(1, environment)
         screen = Screen(reactor, colour=wants_colour(1, environment), plain=plain)
@@ -263,7 +259,3 @@ def _supervise(
         finally:
             for helpers in opened:
                 helpers.close()
-
-
-def _new_run_id() -> str:
-    return f"{os.getpid()}-{os.urandom(6).hex()}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from launcher.commands import launch
@@ -24,7 +24,6 @@ _OURS = ("launch.", "launch_ros.", "launcher.")  # entities of others may do any
 
 
 def main(words: Sequence[str]) -> int:
-    """Print the forecast; the exit code."""
     try:
         plan = planning.evaluate(LaunchRequest.of(launch.COMMAND.parse(words)))
     except LauncherError as error:
@@ -71,12 +70,7 @@ def _is_open(visit: Visit, seen: set[int]) -> bool:
         return bool(visit.stamp.phase == "exit")
     if not type(entity).__module__.startswith(_OURS):
         return True
-    return any(callable(one) for one in _on_exits(entity))
-
-
-def _on_exits(entity: Any) -> Iterator[Any]:
-    """What a process action was given as `on_exit`."""
-    yield getattr(entity, "_ExecuteLocal__on_exit", None)
+    return callable(getattr(entity, "_ExecuteLocal__on_exit", None))  # `on_exit` of a process
 
 
 if __name__ == "__main__":

@@ -133,8 +133,6 @@ def nodes_in(payload: bytes) -> tuple[NodeEndpoints, ...]:
 
 
 class _Cdr:
-    """Reads a sample in its order."""
-
     def __init__(self, payload: bytes) -> None:
         self._order = "<" if payload[1] & 1 else ">"
         self._body = payload[4:]

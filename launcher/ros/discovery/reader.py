@@ -107,7 +107,9 @@ class DiscoveryReader:
             complete = self._is_complete(remote=now - start < _REMOTE_LATEST_S)
             if self._is_stopped or now >= end or (now >= shortest and complete and not silent):
                 break
-            if (arrived := self._arrived()) != samples:
+            # changes with every participant and every sample
+            arrived = len(self._peers) + sum(peer.arrived for peer in self._peers.values())
+            if arrived != samples:
                 samples, steady = arrived, now + _STEADY_S
             elif now >= steady:
                 steady = math.inf
@@ -122,9 +124,10 @@ class DiscoveryReader:
                 announce = now + _ANNOUNCE_S
             self._ask_again(now)
             self._receive(min(end, announce, steady) - now)
+        incomplete = {peer.port for peer in self._peers.values() if not peer.is_complete}
         return ReadResult(
             snapshot=self._known(),
-            missing=len(self._silent(expected) | self._incomplete(expected)),
+            missing=len(self._silent(expected) | (expected & incomplete)),
             waited_s=now - start,
         )
 
@@ -132,19 +135,11 @@ class DiscoveryReader:
         """End `read` soon; may be called from another thread."""
         self._is_stopped = True
 
-    def _arrived(self) -> int:
-        """A number that changes with every sample."""
-        return len(self._peers) + sum(peer.arrived for peer in self._peers.values())
-
     def _known(self) -> GraphSnapshot:
         return snapshot_of(self._domain_id, self._peers.values())
 
     def _silent(self, expected: set[int]) -> set[int]:
         return expected - {peer.port for peer in self._peers.values() if peer.is_local}
-
-    def _incomplete(self, expected: set[int]) -> set[int]:
-        """Those that have answered, but not completely."""
-        return expected & {peer.port for peer in self._peers.values() if not peer.is_complete}
 
     def _is_complete(self, *, remote: bool) -> bool:
         """Whether all are complete; `remote`: those on other machines as well."""

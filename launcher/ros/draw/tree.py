@@ -11,7 +11,6 @@ from launcher.text import count
 
 
 def to_tree(snapshot: TopicGraph, mode: Mode = Mode.ALL) -> str:
-    """The tree, and a last line with counts."""
     found = links(snapshot.endpoints)
     lines: list[str] = []
     for node in dict.fromkeys(snapshot.nodes):

@@ -45,7 +45,6 @@ def interfaces_of(package: str, kinds: Iterable[str] = KINDS) -> list[str]:
 
 
 def all_interfaces(kinds: Iterable[str] = KINDS) -> list[str]:
-    """Full names of all installed interfaces, sorted."""
     kinds = tuple(kinds)
     return [name for package in interface_packages() for name in interfaces_of(package, kinds)]
 

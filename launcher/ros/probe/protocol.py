@@ -30,7 +30,6 @@ def moment() -> dict[str, float]:
 
 
 def wall_offset_ns() -> int:
-    """Wall time minus monotonic time."""
     return time.time_ns() - time.monotonic_ns()
 
 

@@ -72,10 +72,6 @@ def types_of(graph: GraphSnapshot, name: str) -> list[str]:
     raise VerbError(f"Unknown topic '{name}'", hint=did_you_mean(name, visible))
 
 
-def types_or_none(graph: GraphSnapshot, name: str) -> list[str]:
-    return known_types(graph).get(name, [])
-
-
 def of_type(graph: GraphSnapshot, type_name: str, *, hidden: bool) -> list[str]:
     """Names of the topics that have this type, sorted."""
     known = known_types(graph).items()

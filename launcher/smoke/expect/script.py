@@ -83,7 +83,6 @@ class Script:
         return times
 
     def needs_ros(self) -> bool:
-        """Whether any of it needs the ROS probe."""
         return any(BY_NAME[e.kind].needs_ros for e in self.expectations) or any(
             step.command.needs_ros for step in self.steps
         )

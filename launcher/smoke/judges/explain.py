@@ -23,7 +23,6 @@ def processes_on(topic: str, facts: Facts) -> tuple[str, ...]:
 
 
 def last_exception(process: str, facts: Facts) -> str | None:
-    """The exception that a process printed last."""
     for one in reversed(facts.last_lines(process, 20)):
         head, colon, _ = one.plain.partition(":")
         if colon and head.rpartition(".")[2].endswith(("Error", "Exception")):
@@ -96,7 +95,6 @@ def _gone_publisher(name: str, facts: Facts) -> str | None:
 
 
 def mismatch(name: str, facts: Facts) -> str | None:
-    """A pair on a topic with incompatible QoS."""
     for found in mismatches(facts.endpoints(name)):
         fault = found.faults[0]
         return (

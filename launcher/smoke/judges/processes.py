@@ -120,11 +120,7 @@ def _alive(facts: Facts, name: str, alive: bool, when: Window) -> Verdict:
 # ---- unexpected exits
 
 
-def _no_exits_text(expectation: Expectation) -> str:
-    return "no process exits unexpectedly" + times_text(expectation)
-
-
-@with_window(_no_exits_text)
+@with_window(lambda e: "no process exits unexpectedly" + times_text(e))
 def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     """`but`: patterns of processes that are expected to exit."""
     expected_exits = expectation.get("but", ())

@@ -175,7 +175,6 @@ class Facts:
                 yield event
 
     def was_running(self, process: str, at_s: float) -> bool:
-        """Whether a process was running at this time."""
         alive = False
         for event in self.events:
             if event.process == process and event.at_s <= at_s:
@@ -183,7 +182,6 @@ class Facts:
         return alive
 
     def last_end(self, process: str) -> ProcessEvent | None:
-        """The last exit of a process."""
         return next(reversed([*self.of("ended", process)]), None)
 
     def last_lines(self, process: str, count: int = 10) -> tuple[LogLine, ...]:
@@ -211,7 +209,6 @@ class Facts:
 
 @functools.lru_cache(maxsize=4096)  # called for every line by every judge
 def matches(pattern: str, process: str, nodes: tuple[str, ...]) -> bool:
-    """Whether a pattern matches a process with these nodes."""
     names = {process, label_of(process), *nodes, *(n.rpartition("/")[2] for n in nodes)}
     return any(fnmatch.fnmatchcase(name, pattern) for name in names)
 

@@ -110,7 +110,6 @@ class Recorder:
             self._asked.add(process)
 
     def end(self, ending: Ending) -> None:
-        """Nothing more will be recorded."""
         with self._change():
             self._ending = ending
 

@@ -74,8 +74,6 @@ def _longer(at_s: float) -> str:
 
 
 class _Types:
-    """Checks all types and fields of a script."""
-
     def __init__(self, script: Script) -> None:
         self._script = script
         self._of_topics = of_topics(script)

@@ -51,7 +51,6 @@ class AnswerPoller:
         self._is_over = is_over
 
     def begin(self, expectations: Iterable[Expectation]) -> None:
-        """Start one thread for each parameter and service."""
         for expectation in expectations:
             if expectation.kind in ("parameter", "service"):
                 threading.Thread(

@@ -159,13 +159,11 @@ class System(Waits):
         return log_files.folder_of(self.log_root, self._launcher.pid)
 
     def last_lines(self, count: int = 15) -> list[str]:
-        """The last lines of the launcher's output."""
         return self._launcher.last_lines(count)
 
     # ---- messages
 
     def watch(self, topic: str, type: str | None = None) -> None:
-        """Record the messages of a topic from now on."""
         sub = f"{topic} {next(self._subs)}"
         self._probed().ask("subscribe", sub=sub, topic=topic, type=type, qos=None)
 
@@ -193,7 +191,6 @@ class System(Waits):
     # ---- commands
 
     def ps(self) -> list[dict[str, Any]]:
-        """The rows of `ps`."""
         found: list[dict[str, Any]] = self._request("ps")["processes"]
         return found
 
@@ -232,7 +229,6 @@ class System(Waits):
         return alive
 
     def send(self, process: str, text: str) -> None:
-        """Write a line to its standard input."""
         self._request("send", process, text=text)
 
     def control(self, verb: str, process: str) -> None:
@@ -248,13 +244,11 @@ class System(Waits):
             return connection.ask(verb, names, patience_s=STOP_S, **options).result
 
     def publish(self, topic: str, type: str | None, value: Any) -> None:
-        """Publish one message, once there is a subscription."""
         self._probed().ask("publish", topic=topic, type=type, values=value)
 
     def call(
         self, service: str, type: str | None = None, request: Any = None, timeout_s: float = 5.0
     ) -> Any:
-        """The response of a service."""
         values = {} if request is None else request
         fields = {"service": service, "type": type, "values": values}
         return self._probed().ask("call", timeout_s=timeout_s, **fields)["values"]
