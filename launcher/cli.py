@@ -40,7 +40,7 @@ def main(words: Sequence[str]) -> int:
         print(error.render(), file=sys.stderr)
         return error.exit_code
     except OSError as error:
-        # Output cannot be written (a full disk); __main__ handles a reader that has gone.
+        # Output cannot be written (a full disk); __main__ handles closed pipes.
         if debug or isinstance(error, BrokenPipeError):
             raise
         if error.filename is None and _folder_is_gone():

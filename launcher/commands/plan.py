@@ -75,7 +75,7 @@ def evaluate(request: LaunchRequest) -> Plan:
         with stdout_to_stderr(), limited(request.time_limit, request.path):
             return make_plan(request.path, request.arguments)
     except LaunchFileError as fault:
-        # It had to be interrupted; how far it came is not known.
+        # It was interrupted; how far it got is unknown.
         plan = Plan(request.path)
         plan.arguments_error = fault.message
         plan.error = PlanError(

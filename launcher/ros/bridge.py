@@ -169,9 +169,9 @@ class Bridge:
         if participants != self._participants:
             self._participants, self._changed_s = participants, time.monotonic()
 
-    def answer(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
+    def answer(self, request: Mapping[str, Any]) -> Mapping[str, Any]:
         """The graph, unless participants are just coming or going."""
-        if asked != query(self._observer.domain_id, os.environ):
+        if request != query(self._observer.domain_id, os.environ):
             return {"no": "another domain, or other settings of discovery"}
         self._note_changes()
         if time.monotonic() - self._changed_s < STEADY_S or not knows_all(self._observer):

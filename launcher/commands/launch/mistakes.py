@@ -134,7 +134,7 @@ def _bad_choices(
         if value is None or argument.choices is None or value in argument.choices:
             continue
         if argument._conditionally_included or includes:
-            continue  # it may not be asked for, or be given another value on the way
+            continue  # it may be skipped, or an include may give it another value
         near = suggest(value, argument.choices)
         listed = f"choices: {', '.join(argument.choices)}"
         yield _at(

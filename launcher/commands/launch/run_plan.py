@@ -98,7 +98,7 @@ class _PlanBuilder:
         action = self._interpreter.host.processes[effect.process_id].action
         respawn, delay_s, retries = action._respawn_settings()
         spec = effect.spec
-        with contextlib.suppress(FileNotFoundError):  # a helper's file, which is gone by now
+        with contextlib.suppress(FileNotFoundError):  # a temporary file that has been removed
             spec = with_temporary_files(spec)
         return PlannedProcess(
             spec=spec,

@@ -22,8 +22,8 @@ class SampleStream:
     def __init__(self, writer: bytes, reader: bytes) -> None:
         self.writer = writer
         self.reader = reader
-        self.asked = -math.inf  # monotonic time of our last request
-        self.asked_to = 0  # the highest number in it
+        self.requested_s = -math.inf  # monotonic time of our last request
+        self.requested_to = 0  # the highest number in it
         self.samples: dict[int, rtps.Data] = {}
         self._gone: set[int] = set()
         self._first, self._last = 1, -1
@@ -51,7 +51,7 @@ class SampleStream:
 
 
 class Participant:
-    """A participant; `host` is where its announcement came from."""
+    """A participant; `host` is the sender of its announcement."""
 
     def __init__(self, prefix: bytes, announcement: rtps.Data, host: str) -> None:
         metatraffic, data, builtin = endpoints.contact_in(announcement.payload)

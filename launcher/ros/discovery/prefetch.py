@@ -63,7 +63,7 @@ class Prefetch:
             self._result = reader.read(spin_time_s, enough=enough)
 
     def introduce(self) -> None:
-        """Send our participant, which has just come, what was read; returns at once."""
+        """Send what was read to our new participant, in the background."""
         self._threads.append(threading.Thread(target=self._introduce, daemon=True))
         self._threads[-1].start()
 

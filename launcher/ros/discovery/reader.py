@@ -33,8 +33,8 @@ from launcher.ros.snapshot.graph import GraphSnapshot
 _REMOTE_LATEST_S = 1.5  # other machines that are not complete by then are not waited for
 _STEADY_S = 0.06  # all samples of one participant arrive within that
 _ANNOUNCE_S = 0.1
-_ANEW_S = 0.3  # a participant that knows us does not answer again: dispose, to be new to it
-_ASK_AGAIN_S = 0.25  # Fast DDS answers 0.1 s after a request
+_DISPOSE_S = 0.3  # dispose there: a participant that knows us does not answer again
+_REPEAT_S = 0.25  # Fast DDS answers 0.1 s after a request
 _LEASE_S = 10
 _VENDOR = bytes([0, 0])  # unknown
 _GROUP = "239.255.0.1"
@@ -66,7 +66,7 @@ def read_graph(domain_id: int, spin_time_s: float, *, remote: bool) -> ReadResul
 
 
 class DiscoveryReader:
-    """A participant that only asks; use it in a `with` statement."""
+    """A participant that only requests what others announce; use it in a `with` statement."""
 
     def __init__(self, domain_id: int, *, remote: bool) -> None:
         self._domain_id = domain_id
@@ -91,15 +91,15 @@ class DiscoveryReader:
     def read(
         self, spin_time_s: float, *, enough: Callable[[GraphSnapshot], object] = lambda graph: False
     ) -> ReadResult:
-        """Ask until the graph is complete, or `enough`, or `stop`; at most `spin_time_s`.
+        """Request until the graph is complete, or `enough`, or `stop`; at most `spin_time_s`.
 
-        `enough` is called whenever nothing new has come for a moment.
+        `enough` is called whenever nothing new has arrived for a moment.
         """
         start = time.monotonic()
         end = start + spin_time_s
         shortest = start + min(spin_time_s, REMOTE_S if self._remote else 0.0)
         expected = occupied_ports(self._domain_id)
-        announce, anew = start, start + _ANEW_S
+        announce, dispose_at = start, start + _DISPOSE_S
         samples, steady = -1, start
         while True:
             now = time.monotonic()
@@ -117,12 +117,12 @@ class DiscoveryReader:
                     break
             if now >= announce:
                 expected &= occupied_ports(self._domain_id)
-                if now >= anew:
+                if now >= dispose_at:
                     self._dispose({("127.0.0.1", port) for port in silent})
-                    anew = now + 2 * (now - start)
+                    dispose_at = now + 2 * (now - start)
                 self._announce(self._addresses(silent))
                 announce = now + _ANNOUNCE_S
-            self._ask_again(now)
+            self._repeat_requests(now)
             self._receive(min(end, announce, steady) - now)
         incomplete = {peer.port for peer in self._peers.values() if not peer.is_complete}
         return ReadResult(
@@ -216,21 +216,21 @@ class DiscoveryReader:
             rtps.heartbeat(reader, writer, 1, self._count),
         )
 
-    def _ask(self, peer: Participant, stream: SampleStream, now: float) -> None:
+    def _request(self, peer: Participant, stream: SampleStream, now: float) -> None:
         if not (missing := stream.missing()):
             return
-        stream.asked = now
-        stream.asked_to = max(n for n in missing if n - missing[0] < rtps.WINDOW)
+        stream.requested_s = now
+        stream.requested_to = max(n for n in missing if n - missing[0] < rtps.WINDOW)
         self._count += 1
         address = peer.address if stream.reader != OWN_READER else peer.data_address
         request = rtps.ask(stream.reader, stream.writer, missing, self._count)
         self._send(address, rtps.to(peer.prefix), request)
 
-    def _ask_again(self, now: float) -> None:
+    def _repeat_requests(self, now: float) -> None:
         for peer in self._peers.values():
             for stream in peer.streams():
-                if now - stream.asked >= _ASK_AGAIN_S:
-                    self._ask(peer, stream, now)
+                if now - stream.requested_s >= _REPEAT_S:
+                    self._request(peer, stream, now)
 
     def _send(self, address: tuple[str, int], *submessages: bytes) -> None:
         with contextlib.suppress(OSError):  # no such port any more, no route
@@ -266,10 +266,10 @@ class DiscoveryReader:
                 raise UnsupportedDiscovery
             stream.take(part)
             now = time.monotonic()
-            is_due = isinstance(part, rtps.Heartbeat) and now - stream.asked > _ASK_AGAIN_S
-            # all that one request could name has come, and there is more
-            if is_due or (isinstance(part, rtps.Data) and part.number == stream.asked_to):
-                self._ask(peer, stream, now)
+            is_due = isinstance(part, rtps.Heartbeat) and now - stream.requested_s > _REPEAT_S
+            # all samples of one request have arrived, and there are more
+            if is_due or (isinstance(part, rtps.Data) and part.number == stream.requested_to):
+                self._request(peer, stream, now)
 
     def _add_peer(self, data: rtps.Data, prefix: bytes, host: str) -> None:
         if data.gone:

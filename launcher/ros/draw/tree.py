@@ -42,7 +42,7 @@ def _end(endpoint: Endpoint, found: list[Link]) -> str:
         for link in found
         if link.topic == endpoint.topic and getattr(link, own) == endpoint.node
     ]
-    return f"{arrow} {endpoint.topic} [{endpoint.type}] {arrow} {', '.join(others) or 'nobody'}"
+    return f"{arrow} {endpoint.topic} [{endpoint.type}] {arrow} {', '.join(others) or '(none)'}"
 
 
 def _neighbours(node: str, found: list[Link]) -> Iterator[str]:

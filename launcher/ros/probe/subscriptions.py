@@ -186,7 +186,7 @@ class Subscriptions:
         )
 
     def rate(self, request: Request) -> dict[str, Any]:
-        """How often messages came in a span of time."""
+        """The rate of received messages in a time span."""
         sub = self._sub(request)
         from_s, until_s = request.optional_number("from"), request.optional_number("until")
         start_ns = 0 if from_s is None else round(from_s * NANOS)

@@ -98,7 +98,7 @@ class Writer:
         )
 
     def value(self, sample: Sample) -> Any:
-        """The message, or the field that is asked for."""
+        """The message, or the selected field."""
         if self.field is None or self.raw:
             return sample.message
         return field_of(sample.message, self.field)

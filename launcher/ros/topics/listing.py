@@ -110,7 +110,7 @@ def mismatch_documents(found: Iterable[Mismatch]) -> list[dict[str, Any]]:
             "subscription": m.subscription.node,
             "publishers": [e.node for e in m.publishers],
             "policies": [
-                {"policy": f.policy, "offered": f.offered, "asked": f.asked, "repair": f.advice}
+                {"policy": f.policy, "offered": f.offered, "asked": f.requested, "repair": f.advice}
                 for f in m.faults
             ],
         }

@@ -99,25 +99,25 @@ def mismatch(name: str, facts: Facts) -> str | None:
         fault = found.faults[0]
         return (
             f"{found.subscription.node} receives nothing from {found.publishers[0].node}: "
-            f"{fault.policy.lower()} is {fault.offered}, but {fault.asked} is requested"
+            f"{fault.policy.lower()} is {fault.offered}, but {fault.requested} is requested"
         )
     return None
 
 
-def silence(name: str, facts: Facts, asked: Mapping[str, object] | None = None) -> str | None:
-    """Why no messages were received; `asked` is the QoS of the expectation."""
+def silence(name: str, facts: Facts, requested: Mapping[str, object] | None = None) -> str | None:
+    """Why no messages were received; `requested` is the QoS of the expectation."""
     publishers = [e for e in facts.endpoints(name) if e.is_publisher]
     if not publishers:
         return _gone_publisher(name, facts) or _missing_topic(name, facts) or "it has no publisher"
     trouble = next((text for text in facts.troubles if name in text), None)
     if trouble is not None:
         return trouble
-    for publisher in publishers if asked else ():
-        fault = next(iter(faults(publisher, _subscription(publisher, asked or {}))), None)
+    for publisher in publishers if requested else ():
+        fault = next(iter(faults(publisher, _subscription(publisher, requested or {}))), None)
         if fault is not None:
             return (
                 f"{publisher.node} publishes, but {fault.policy.lower()} is {fault.offered}, "
-                f"while the expectation requests {fault.asked}"
+                f"while the expectation requests {fault.requested}"
             )
     for publisher in publishers:
         if publisher.node in facts.graph().ghosts:
@@ -125,14 +125,14 @@ def silence(name: str, facts: Facts, asked: Mapping[str, object] | None = None) 
     return f"{publishers[0].node} has a publisher, but it published nothing"
 
 
-def _subscription(publisher: Endpoint, asked: Mapping[str, object]) -> Endpoint:
+def _subscription(publisher: Endpoint, requested: Mapping[str, object]) -> Endpoint:
     return Endpoint(
         topic=publisher.topic,
         node="the expectation",
         direction="subscription",
         type=publisher.type,
-        reliability=str(asked.get("reliability", "BEST_EFFORT")).upper(),
-        durability=str(asked.get("durability", "VOLATILE")).upper(),
+        reliability=str(requested.get("reliability", "BEST_EFFORT")).upper(),
+        durability=str(requested.get("durability", "VOLATILE")).upper(),
         deadline_ns=INFINITE_NS,
         lease_ns=INFINITE_NS,
     )
@@ -176,7 +176,7 @@ def unknown_process(pattern: str, facts: Facts) -> str | None:
 def missing_line(
     wanted: re.Pattern[str], process: str | None, level: str | None, since_s: float, facts: Facts
 ) -> str | None:
-    """Such a line came from another process, too early, or in a slightly different form."""
+    """Where such a line was printed instead: by another process, too early, or in other case."""
     reason = _quiet_process(process, facts)
     if reason is not None:
         return reason

@@ -81,7 +81,7 @@ def _nearest(
     process: str | None,
     when: Window,
 ) -> str:
-    """What came instead: `lines` at another time, `same` with another level."""
+    """What was printed instead: `lines` at another time, `same` with another level."""
     if lines:
         last = lines[-1]
         if last.at_s > when.to_s:

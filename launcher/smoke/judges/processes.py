@@ -130,7 +130,7 @@ def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         if event.process is not None
         and event.at_s in when
         and _is_unexpected(event)
-        and event.process not in facts.asked
+        and event.process not in facts.ended_by_steps
         and not any(facts.is_named(event.process, pattern) for pattern in expected_exits)
     ]
     if not bad:

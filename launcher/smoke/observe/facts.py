@@ -110,7 +110,8 @@ class Facts:
     """Everything observed up to `now_s`; `ending` is set when the run is over.
 
     `steps`: time of each step, with `start` and `ready`; `node_names`: nodes of each process, from
-    the launch file; `asked`: processes that a step ended; `lost_messages`: received too fast.
+    the launch file; `ended_by_steps`: processes that a step has ended;
+    `lost_messages`: received too fast.
     """
 
     now_s: float = 0.0
@@ -123,7 +124,7 @@ class Facts:
     services: tuple[str, ...] = ()
     steps: Mapping[str, float] = field(default_factory=lambda: {START: 0.0})
     node_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    asked: frozenset[str] = frozenset()
+    ended_by_steps: frozenset[str] = frozenset()
     troubles: tuple[str, ...] = ()
     lost_messages: int = 0
     ending: Ending | None = None

@@ -39,7 +39,7 @@ class Recorder:
         self._services: tuple[str, ...] = ()
         self._steps: dict[str, float] = {START: 0.0}
         self._nodes: dict[str, tuple[str, ...]] = {}
-        self._asked: set[str] = set()
+        self._ended_by_steps: set[str] = set()
         self._troubles: list[str] = []
         self._lost_messages = 0
         self._sorted: tuple[LogLine, ...] = ()  # the lines; valid as long as it is as long
@@ -107,7 +107,7 @@ class Recorder:
     def expect_exit(self, process: str) -> None:
         """A step ends this process: its exit is not unexpected."""
         with self._change():
-            self._asked.add(process)
+            self._ended_by_steps.add(process)
 
     def end(self, ending: Ending) -> None:
         with self._change():
@@ -138,7 +138,7 @@ class Recorder:
                 services=self._services,
                 steps=dict(self._steps),
                 node_names=dict(self._nodes),
-                asked=frozenset(self._asked),
+                ended_by_steps=frozenset(self._ended_by_steps),
                 troubles=tuple(self._troubles),
                 lost_messages=self._lost_messages,
                 ending=self._ending,

@@ -39,7 +39,7 @@ def of_script(script: Script) -> Findings:
 
 
 def _late(script: Script) -> Iterator[LauncherError]:
-    """Steps and expectations whose time comes after the end of the run."""
+    """Steps and expectations whose time is after the end of the run."""
     if script.for_s is None:
         return
     end_s, times = script.for_s, script.earliest_s()

@@ -1,7 +1,7 @@
 """Write the ROS graph of a run to `graph.json` and `graph.svg`.
 
 The graph is recorded while the system runs and drawn afterwards: drawing takes seconds.
-`python -m launcher.smoke.reports.picture JSON SVG` draws in a process of its own, which can be
+`python -m launcher.smoke.reports.graph_files JSON SVG` draws in a process of its own, which can be
 killed if a graph takes too long.
 """
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 RECORD_S = 20.0
 DRAW_S = 60.0
 _RECORD = ("-m", "launcher", "graph", "--json", "--debug-topics", "--hidden")
-_DRAW = ("-m", "launcher.smoke.reports.picture")
+_DRAW = ("-m", "launcher.smoke.reports.graph_files")
 
 
-class Picture:
+class GraphFiles:
     """The graph of a system, from its probe or, without one, from `launcher graph --json`.
 
     `always`: even without a probe.
@@ -75,12 +75,12 @@ class Picture:
         snapshot = self._snapshot()
         if snapshot is None:
             self._json.unlink(missing_ok=True)
-            return f"no picture of the ROS graph: {self._why()}"
+            return f"no drawing of the ROS graph: {self._why()}"
         text = json.dumps(to_document(snapshot), indent=2, ensure_ascii=False)
         try:
             save(self._json, f"{text}\n")
         except OSError as error:
-            return f"no picture of the ROS graph: {error.strerror}"
+            return f"no drawing of the ROS graph: {error.strerror}"
         return self._draw_svg()
 
     def _snapshot(self) -> TopicGraph | None:
