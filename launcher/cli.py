@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.command_line import HELP, HelpAsked
+from launcher.command_line import HELP, HelpRequested
 from launcher.commands import ABSENT_VERBS, CONTROL_VERBS, VERBS
 from launcher.errors import (
     ExitCode,
@@ -24,12 +24,12 @@ from launcher.text import did_you_mean, suggest
 def main(words: Sequence[str]) -> int:
     """Run one command line (without the program's name); the exit code."""
     words = list(words)
-    # What ROS's own tools get from sourcing a set-up file; children inherit it.
+    # As sourcing a set-up file does for ROS's own tools; children inherit it.
     os.environ.update(ament_environment(os.environ))
     debug = _wants_traceback(words)
     try:
         return _dispatch(words)
-    except HelpAsked as asked:
+    except HelpRequested as asked:
         from launcher.command_help import help_text
 
         print(help_text(asked.command))
@@ -40,7 +40,7 @@ def main(words: Sequence[str]) -> int:
         print(error.render(), file=sys.stderr)
         return error.exit_code
     except OSError as error:
-        # Output cannot be written (a full disk); __main__ handles a reader that has gone.
+        # Output cannot be written (a full disk); __main__ handles closed pipes.
         if debug or isinstance(error, BrokenPipeError):
             raise
         if error.filename is None and _folder_is_gone():
@@ -70,7 +70,7 @@ def _wants_traceback(words: list[str]) -> bool:
 
 def _dispatch(words: list[str]) -> int:
     if words[:1] == ["help"]:  # as in the console
-        words = _meant_by_help(words[1:])
+        words = _help_words(words[1:])
     if not words or words[0] in HELP.flags:
         print(overview())
         return ExitCode.OK if words else ExitCode.USAGE
@@ -87,7 +87,7 @@ def _dispatch(words: list[str]) -> int:
     if verb in VERBS:
         return _run(verb, rest)
     if verb in ABSENT_VERBS:
-        importlib.import_module("launcher.commands.launch.absent_verbs").refuse(words)
+        importlib.import_module("launcher.absent_verbs").refuse(words)
     try:
         return _run("launch", words)
     except (UsageError, PackageNotFoundError) as error:
@@ -102,8 +102,8 @@ def _run(module: str, words: list[str]) -> int:
     return code
 
 
-def _meant_by_help(words: list[str]) -> list[str]:
-    """The words that print what `help` and these words ask for; UsageError."""
+def _help_words(words: list[str]) -> list[str]:
+    """The words that print the help requested by `help WORDS`; UsageError."""
     if not words or words[0] == "help" or words[0].startswith("-"):
         return ["--help"]
     name = words[0]
@@ -115,11 +115,11 @@ def _meant_by_help(words: list[str]) -> list[str]:
     return [name, *below, "--help"]
 
 
-_WITH_VERBS = ("topic", "node", "param", "service", "interface")  # they have verbs of their own
+_WITH_VERBS = ("topic", "node", "param", "service", "interface")  # that have verbs of their own
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:
-    """Add to what is wrong with a target that it looks like a misspelt verb."""
+    """Add a hint to an error about the target if it looks like a misspelt verb."""
     verb = suggest(word, (*VERBS, *CONTROL_VERBS))
     if verb is not None and f"'{word}'" in error.message:
         meant = f"did you mean `{_program()} {verb}`?"
@@ -159,6 +159,3 @@ def control_verbs() -> list[tuple[str, str]]:
 
     table = [(verb.name, verb.help) for verb in CONTROL if verb.shell]
     return [*table, ("runs", "list the running launches")]
-
-
-__all__ = ["ABSENT_VERBS", "CONTROL_VERBS", "VERBS", "UsageError", "main", "overview"]

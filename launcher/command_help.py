@@ -12,7 +12,6 @@ INDENT = 25  # columns in front of the explanations
 
 
 def help_text(command: Command) -> str:
-    """The whole help of a command."""
     usages = command.usage.split("\n")
     parts = ["\n       ".join([f"usage: {usages[0]}", *usages[1:]])]
     parts.append(command.about or sentence(command.help))
@@ -35,7 +34,6 @@ def sentence(text: str) -> str:
 
 
 def option_section(title: str, options: Iterable[Option]) -> str:
-    """A table of options below a title."""
     return _section(title, [(one.spelling, explanation(one)) for one in options])
 
 

@@ -23,10 +23,10 @@ class Option(Record):
     """An option; without `flags`, a positional argument. `option` makes one.
 
     The parsed value becomes the attribute `name`. An option without a `metavar` is a flag, which
-    sets `value`. `read` turns a word into the value; it raises ValueError with a text that says
-    what is wrong with the word, or LauncherError.
+    sets `value`. `read` turns a word into the value; it raises LauncherError, or ValueError with a
+    message for the user.
 
-    `count` says how many words are its value: `1`, `?` (one or none), `*`, `+`; `=` for an
+    `count` is the number of words of its value: `1`, `?` (one or none), `*`, `+`; `=` for an
     option whose value may be left out, and must follow a `=`; for the last argument of a command
     `...`, all words that follow, whatever they look like, or `text`, the same without `--options`.
     An option that is given `repeat`edly keeps its `last` value, collects `all` of them, or may be
@@ -61,7 +61,7 @@ def option(
     count: str = "",
     **more: Any,
 ) -> Option:
-    """The option or argument that help spells so: `-n, --lines N`, `--tag[=NAME]`, `[NAME ...]`.
+    """An option or argument by its spelling in help: `-n, --lines N`, `--tag[=NAME]`, `[NAME ...]`.
 
     The name is that of the last flag, or the argument in lower case.
     """
@@ -101,10 +101,10 @@ class Command(Record):
     """A command with what it takes: arguments and options, or `commands` of its own.
 
     `groups` are further options below a title of their own; of each tuple of names in `exclusive`
-    one may be given. `shorthand` is asked which option, with which value, an unknown option
+    one may be given. `shorthand` maps an unknown option to the option and the value that it
     stands for. With `abbreviations`, as in argparse and so in ros2cli, `--js` is `--json`, `-tn5`
-    is `-t -n 5`, and a negative number or a word with a space is no option. `run` is not used
-    here.
+    is `-t -n 5`, and a negative number or a word with a space is no option. `run` is for
+    the caller.
     """
 
     name: str
@@ -129,7 +129,7 @@ class Command(Record):
 
     @property
     def usage(self) -> str:
-        """`topic list [options]` with the name of the program in front."""
+        """`topic list [options]`, after the name of the program."""
         from launcher.program import program
 
         words = [program()] if self.in_shell else []
@@ -138,7 +138,7 @@ class Command(Record):
         return " ".join([*words, self.name, more]).rstrip()
 
     def parse(self, words: Sequence[str]) -> Parsed:
-        """The values of the options; UsageError, HelpAsked."""
+        """The values of the options; UsageError, HelpRequested."""
         parsed = self.read(words)
         if parsed.problem is not None:
             raise parsed.problem
@@ -149,7 +149,7 @@ class Command(Record):
         if not self.commands:
             return _Reader(self, words).result()
         if not words or words[0] in HELP.flags:
-            raise HelpAsked(self)
+            raise HelpRequested(self)
         for command in self.commands:
             if command.name == f"{self.name} {words[0]}":
                 return command.read(words[1:])
@@ -161,8 +161,8 @@ class Command(Record):
 class Parsed(SimpleNamespace):
     """The value of each option by its name.
 
-    `command` is the one that was read, and `given` are its words in order, each piece with the
-    option that it belongs to (None: an argument).
+    `command` is the parsed one; `given` has its words in order, each with the option that it
+    belongs to (None: an argument) and its value.
     """
 
     command: Command
@@ -170,8 +170,8 @@ class Parsed(SimpleNamespace):
     problem: LauncherError | None
 
 
-class HelpAsked(Exception):
-    """The help of `command` is to be printed, and nothing else done."""
+class HelpRequested(Exception):
+    """Raised by --help: print the help of `command` instead of running it."""
 
     def __init__(self, command: Command) -> None:
         super().__init__(command.name)
@@ -189,7 +189,6 @@ class _Reader:
         self._problem: LauncherError | None = None
 
     def result(self) -> Parsed:
-        """What the words say; HelpAsked."""
         while self._queue:
             word = self._queue.popleft()
             try:
@@ -233,7 +232,7 @@ class _Reader:
         self._given += [(None, [word], word) for word in words]
 
     def _rest_argument(self) -> str | None:
-        """`...` or `text` if that is the argument which the next plain word belongs to."""
+        """`...` or `text` if the next plain word belongs to an argument of that count."""
         arguments = self._command.arguments
         if arguments and len(self._plain) >= len(arguments) - 1:
             return arguments[-1].count if arguments[-1].count in ("...", "text") else None
@@ -258,7 +257,7 @@ class _Reader:
         flag, has_value, value = word.partition("=")
         option = self._found(flag)
         if option is HELP:
-            raise HelpAsked(self._command)
+            raise HelpRequested(self._command)
         if option is None:
             self._take_unknown(word)
         elif option.count == "=":

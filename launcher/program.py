@@ -1,4 +1,4 @@
-"""The name under which a person started the program, for usages and hints."""
+"""The name of the program in usages and hints."""
 
 from __future__ import annotations
 

@@ -35,11 +35,11 @@ ANY, LAUNCHER = "*", "launch"
 
 
 class LaunchedSystem:
-    """A system that runs in a ROS domain of its own until the test is over.
+    """A system that runs in a ROS domain of its own until the end of the test.
 
     A process is named as for the launcher's verbs: `robot_2-4`, `robot_2`, `robot_*`, `*`;
-    `launch` is the launcher itself. A wait that ends without what was waited for raises an
-    AssertionError that says what was seen.
+    `launch` is the launcher itself. A wait that times out raises an AssertionError with what was
+    observed instead.
     """
 
     def __init__(self, system: System, timeout_s: float) -> None:
@@ -124,28 +124,28 @@ class LaunchedSystem:
     # ---- control
 
     def kill(self, process: str, signal: str = "SIGKILL") -> None:
-        """Send a signal to its group from outside, as an accident would."""
+        """Send a signal to its process group from outside, to simulate a crash."""
         self.system.kill(process, signal)
 
     def stop(self, process: str) -> None:
         """Have the launcher stop it; it stays stopped."""
-        self.system.stop_process(process)
+        self.system.control("stop", process)
 
     def start(self, process: str) -> None:
         """Have the launcher start it again."""
-        self.system.start_process(process)
+        self.system.control("start", process)
 
     def restart(self, process: str) -> None:
         """Have the launcher restart it."""
-        self.system.restart_process(process)
+        self.system.control("restart", process)
 
     def pause(self, process: str) -> None:
         """Suspend it (SIGSTOP)."""
-        self.system.pause(process)
+        self.system.control("pause", process)
 
     def resume(self, process: str) -> None:
         """Resume it (SIGCONT)."""
-        self.system.resume(process)
+        self.system.control("resume", process)
 
     def send(self, process: str, text: str) -> None:
         """Write a line to its standard input."""
@@ -172,7 +172,7 @@ class LaunchedSystem:
         self.system.set_parameter(node, name, value)
 
     def shutdown(self) -> Ending:
-        """Stop the system as Ctrl-C does; what is left behind is in the answer. May be repeated."""
+        """Stop the system as Ctrl-C does; the result lists leftovers. May be repeated."""
         return self.system.stop()
 
     # ---- observations
@@ -199,8 +199,8 @@ class LaunchedSystem:
         ]
 
     def messages(self, topic: str) -> list[Any]:
-        """The contents of the messages heard so far on a topic that is watched."""
-        return [message.content for message in self.facts.heard(topic)]
+        """The contents of the messages received so far on a watched topic."""
+        return [message.content for message in self.facts.received(topic)]
 
     def processes(self) -> dict[str, dict[str, Any]]:
         """The launcher's table of processes: `state`, `pid`, `restarts` and more."""
@@ -211,8 +211,8 @@ class LaunchedSystem:
         """The environment of the run, for other programs in its domain."""
         return self.system.environment
 
-    def story(self) -> str:
-        """The last lines of each process and its state, as a report."""
+    def report(self) -> str:
+        """The state and the last lines of each process, for the report of a failed test."""
         facts = self.facts
         parts = [
             f"python -m launcher {' '.join(self.system.words)}",
@@ -226,7 +226,7 @@ class LaunchedSystem:
             parts.append(f"--- {process}{state}")
             parts += [line.plain for line in facts.last_lines(process, _LAST_LINES)]
         if not facts.processes():
-            parts += self.system.last_words()
+            parts += self.system.last_lines()
         parts += [f"--- {trouble}" for trouble in facts.troubles]
         return "\n".join(parts)
 
@@ -238,7 +238,6 @@ Launch = Callable[..., LaunchedSystem]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--launch-artifacts`."""
     parser.getgroup("launcher").addoption(
         "--launch-artifacts",
         metavar="DIR",
@@ -276,7 +275,7 @@ def launched_system(
         one = LaunchedSystem(system, timeout_s)
         systems.append(one)
         stack.callback(lambda: left.extend(_take_down(one, request)))
-        _refuse_what_cannot_be_launched(one)
+        _fail_if_refused(one)
         return one
 
     with contextlib.ExitStack() as stack:
@@ -285,16 +284,16 @@ def launched_system(
         pytest.fail(f"left behind: {', '.join(left)}", pytrace=False)
 
 
-def _refuse_what_cannot_be_launched(one: LaunchedSystem) -> None:
-    """Fail the test at once where the launcher has refused the launch file or its arguments."""
+def _fail_if_refused(one: LaunchedSystem) -> None:
+    """Fail the test at once if the launcher rejects the launch file or its arguments."""
     system = one.system
     system.recorder.wait_for(
-        lambda facts: facts.processes() or not system.is_alive, REFUSAL_S, look_s=0.05
+        lambda facts: facts.processes() or not system.is_alive, REFUSAL_S, poll_s=0.05
     )
     from launcher.errors import ExitCode
 
     if system.returncode == ExitCode.USAGE:
-        words = "\n".join(system.last_words())
+        words = "\n".join(system.last_lines())
         pytest.fail(f"nothing was launched:\n{words}", pytrace=False)
 
 
@@ -305,7 +304,6 @@ def _located(target: str | Path, root: Path) -> str:
 
 
 def _assignments(arguments: Mapping[str, object]) -> list[str]:
-    """Launch arguments in the words of the command line."""
     return [
         f"{name}:={str(value).lower() if isinstance(value, bool) else value}"
         for name, value in arguments.items()
@@ -352,5 +350,5 @@ def pytest_runtest_makereport(
         if isinstance(hint, str):
             report.sections.append(("hint", hint))
         for one in item.stash[_SYSTEMS]:
-            report.sections.append(("launched system", one.story()))
+            report.sections.append(("launched system", one.report()))
     return report

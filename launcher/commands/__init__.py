@@ -47,7 +47,7 @@ ABSENT_VERBS = {
     "bag": "PROGRAM topic echo TOPIC --json > FILE saves messages, one a line",
     "component": "a launch file loads components (ComposableNodeContainer, LoadComposableNodes)",
     "control": None,
-    "daemon": "there is no daemon; every verb looks for itself",
+    "daemon": "there is no daemon; every verb reads the graph itself",
     "extension_points": None,
     "extensions": None,
     "lifecycle": "PROGRAM service call /NODE/get_state lifecycle_msgs/srv/GetState, "

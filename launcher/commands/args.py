@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from launcher.command_line import Command
 from launcher.commands import VERBS
-from launcher.commands.launch.redirection import say, stdout_to_stderr
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -16,6 +15,7 @@ from launcher.commands.launch.target import (
 )
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import ExitCode
+from launcher.stdio import print_text, stdout_to_stderr
 
 COMMAND = Command(
     "args",
@@ -46,5 +46,5 @@ def show(request: LaunchRequest) -> int:
             text = describe_arguments(description.get_launch_arguments())
         except (Exception, SystemExit) as error:
             raise faults.explain(error, path) from error
-    say(text)
+    print_text(text)
     return ExitCode.OK

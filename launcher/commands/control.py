@@ -39,7 +39,6 @@ RUNS = Command("runs", "list the running launches", options=COMMON, synopsis="[-
 
 
 def command_of(verb: Verb) -> Command:
-    """The command of a verb in a shell."""
     about = sentence(verb.help) + (f"\n\n{NAMES}" if verb.names != "none" else "")
     return verb.command(in_shell=True, about=about, common=COMMON)
 
@@ -52,17 +51,16 @@ def main(words: Sequence[str]) -> int:
         return _runs(RUNS.parse(rest))
     options = command_of(verb).parse(rest)
     call = verbs.call_of(verb, options)
-    looks = name in verbs.LOOKING
-    with find_run(options.run, _complain, looks=looks).connect() as connection:
+    with find_run(options.run, _warn, looks=name in verbs.LOOKING).connect() as connection:
         try:
-            return _SHOWS.get(name, _tell)(connection, call, options)
+            return _PRINT.get(name, _print_reply)(connection, call, options)
         except KeyboardInterrupt:
             if verb.streams:
-                return ExitCode.OK  # nothing else ends it
+                return ExitCode.OK  # Ctrl-C is its normal end
             raise
 
 
-def _complain(text: str) -> None:
+def _warn(text: str) -> None:
     print(f"note: {text}", file=sys.stderr)
 
 
@@ -71,7 +69,7 @@ def _print_json(document: Mapping[str, Any]) -> None:
 
 
 def _runs(options: Parsed) -> int:
-    found = [_as_document(run) for run in all_runs(_complain)]
+    found = [_as_document(run) for run in all_runs(_warn)]
     if options.json:
         _print_json({"runs": found})
     elif found:
@@ -83,11 +81,11 @@ def _runs(options: Parsed) -> int:
 
 def _as_document(run: AnyRun) -> dict[str, Any]:
     known = {"id": run.run_id, "pid": run.pid, "socket": str(run.path)}
-    return {**known, **{key: getattr(run, key, None) for key in _ABOUT}}
+    return {**known, **{key: getattr(run, key, None) for key in _FIELDS}}
 
 
 # None for a run that does not answer, which has a problem instead.
-_ABOUT = ("problem", "target", "arguments", "started", "log_dir", "domain_id", "processes")
+_FIELDS = ("problem", "target", "arguments", "started", "log_dir", "domain_id", "processes")
 
 
 def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
@@ -116,14 +114,14 @@ def _print_table(table: Any) -> None:
 
 
 def _width() -> int:
-    """Into a pipe, nothing is cut."""
+    """Columns of the terminal; tables in a pipe are not truncated."""
     return (os.get_terminal_size(1).columns or 80) if sys.stdout.isatty() else WIDE
 
 
 # ---- one way to show each kind of answer
 
 
-def _tell(connection: Connection, call: Call, options: Parsed) -> int:
+def _print_reply(connection: Connection, call: Call, options: Parsed) -> int:
     reply = connection.ask(call.verb.name, call.names, **call.options)
     if options.json:
         _print_json(reply.result)
@@ -135,7 +133,7 @@ def _tell(connection: Connection, call: Call, options: Parsed) -> int:
 
 
 def _quit(connection: Connection, call: Call, options: Parsed) -> int:
-    code = _tell(connection, call, options)
+    code = _print_reply(connection, call, options)
     connection.wait_for_end()
     if not options.json:
         print("the run has ended")
@@ -166,8 +164,8 @@ def _top(connection: Connection, call: Call, options: Parsed) -> int:
 
         LiveTop(connection, call, colour=wants_colour(1, os.environ)).run()
     elif call.options:  # `-f` or `-p`
-        for look in connection.follow("top", call.names, **call.options):
-            _print_in_order(look.get("processes", ()))
+        for sample in connection.follow("top", call.names, **call.options):
+            _print_in_order(sample.get("processes", ()))
     else:
         _print_in_order(connection.ask("ps", call.names).result["processes"])
     return ExitCode.OK
@@ -192,7 +190,7 @@ def _lines(connection: Connection, call: Call, options: Parsed) -> int:
     return ExitCode.OK
 
 
-_SHOWS: dict[str, Callable[[Connection, Call, Parsed], int]] = {
+_PRINT: dict[str, Callable[[Connection, Call, Parsed], int]] = {
     "ps": _ps,
     "info": _ps,
     "top": _top,

@@ -33,7 +33,7 @@ left. It changes nothing without --fix.""",
 
 
 def main(words: Sequence[str]) -> int:
-    """Check, and repair if asked; the exit code is about the state afterwards."""
+    """Check; with --fix, repair and check again. The exit code is that of the last check."""
     options = COMMAND.parse(words)
     facts = collect(os.environ)
     done: list[str] = []

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING
 from launcher.command_line import Parsed, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode, LauncherError
-from launcher.ros.verb import dispatch, print_json, ros_command, seconds, settled_observer, warn
+from launcher.ros.verb import (
+    dispatch,
+    graph_snapshot,
+    print_json,
+    ros_command,
+    seconds,
+    settled_observer,
+    warn,
+)
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -21,7 +29,6 @@ if TYPE_CHECKING:
 
 def _graph(options: Parsed) -> int:
     from launcher.ros.draw.filter import Filter, Mode
-    from launcher.ros.verb import graph_snapshot
 
     chosen = Filter(
         mode=Mode(options.mode),
@@ -35,11 +42,11 @@ def _graph(options: Parsed) -> int:
     if options.watch:
         with settled_observer(options) as observer:
             return _watch(observer, chosen, options)
-    look = graph_snapshot(options)
-    snapshot = chosen.apply(look.snapshot())
+    found = graph_snapshot(options)
+    snapshot = chosen.apply(found.topic_graph())
     if before is not None:
         return _diff(chosen.apply(before), snapshot, options)
-    _show(snapshot, chosen, options, look.domain_id)
+    _show(snapshot, chosen, options, found.domain_id)
     return ExitCode.OK
 
 
@@ -108,11 +115,11 @@ def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
 
     say: Callable[[str], None] = lambda text: print(text, flush=True)  # noqa: E731
     with until_interrupted():
-        before = chosen.apply(observer.snapshot())
+        before = chosen.apply(observer.topic_graph())
         say(to_tree(before, chosen.mode))
         while True:
             time.sleep(options.period)
-            after = chosen.apply(observer.snapshot())
+            after = chosen.apply(observer.topic_graph())
             for line in difference(before, after):
                 say(f"{time.strftime('%H:%M:%S')} {line}")
             before = after
@@ -139,7 +146,7 @@ COMMAND = ros_command(
     option("--html FILE", "write a page with pan and zoom"),
     option("--watch", "print every change until Ctrl-C"),
     option("--diff FILE", "compare with the output of --json; exit code 1 if different"),
-    option("--period S", "time between two looks of --watch", seconds, 0.5),
+    option("--period S", "interval of --watch", seconds, 0.5),
     exclusive=(("dot", "mermaid", "svg", "html", "watch", "diff"),),
 )
 

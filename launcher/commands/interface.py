@@ -9,7 +9,7 @@ import sys
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
-from launcher.ros.verb import dispatch, ros_command, show
+from launcher.ros.verb import dispatch, ros_command, show, to_json_plain
 
 _TITLES = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
 
@@ -40,7 +40,7 @@ def _show(options: Parsed) -> int:
 
 def _proto(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import load, resolve
-    from launcher.ros.messages.to_yaml import to_json_plain, to_plain, to_yaml
+    from launcher.ros.messages.to_yaml import to_plain, to_yaml
 
     full = resolve(options.type)
     kind = full.split("/")[1]

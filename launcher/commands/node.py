@@ -10,6 +10,7 @@ from launcher.errors import ExitCode
 from launcher.ros.verb import (
     dispatch,
     domain_option,
+    graph_snapshot,
     print_json,
     ros_command,
     seconds,
@@ -23,7 +24,6 @@ ALL = option("-a, --all", "hidden nodes as well")
 
 def _list(options: Parsed) -> int:
     from launcher.ros import nodes
-    from launcher.ros.verb import graph_snapshot
 
     names = nodes.visible_names(graph_snapshot(options).nodes, hidden=options.all)
     if options.json:
@@ -38,11 +38,10 @@ def _list(options: Parsed) -> int:
 
 def _info(options: Parsed) -> int:
     from launcher.ros import nodes
-    from launcher.ros.verb import graph_snapshot
 
-    name, look = options.node_name, graph_snapshot(options)
-    found = nodes.sections(look, name, hidden=options.include_hidden)
-    count = look.nodes.count(name)
+    name, graph = options.node_name, graph_snapshot(options)
+    found = nodes.sections(graph, name, hidden=options.include_hidden)
+    count = graph.nodes.count(name)
     if options.json:
         print_json({"name": name, **{title: dict(entries) for title, entries in found.items()}})
         return ExitCode.OK
@@ -62,12 +61,12 @@ def _ps(options: Parsed) -> int:
     from launcher.ros.nodes import rows, to_table, with_ghosts
     from launcher.ros.services import ServiceCaller
 
-    # asked before we are in the graph ourselves: it does not answer while somebody comes
-    look = None if options.no_observer else snapshot_of_run(domain_option(options))
+    # Read before our own participant is created: the bridge does not answer while one is new.
+    before = None if options.no_observer else snapshot_of_run(domain_option(options))
     with settled_observer(options) as observer, ServiceCaller(observer) as caller:
-        found = rows(caller, hidden=options.all, patience_s=options.patience)
-    if look is not None:
-        found = with_ghosts(found, look.ghosts)
+        found = rows(caller, hidden=options.all, timeout_s=options.patience)
+    if before is not None:
+        found = with_ghosts(found, before.ghosts)
     show(options, [asdict(row) for row in found], [to_table(found)])
     return ExitCode.OK
 

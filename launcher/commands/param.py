@@ -38,9 +38,9 @@ def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
     node = full_node(options.node_name)
     services = {f"{node}/list_parameters", f"{node}/get_parameters"}
 
-    def is_known(look: GraphSnapshot) -> bool:
-        # a participant announces its services before it names its nodes
-        return node in look.nodes and services <= look.service_types().keys()
+    def is_known(graph: GraphSnapshot) -> bool:
+        # a participant announces its services before its nodes
+        return node in graph.nodes and services <= graph.service_types().keys()
 
     with (
         observing(options, is_known) as observer,
@@ -125,17 +125,17 @@ def _set(options: Parsed) -> int:
         ]
         if options.atomic:
             result = parameters.set_atomically(caller, node, messages)
-            return _say(result, "Set parameters atomically", "Setting parameters atomically")
+            return _report(result, "Set parameters atomically", "Setting parameters atomically")
         results = parameters.set_all(caller, node, messages)
     codes = [
-        _say(result, f"{prefix}Set parameter", f"{prefix}Setting parameter")
+        _report(result, f"{prefix}Set parameter", f"{prefix}Setting parameter")
         for name, result in zip(words, results, strict=True)
         for prefix in [f"{name}: " if len(words) > 1 else ""]
     ]
     return max(codes)
 
 
-def _say(result: Any, done: str, failing: str) -> int:
+def _report(result: Any, done: str, failing: str) -> int:
     reason = f": {result.reason}" if result.reason else ""
     if result.successful:
         print(f"{done} successful{reason}")
@@ -187,9 +187,9 @@ def _load(options: Parsed) -> int:
         now = dict(zip(declared, parameters.get(caller, node, declared), strict=False))
     code = int(ExitCode.OK)
     for message, result in zip(messages, results, strict=True):
-        said = _say(result, f"Set parameter {message.name}", f"Set parameter {message.name}")
-        # a file from `param dump` has the read-only ones as well, and they are as it says
-        code = max(code, said if now.get(message.name) != message.value else ExitCode.OK)
+        one = _report(result, f"Set parameter {message.name}", f"Set parameter {message.name}")
+        # A file of `param dump` has read-only parameters, too; they already have its values.
+        code = max(code, one if now.get(message.name) != message.value else ExitCode.OK)
     return code
 
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 from launcher.command_line import Command, option
 from launcher.commands import VERBS
-from launcher.commands.launch.redirection import say, stdout_to_stderr
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -20,6 +19,7 @@ from launcher.commands.launch.target import (
 )
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import ExitCode, LauncherError, LaunchFileError
+from launcher.stdio import print_text, stdout_to_stderr
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def evaluate(request: LaunchRequest) -> Plan:
         with stdout_to_stderr(), limited(request.time_limit, request.path):
             return make_plan(request.path, request.arguments)
     except LaunchFileError as fault:
-        # It had to be interrupted; how far it came is not known.
+        # It was interrupted; how far it got is unknown.
         plan = Plan(request.path)
         plan.arguments_error = fault.message
         plan.error = PlanError(
@@ -112,7 +112,7 @@ def _show_document(plan: Plan, errors: Sequence[LauncherError]) -> None:
 
     from launcher.render.plan_json import document
 
-    say(json.dumps(document(plan), indent=1))
+    print_text(json.dumps(document(plan), indent=1))
     for line in [*_warnings(plan), *(error.render() for error in errors)]:
         print(line, file=sys.stderr)
 
@@ -124,7 +124,7 @@ def _show_tree(plan: Plan) -> None:
     from launcher.render.tree import draw
 
     tree = draw(plan_tree(plan, ParameterFiles()), colour=wants_colour(1, os.environ))
-    say("\n".join([tree, *_warnings(plan)]))
+    print_text("\n".join([tree, *_warnings(plan)]))
 
 
 def _warnings(plan: Plan) -> list[str]:

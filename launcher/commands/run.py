@@ -30,9 +30,9 @@ COMMAND = Command(
 
 
 def main(words: Sequence[str]) -> int:
-    """Become the program: its terminal, its signals and its exit code are really its own.
+    """Replace this process by the program, which then has the terminal and gets all signals.
 
-    `ros2 run` stays in between and swallows signals (CONFORMANCE 2.3), so we do not.
+    `ros2 run` stays its parent and swallows signals (CONFORMANCE 2.3).
     """
     parsed = COMMAND.parse(words)
     package, executable = parsed.package, parsed.executable

@@ -14,12 +14,14 @@ from launcher.commands import VERBS
 from launcher.errors import ExitCode
 from launcher.ros.verb import (
     dispatch,
+    graph_snapshot,
     observing,
     require_rate,
     ros_command,
     seconds,
     show,
     spin_time_s,
+    to_json_plain,
 )
 
 if TYPE_CHECKING:
@@ -37,7 +39,6 @@ HIDDEN = option("--include-hidden-services", "hidden services as well")
 
 def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
     from launcher.ros.snapshot.graph import is_hidden
-    from launcher.ros.verb import graph_snapshot
 
     found = graph_snapshot(options).service_types()
     return {name: types for name, types in found.items() if hidden or not is_hidden(name)}
@@ -84,7 +85,7 @@ def _call(options: Parsed) -> int:
     fill(request, parse(sys.stdin.read() if options.stdin else options.values))
     name = _full(options.service_name)
     with (
-        observing(options, lambda look: name in look.service_types()) as observer,
+        observing(options, lambda graph: name in graph.service_types()) as observer,
         ServiceCaller(observer) as caller,
     ):
         _await_service(caller, kind, options)
@@ -120,11 +121,11 @@ def _full(name: str) -> str:
 
 
 def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:
-    """The types of a service; asked before our client is in the graph with the one it wants."""
+    """The types of a service; read before our own client adds the type that it requests."""
     from launcher.ros.discovery.completeness import settle
 
-    if (look := observer.seen_ahead()) is not None:
-        return look.service_types().get(name, [])
+    if (graph := observer.prefetched_graph()) is not None:
+        return graph.service_types().get(name, [])
 
     def known() -> list[str]:
         types: list[str] = dict(observer.node.get_service_names_and_types()).get(name, [])
@@ -135,7 +136,7 @@ def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:
 
 
 def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) -> None:
-    from launcher.ros.messages.to_yaml import to_json_plain, to_plain
+    from launcher.ros.messages.to_yaml import to_plain
 
     if not options.json:
         print(f"requester: making request: {request!r}\n", flush=True)

@@ -93,10 +93,10 @@ what is left behind. Expectations are described in docs/smoke.md.
         ("options about the run", RUN_OPTIONS),
     ),
     epilog="""\
-exit codes: 0 all met, 1 a process died unexpectedly or was killed, 2 bad command line or file,
+exit codes: 0 all met, 1 a process exited unexpectedly or was killed, 2 bad command line or file,
 3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT""",
 )
-# What the command line hands on, and what a file may add to it.
+# The words for the launcher, from the command line and from a file.
 LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *RUN_OPTIONS))
 
 
@@ -121,7 +121,7 @@ def _words_for(parsed: Parsed, options: Sequence[Option]) -> list[str]:
 
 
 def _session(parsed: Parsed) -> Session:
-    """The session that the words ask for; LauncherError."""
+    """The session of a parsed command line; LauncherError."""
     run_options(parsed)
     request = LaunchRequest.of(parsed)
     script = _script(parsed, request.path)
@@ -142,7 +142,7 @@ def _session(parsed: Parsed) -> Session:
     )
     launch = LAUNCH.parse(words)
     run_options(launch)
-    _refuse_what_cannot_be(script, _words_for(launch, READING_OPTIONS))
+    _check(script, _words_for(launch, READING_OPTIONS))
     options.refuse_unwritable()
     return Session(script, options, colour=wants_colour(1, os.environ))
 
@@ -159,8 +159,8 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
         print("\n".join(github.refusal(error)))
 
 
-def _refuse_what_cannot_be(script: Script, words: Sequence[str]) -> None:
-    """LauncherError for mistakes that can be found before anything is started."""
+def _check(script: Script, words: Sequence[str]) -> None:
+    """LauncherError for mistakes that can be found before the launch; prints warnings."""
     found = [checks.of_script(script)]
     if any(forecast.mentions(script)):
         foreseen = forecast.ask(words)
@@ -182,7 +182,7 @@ def _print_schema() -> int:
 
 
 def _script(parsed: Parsed, launch_file: str) -> Script:
-    """From the file and the options; an option wins."""
+    """The script from the file and the options, which take precedence."""
     script = Script()
     path = parsed.expect
     if path is None and not parsed.no_file:
@@ -197,7 +197,7 @@ def _script(parsed: Parsed, launch_file: str) -> Script:
         script = replace(script, ready_within_s=parsed.ready_within_s)
     script = replace(script, chaos=_chaos(parsed, script))
     if not script.expectations:
-        print("smoke: no expectation except that no process dies", file=sys.stderr)
+        print("smoke: no expectations, except that no process exits unexpectedly", file=sys.stderr)
     return script
 
 

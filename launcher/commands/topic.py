@@ -10,7 +10,15 @@ from launcher.command_line import Command, Option, Parsed, count, number, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode, UsageError
 from launcher.ros.topics.qos import QOS_OPTIONS
-from launcher.ros.verb import dispatch, print_json, require_rate, ros_command, seconds, show
+from launcher.ros.verb import (
+    dispatch,
+    graph_snapshot,
+    print_json,
+    require_rate,
+    ros_command,
+    seconds,
+    show,
+)
 
 _MOST = 2**31 - 1
 
@@ -45,7 +53,6 @@ def _window(default: int) -> Option:
 
 def _list(options: Parsed) -> int:
     from launcher.ros.topics import listing
-    from launcher.ros.verb import graph_snapshot
 
     found = listing.listed(graph_snapshot(options), hidden=options.include_hidden_topics)
     lines: Iterable[object] = (one.label if options.show_types else one.name for one in found)
@@ -61,14 +68,13 @@ def _list(options: Parsed) -> int:
 def _info(options: Parsed) -> int:
     from launcher.ros.snapshot.qos_matching import explain, mismatches
     from launcher.ros.topics import listing
-    from launcher.ros.verb import graph_snapshot
 
-    name, look = options.topic_name, graph_snapshot(options)
+    name, graph = options.topic_name, graph_snapshot(options)
     if options.json:
-        print_json(listing.info_document(look, name))
+        print_json(listing.info_document(graph, name))
         return ExitCode.OK
-    print("\n".join(listing.info_lines(look, name, verbose=options.verbose)))
-    endpoints = look.endpoints(name)
+    print("\n".join(listing.info_lines(graph, name, verbose=options.verbose)))
+    endpoints = graph.endpoints(name)
     if options.explain or (options.verbose and mismatches(endpoints)):
         print(explain(endpoints))
     return ExitCode.OK
@@ -76,10 +82,9 @@ def _info(options: Parsed) -> int:
 
 def _type(options: Parsed) -> int:
     from launcher.ros.topics import listing
-    from launcher.ros.verb import graph_snapshot
 
     name = options.topic_name
-    types = listing.types_or_none(graph_snapshot(options), f"/{name.removeprefix('/')}")
+    types = listing.known_types(graph_snapshot(options)).get(f"/{name.removeprefix('/')}", [])
     if not types:
         from launcher.ros.topics.listener import full_topic
 
@@ -91,7 +96,6 @@ def _type(options: Parsed) -> int:
 def _find(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import full_type, warn_if_unknown
     from launcher.ros.topics import listing
-    from launcher.ros.verb import graph_snapshot
 
     hidden, kind = options.include_hidden_topics, full_type(options.topic_type)
     found = listing.of_type(graph_snapshot(options), kind, hidden=hidden)

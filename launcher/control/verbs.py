@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from launcher import command_line
-from launcher.command_line import Command, HelpAsked, Option, Parsed, option
+from launcher.command_line import Command, HelpRequested, Option, Parsed, option
 from launcher.errors import UsageError
 from launcher.model.record import Record
 from launcher.text import did_you_mean
@@ -271,7 +271,7 @@ def parse(verb: Verb, words: Iterable[str]) -> Call:
     """The call that the words behind a verb stand for in the console; UsageError."""
     try:
         return call_of(verb, verb.command().parse(list(words)))
-    except HelpAsked:
+    except HelpRequested:
         return check("help", (), {TOPIC.name: verb.name})
 
 

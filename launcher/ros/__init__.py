@@ -1,4 +1,4 @@
-"""The ROS graph: who talks to whom. The only part of the launcher that imports rclpy.
+"""A running ROS graph: reading, drawing, testing and using it. The only package that imports rclpy.
 
 Never imported by the supervisor: rclpy brings threads and signal handlers.
 """

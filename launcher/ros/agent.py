@@ -31,7 +31,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from launcher.ros.lifecycle_client import LifecycleClient, Step
 
-PERIOD_S = 0.1  # between two looks for the services that requests wait for
+PERIOD_S = 0.1  # of checks for services that requests wait for
 
 Answer = dict[str, Any]
 
@@ -46,7 +46,7 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
         self._waiting: list[tuple[Any, Callable[[], None]]] = []
         self._lifecycle_nodes: dict[str, LifecycleClient] = {}
         self._wake = self.create_guard_condition(self._take_requests)
-        self.create_timer(PERIOD_S, self._look)
+        self.create_timer(PERIOD_S, self._poll)
 
     def submit(self, request: Answer) -> None:
         """Queue a request; may be called from another thread."""
@@ -72,12 +72,12 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
     def _lifecycle_node(self, name: str) -> LifecycleClient:
         if name not in self._lifecycle_nodes:
 
-            def tell(step: Step, label: str) -> None:
+            def report(step: Step, label: str) -> None:
                 start, goal = step
                 states = {"start_state": start, "goal_state": goal}
                 self._write({"node": name, "transition": label, **states})
 
-            self._lifecycle_nodes[name] = LifecycleClient(self, name, tell)
+            self._lifecycle_nodes[name] = LifecycleClient(self, name, report)
         return self._lifecycle_nodes[name]
 
     def _load(self, request: Answer) -> None:
@@ -118,10 +118,10 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
         self._waiting.append((client, send))
         self._send_ready()
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         self._send_ready()
         for node in self._lifecycle_nodes.values():
-            node.look()
+            node.poll()
 
     def _send_ready(self) -> None:
         ready = [pair for pair in self._waiting if pair[0].service_is_ready()]

@@ -2,7 +2,7 @@
 
 The node `/launcher` publishes /diagnostics once a second and on every change, and offers the
 services `~/PROCESS/start`, `stop` and `restart`. It is a client of the run's control socket, and
-ends with the run. Other commands ask it for the graph (`discovery.graph_socket`).
+ends with the run. Other commands read the graph from it (`discovery.graph_socket`).
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from launcher.ros.discovery.graph_socket import graph_socket_path, query
 from launcher.ros.discovery.observer import Observer
 
 PERIOD_S = 1.0
-WATCH_S = 0.25  # between two looks for participants that have come or gone
+WATCH_S = 0.25  # period of checks for new and lost participants
 STEADY_S = 1.0  # a new participant is still announcing its endpoints
-PATIENCE_S = 3.0  # for the launcher's answer about its processes
-GOODBYE_S = 3.0  # what takes longer at the end is abandoned
+ANSWER_TIMEOUT_S = 3.0  # for the launcher's answer about its processes
+SHUTDOWN_S = 3.0  # what takes longer at the end is abandoned
 VERBS = ("start", "stop", "restart")
 THREADS = 4  # a slow stop of a process occupies one of them
 NODE = "launcher"  # of the first bridge of a domain on this machine
@@ -78,7 +78,7 @@ class Bridge:
         node.create_timer(
             WATCH_S, self._watch_graph, callback_group=MutuallyExclusiveCallbackGroup()
         )
-        self._news = node.create_guard_condition(self.publish, callback_group=one_at_a_time)
+        self._change = node.create_guard_condition(self.publish, callback_group=one_at_a_time)
         # last: its thread calls `answer`
         self._server = GraphServer(graph_socket_path(path), self.answer)
 
@@ -90,7 +90,7 @@ class Bridge:
             with Connection(self._path) as connection:
                 for event in connection.follow("events", history=False):
                     if event.get("event") != "resources":
-                        self._news.trigger()
+                        self._change.trigger()
         except ControlError:
             pass  # it has ended
         on_end()
@@ -98,29 +98,28 @@ class Bridge:
     def publish(self) -> None:
         """Ask for the state of the processes and publish it."""
         try:
-            rows = self._connection.ask("ps", timeout_s=PATIENCE_S).result["processes"]
+            rows = self._connection.ask("ps", timeout_s=ANSWER_TIMEOUT_S).result["processes"]
         except ControlError as error:
             self._send(all_stale(self._known, f"the launcher does not answer: {error.message}"))
-            self._connect_anew()
+            self._reconnect()
             return
         self._offer_services(rows)
         self._known = statuses(rows, self._connection.hello["run"], self._observer.name)
         self._send(self._known)
 
-    def _connect_anew(self) -> None:
-        """A late answer would be taken for that to the next request."""
+    def _reconnect(self) -> None:
+        """Reconnect: a late answer would be taken for that to the next request."""
         self._connection.close()
         try:
-            self._connection = Connection(self._path, timeout_s=PATIENCE_S)
+            self._connection = Connection(self._path, timeout_s=ANSWER_TIMEOUT_S)
         except ControlError as error:
             self._node.get_logger().warning(error.message, throttle_duration_sec=10.0)
 
-    def say_goodbye(self) -> None:
-        """Publish the last message: the run has ended."""
+    def publish_end(self) -> None:
         self._server.close()
         self._send(all_stale(self._known, "the run has ended"))
         # messages that were not taken yet would vanish with our shared memory
-        self._publisher.wait_for_all_acked(Duration(seconds=GOODBYE_S / 3))
+        self._publisher.wait_for_all_acked(Duration(seconds=SHUTDOWN_S / 3))
 
     def _send(self, found: list[Status]) -> None:
         message = DiagnosticArray()
@@ -162,7 +161,7 @@ class Bridge:
     # the graph
 
     def _watch_graph(self) -> None:
-        self._server.look_after()
+        self._server.restore()
         self._note_changes()
 
     def _note_changes(self) -> None:
@@ -170,9 +169,9 @@ class Bridge:
         if participants != self._participants:
             self._participants, self._changed_s = participants, time.monotonic()
 
-    def answer(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
+    def answer(self, request: Mapping[str, Any]) -> Mapping[str, Any]:
         """The graph, unless participants are just coming or going."""
-        if asked != query(self._observer.domain_id, os.environ):
+        if request != query(self._observer.domain_id, os.environ):
             return {"no": "another domain, or other settings of discovery"}
         self._note_changes()
         if time.monotonic() - self._changed_s < STEADY_S or not knows_all(self._observer):
@@ -209,9 +208,9 @@ def main(words: list[str]) -> int:
             threading.Thread(target=target, daemon=True).start()
         over.wait()
         # the executor may be waiting for a slow stop
-        threading.Timer(GOODBYE_S, os._exit, (0,)).start()
-        bridge.say_goodbye()
-        executor.shutdown(GOODBYE_S / 3)
+        threading.Timer(SHUTDOWN_S, os._exit, (0,)).start()
+        bridge.publish_end()
+        executor.shutdown(SHUTDOWN_S / 3)
     claim.close()
     os._exit(0)
 

@@ -1,4 +1,4 @@
-"""One lifecycle node as the agent sees it: its transitions, and requests for others.
+"""Reports the transitions of a lifecycle node, and requests transitions.
 
 A node publishes each step of a transition once, to the subscriptions that it has discovered by
 then, and rmw_fastrtps drops an answer to a client that the node has not discovered within 0.1 s.
@@ -25,13 +25,13 @@ Answer = Callable[["str | None"], None]
 
 
 class LifecycleClient:
-    """Call `look()` regularly: it sends requests, and settles those that are overdue.
+    """Call `poll()` regularly: it sends requests, and settles those that are overdue.
 
-    `tell` is called with each step, and the label of its transition if the node sends one.
+    `report` is called with each step, and the label of its transition if the node sends one.
     """
 
-    def __init__(self, node: Node, name: str, tell: Callable[[Step, str], None]) -> None:
-        self._tell = tell
+    def __init__(self, node: Node, name: str, report: Callable[[Step, str], None]) -> None:
+        self._report = report
         self._change = node.create_client(ChangeState, f"{name}/change_state")
         self._get = node.create_client(GetState, f"{name}/get_state")
         self._unsent: deque[tuple[Any, Answer]] = deque()
@@ -41,7 +41,7 @@ class LifecycleClient:
         # an event may be reported twice or, after a step back, not at all.
         self._concluded: dict[Step, int] = {}
         topic = f"{name}/transition_event"
-        node.create_subscription(TransitionEvent, topic, self._hear, QUEUE_DEPTH)
+        node.create_subscription(TransitionEvent, topic, self._on_event, QUEUE_DEPTH)
 
     def request(self, transition_id: int, label: str, answer: Answer) -> None:
         """Request a transition once the node is there; `answer` is called with an error or None."""
@@ -49,9 +49,9 @@ class LifecycleClient:
         message.transition.id = transition_id
         message.transition.label = label
         self._unsent.append((message, answer))
-        self.look()
+        self.poll()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         now_s = time.monotonic()
         while self._unsent and self._change.service_is_ready():
             self._send(*self._unsent.popleft(), now_s)
@@ -60,7 +60,7 @@ class LifecycleClient:
                 one.request.answer(one.answer_future.result().success, now_s)
             if one.state_future is not None and one.state_future.done():
                 state, one.state_future = one.state_future.result().current_state.label, None
-                self._conclude(one.request.see(state, now_s))
+                self._conclude(one.request.on_state(state, now_s))
             if one.request.is_overdue(now_s):
                 if one.request.succeeded:
                     self._conclude(one.request.finish())
@@ -85,27 +85,27 @@ class LifecycleClient:
         if self._get.service_is_ready():
             one.state_future = self._get.call_async(GetState.Request())
 
-    def _hear(self, message: TransitionEvent, info: dict[str, int]) -> None:
+    def _on_event(self, message: TransitionEvent, info: dict[str, int]) -> None:
         step = Step(message.start_state.label, message.goal_state.label)
         if info["source_timestamp"] < self._concluded.pop(step, 0):
             return  # already reported
         now_s = time.monotonic()
         for one in self._pending:
-            missed = one.request.hear(step, now_s)
+            missed = one.request.on_event(step, now_s)
             if missed is not None:
                 self._conclude(missed)
                 one.pass_on()
                 break
-        self._say(step, message.transition.label)
+        self._enter(step, message.transition.label)
 
     def _conclude(self, steps: list[Step]) -> None:
         for step in steps:
             self._concluded[step] = time.time_ns()
-            self._say(step, "")
+            self._enter(step, "")
 
-    def _say(self, step: Step, label: str) -> None:
+    def _enter(self, step: Step, label: str) -> None:
         self._state = step.goal
-        self._tell(step, label)
+        self._report(step, label)
 
 
 class _Pending:
@@ -149,7 +149,7 @@ class TransitionRequest:
         self._steps = (Step(self._start, between), Step(between, self._goal))
         self._back = Step(between, self._start)
         self._was_there = state == self._goal  # the state of the node so far, if it is known
-        self._heard: list[Step] = []
+        self._events: list[Step] = []
         self._due_s = now_s + OVERDUE_S
         self._questions = 0
         self.succeeded: bool | None = None
@@ -158,38 +158,38 @@ class TransitionRequest:
 
     def answer(self, success: bool, now_s: float) -> None:
         if self.succeeded is None:
-            self._know(success, None if success else REFUSED, now_s)
+            self._set_outcome(success, None if success else REFUSED, now_s)
 
-    def hear(self, step: Step, now_s: float) -> list[Step] | None:
+    def on_event(self, step: Step, now_s: float) -> list[Step] | None:
         """Take an event; return the lost steps before it. None: it is not of this transition."""
         if not self._is_ours(step):
             return None
         first, last = self._steps
-        missed = [first] if step != first and first not in self._heard else []
-        self._heard += [*missed, step]
+        missed = [first] if step != first and first not in self._events else []
+        self._events += [*missed, step]
         if step == last:
-            self._know(True, None, now_s)
+            self._set_outcome(True, None, now_s)
         elif step.start != self._start and step.goal in PRIMARY_STATES:
-            self._know(False, REFUSED, now_s)
+            self._set_outcome(False, REFUSED, now_s)
             self.is_settled = True
         return missed
 
     def _is_ours(self, step: Step) -> bool:
-        if self.is_settled or step in self._heard:
+        if self.is_settled or step in self._events:
             return False
-        is_next = bool(self._heard) and step.start == self._heard[-1].goal
+        is_next = bool(self._events) and step.start == self._events[-1].goal
         return is_next or step in (*self._steps, self._back)
 
     def is_overdue(self, now_s: float) -> bool:
         """Whether to `finish`, or to ask the node for its state; call it regularly."""
-        if self.succeeded and self._steps[1] in self._heard:
+        if self.succeeded and self._steps[1] in self._events:
             self.is_settled = True
         if self.is_settled or now_s < self._due_s:
             return False
         self._due_s = now_s + OVERDUE_S
         return True
 
-    def see(self, state: str, now_s: float) -> list[Step]:
+    def on_state(self, state: str, now_s: float) -> list[Step]:
         """Conclude from the current state of the node; return the lost steps."""
         if self.is_settled or state not in PRIMARY_STATES:
             return []  # the transition is in progress
@@ -198,32 +198,32 @@ class TransitionRequest:
         if self.succeeded:
             return self.finish()
         self.is_settled = True
-        if self._heard:
-            return [Step(self._heard[-1].goal, state)]
+        if self._events:
+            return [Step(self._events[-1].goal, state)]
         return [self._steps[0], self._back] if state == self._start else []
 
     def finish(self) -> list[Step]:
         """Settle a success whose events are overdue; return the lost steps."""
         self.is_settled = True
-        return [step for step in self._steps if step not in self._heard]
+        return [step for step in self._steps if step not in self._events]
 
     def _decide(self, state: str, now_s: float) -> bool:
         """Whether the state implies the answer."""
         if state == self._goal and not self._was_there:
-            self._know(True, None, now_s)
+            self._set_outcome(True, None, now_s)
         elif state != self._start:
-            self._know(False, f"the node is {state}", now_s)
-        elif self._heard:
-            self._know(False, REFUSED, now_s)
+            self._set_outcome(False, f"the node is {state}", now_s)
+        elif self._events:
+            self._set_outcome(False, REFUSED, now_s)
         else:  # the transition may not have begun
             self._questions += 1
             if self._questions == MAX_QUESTIONS:
-                self._know(False, f"the node did not answer, and is {state}", now_s)
+                self._set_outcome(False, f"the node did not answer, and is {state}", now_s)
                 self.is_settled = True
             return False
         return True
 
-    def _know(self, succeeded: bool, error: str | None, now_s: float) -> None:
+    def _set_outcome(self, succeeded: bool, error: str | None, now_s: float) -> None:
         if self.succeeded is None:
             self.succeeded, self.error = succeeded, error
         self._due_s = now_s + OVERDUE_S

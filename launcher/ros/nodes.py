@@ -46,7 +46,7 @@ def info_lines(full: str, found: dict[str, NamesAndTypes]) -> Iterator[str]:
 
 
 OK, BUSY, STOPPED, GHOST, UNKNOWN = "ok", "busy", "stopped", "ghost", "unknown"
-NOT_DISCOVERED = "(not discovered)"  # a process that was suspended before we came cannot answer
+NOT_DISCOVERED = "(not discovered)"  # a suspended process cannot answer a new participant
 RUN_ID = "LAUNCHER_RUN_ID"
 _SAMPLE_S = 0.3  # shorter than this, the ticks of the kernel are too coarse for CPU shares
 _MIB = 1024 * 1024
@@ -116,12 +116,12 @@ class Owner:
     gone: bool = False
 
 
-def rows(caller: ServiceCaller, *, hidden: bool, patience_s: float) -> list[Row]:
+def rows(caller: ServiceCaller, *, hidden: bool, timeout_s: float) -> list[Row]:
     """One row per node and process, sorted by name. Takes as long as the slowest node, bounded."""
     owners = list(_owners(caller, hidden=hidden))
     pids = {owner.pid for owner in owners if owner.pid is not None}
     start, before = time.monotonic(), {pid: vitals(pid) for pid in pids}
-    answers = _probe(caller, {o.node for o in owners if not o.gone}, patience_s)
+    answers = _probe(caller, {o.node for o in owners if not o.gone}, timeout_s)
     time.sleep(max(0.0, start + _SAMPLE_S - time.monotonic()))
     elapsed_s, after = time.monotonic() - start, {pid: vitals(pid) for pid in pids}
     return [_silent_row(pid) for pid in _silent_pids(caller)] + [
@@ -137,7 +137,7 @@ def rows(caller: ServiceCaller, *, hidden: bool, patience_s: float) -> list[Row]
 
 
 def with_ghosts(found: list[Row], ghosts: Iterable[str]) -> list[Row]:
-    """The rows, and those of ghosts, which only who was there before can know."""
+    """The rows, and those of ghosts, which only an older participant can know."""
     known = {row.node for row in found}
     more = [Row(node=node, liveness=GHOST) for node in ghosts if node not in known]
     return sorted([*found, *more], key=lambda row: row.node)
@@ -155,12 +155,19 @@ def _silent_row(pid: int) -> Row:
     found = vitals(pid)
     if found is None:
         return Row(node=NOT_DISCOVERED, liveness=UNKNOWN, pid=pid)
+    return _process_row(NOT_DISCOVERED, UNKNOWN, pid, found)
+
+
+def _process_row(
+    node: str, liveness: str, pid: int, found: Vitals, cpu_percent: float | None = None
+) -> Row:
     return Row(
-        node=NOT_DISCOVERED,
-        liveness=STOPPED if found.state in "Tt" else UNKNOWN,
+        node=node,
+        liveness=STOPPED if found.state in "Tt" else liveness,
         process=program_name(pid),
         pid=pid,
         run=proc.variable(pid, RUN_ID),
+        cpu_percent=cpu_percent,
         memory_bytes=found.rss_bytes,
         uptime_s=round(found.uptime_s, 1),
     )
@@ -186,7 +193,7 @@ def _owners(caller: ServiceCaller, *, hidden: bool) -> Iterator[Owner]:
             yield Owner(node=node, pid=pid, gone=pid is None and not is_there)
 
 
-def _probe(caller: ServiceCaller, nodes: set[str], patience_s: float) -> dict[str, str]:
+def _probe(caller: ServiceCaller, nodes: set[str], timeout_s: float) -> dict[str, str]:
     """Node -> whether it answers a request that its own executor has to carry out."""
     from rcl_interfaces.srv import GetParameterTypes
 
@@ -203,7 +210,7 @@ def _probe(caller: ServiceCaller, nodes: set[str], patience_s: float) -> dict[st
                 found[node] = BUSY
             except NoAnswerError:
                 found.setdefault(node, UNKNOWN)
-        caller.wait_until_done([future for _, future in asked], patience_s / 2)
+        caller.wait_until_done([future for _, future in asked], timeout_s / 2)
         found |= {node: OK for node, future in asked if future.done()}
         silent = [node for node in silent if found[node] == BUSY]
     return found
@@ -216,20 +223,11 @@ def _row(
         return Row(node=owner.node, liveness=GHOST)
     if after is None or before is None or owner.pid is None:
         return Row(node=owner.node, liveness=answer)
-    return Row(
-        node=owner.node,
-        liveness=STOPPED if after.state in "Tt" else answer,
-        process=program_name(owner.pid),
-        pid=owner.pid,
-        run=proc.variable(owner.pid, RUN_ID),
-        cpu_percent=round(100 * (after.cpu_s - before.cpu_s) / elapsed_s, 1),
-        memory_bytes=after.rss_bytes,
-        uptime_s=round(after.uptime_s, 1),
-    )
+    cpu_percent = round(100 * (after.cpu_s - before.cpu_s) / elapsed_s, 1)
+    return _process_row(owner.node, answer, owner.pid, after, cpu_percent)
 
 
 def to_table(found: list[Row]) -> str:
-    """The table of `node ps`."""
     head = ("NODE", "PROCESS", "PID", "RUN", "CPU", "MEMORY", "UPTIME", "LIVENESS")
     return "\n".join(aligned([head, *map(_cells, found)], right={2, 4, 5, 6}))
 

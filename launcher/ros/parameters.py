@@ -254,7 +254,7 @@ def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
         try:
             values.update(_flat(section["ros__parameters"], ""))
         except RecursionError:
-            raise VerbError(f"{path}: a section of 'ros__parameters' holds itself") from None
+            raise VerbError(f"{path}: a section of 'ros__parameters' contains itself") from None
     return values
 
 

@@ -84,7 +84,7 @@ class ServiceCaller:
         return client.call_async(request)
 
     def _connecting_s(self, name: str) -> float:
-        graph = self.observer.seen_ahead()
+        graph = self.observer.prefetched_graph()
         return _PREFETCHED_S if graph and name in graph.service_types() else _CONNECT_S
 
     def call(self, kind: Any, name: str, request: Any, limit_s: float | None = None) -> Any:
@@ -108,7 +108,6 @@ class ServiceCaller:
         raise _silence(name, self.answer_s)
 
     def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
-        """Return when all are done, or at the limit."""
         self._spin(lambda: all(future.done() for future in futures), limit_s)
 
     def _spin(self, is_done: Callable[[], bool], limit_s: float) -> None:
@@ -132,7 +131,7 @@ def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
     """The full name of a node; VerbError with the text of ros2cli if it does not exist."""
     full = full_node(name)
     known: Sequence[str]
-    if (graph := observer.seen_ahead()) is not None:
+    if (graph := observer.prefetched_graph()) is not None:
         known = graph.nodes
     else:
         settle(observer, spin_time_s, enough=lambda: full in observer.node_names())

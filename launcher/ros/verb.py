@@ -1,4 +1,4 @@
-"""What all ROS verbs share: options, the graph that they look at, output."""
+"""Shared by all ROS verbs: options, access to the graph, output."""
 
 from __future__ import annotations
 
@@ -98,14 +98,12 @@ def require_rate(rate_hz: float) -> None:
 
 
 def domain_option(options: Parsed) -> int:
-    """The domain of `-d`, or that of the environment."""
     from launcher.ros.discovery.domains import domain_of, environment_domain
 
     return environment_domain() if options.domain is None else domain_of(options.domain, "-d")
 
 
 def spin_time_s(options: Parsed) -> float:
-    """The longest time that discovery may take."""
     from launcher.ros.discovery.domains import SPIN_TIME_S
 
     return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
@@ -129,7 +127,7 @@ def graph_snapshot(options: Parsed) -> GraphSnapshot:
 
 
 def _read_graph(options: Parsed) -> GraphSnapshot | None:
-    """None where only a whole DDS stack can look."""
+    """None where reading needs a whole DDS stack."""
     from launcher.ros.discovery import domains
     from launcher.ros.discovery.reader import UnsupportedDiscovery, read_graph
 
@@ -153,8 +151,8 @@ def observing(
 ) -> Iterator[Observer]:
     """An rclpy observer of the domain, while discovery is still on its way.
 
-    A `Prefetch` reads the graph meanwhile, until it is complete or `enough`. A caller that only
-    `listens` knows the endpoints of others sooner.
+    A `Prefetch` reads the graph meanwhile, until it is complete or `enough`. With `listens`, for
+    callers that only subscribe, the endpoints of others are known sooner.
     """
     from launcher.ros.discovery import domains
     from launcher.ros.discovery.prefetch import Prefetch
@@ -167,7 +165,7 @@ def observing(
                 domain_id, spin_time_s(options), remote=remote, enough=enough, listens=listens
             )
             stack.callback(prefetch.close)
-        from launcher.ros.discovery.observer import Observer  # loads rclpy, which takes its time
+        from launcher.ros.discovery.observer import Observer  # imports rclpy, which is slow
 
         yield stack.enter_context(Observer(domain_id, prefetch=prefetch))
 
@@ -185,7 +183,7 @@ def settled_observer(options: Parsed) -> Iterator[Observer]:
 
 
 def warn_if_incomplete(domain_id: int, nodes: Sequence[str], missing: int, waited_s: float) -> None:
-    """Say on stderr that there is nothing, or that there may be more."""
+    """Warn that the graph is empty, or may be incomplete."""
     from launcher.ros.discovery.domains import why_empty
 
     if not nodes:
@@ -212,17 +210,17 @@ def show(options: Parsed, document: Any, lines: Iterable[object]) -> None:
         print(line)
 
 
-def print_json(document: Any) -> None:
-    """One document; nan and inf as strings, since JSON does not have them."""
-    print(json.dumps(_without_nan(document), ensure_ascii=False, indent=2, allow_nan=False))
-
-
-def _without_nan(value: Any) -> Any:
+def to_json_plain(value: Any) -> Any:
+    """Plain values with nan and inf as strings, since JSON does not have them."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}
-    return [_without_nan(item) for item in value] if isinstance(value, list) else value
+        return {key: to_json_plain(item) for key, item in value.items()}
+    return [to_json_plain(item) for item in value] if isinstance(value, list) else value
+
+
+def print_json(document: Any) -> None:
+    print(json.dumps(to_json_plain(document), ensure_ascii=False, indent=2, allow_nan=False))
 
 
 def aligned(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:

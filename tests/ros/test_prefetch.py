@@ -41,7 +41,7 @@ def test_the_prefetch_equals_a_snapshot_without_our_own_participant(tmp_path, re
             prefetching(domain_id, remote=remote) as prefetch,
             Observer(domain_id, prefetch=prefetch) as observer,
         ):
-            assert observer.seen_ahead() == alone
+            assert observer.prefetched_graph() == alone
             wait_until(lambda: observer.graph_snapshot() == alone, "rclpy has seen all as well")
 
 

@@ -71,7 +71,7 @@ def test_a_node_whose_executor_is_occupied_is_busy(sleepy):
     with Observer(int(env["ROS_DOMAIN_ID"])) as observer, ServiceCaller(observer) as caller:
 
         def liveness(patience_s: float) -> dict[str, str]:
-            found = rows(caller, hidden=False, patience_s=patience_s)
+            found = rows(caller, hidden=False, timeout_s=patience_s)
             return {row.node: row.liveness for row in found}
 
         def is_busy() -> bool:
@@ -104,7 +104,7 @@ def test_a_long_running_observer_reports_stopped_nodes_and_ghosts(tmp_path):
     ):
 
         def liveness() -> set[str]:
-            return {row.liveness for row in rows(caller, hidden=False, patience_s=0.2)}
+            return {row.liveness for row in rows(caller, hidden=False, timeout_s=0.2)}
 
         wait_until(lambda: liveness() == {"ok"}, "all nodes are known and answer")
         os.kill(program.pid, signal.SIGSTOP)
@@ -112,7 +112,7 @@ def test_a_long_running_observer_reports_stopped_nodes_and_ghosts(tmp_path):
         os.kill(program.pid, signal.SIGKILL)
         program.wait()
         wait_until(lambda: liveness() == {"ghost"}, "it is gone")
-        assert set(observer.snapshot().ghosts) >= {"/talker", "/site/east/listener"}
+        assert set(observer.topic_graph().ghosts) >= {"/talker", "/site/east/listener"}
 
 
 def test_a_participant_without_a_process_is_not_live(observer):
@@ -151,7 +151,7 @@ def test_a_process_knows_its_innermost_number():
 def test_output_of_the_middleware_goes_to_stderr():
     program = """
 import os
-from launcher.ros.discovery.observer import stdout_to_stderr
+from launcher.stdio import stdout_to_stderr
 print("before")
 with stdout_to_stderr():
     os.write(1, b"complaint")

@@ -59,7 +59,7 @@ def test_the_evidence_is_complete(bench: Bench):
     bench.write(PATIENT)
     bench.expect("{expect: [{name: heard, log: here, within: 60 s}]}")
     done = bench.smoke()
-    assert "note: no picture of the ROS graph: no ROS node was observed" in done.stdout
+    assert "note: no drawing of the ROS graph: no ROS node was observed" in done.stdout
     names = {path.name for path in bench.evidence.iterdir()}
     assert names >= {
         "smoke.log",

@@ -65,7 +65,7 @@ def test_a_signal_from_outside_is_an_unexpected_exit_and_a_stop_is_not(tmp_path:
         system.wait_for_log("there", within_s=60)
         system.kill("patient")
         killed = system.wait_for_exit("patient", within_s=60)
-        system.stop_process("other")
+        system.control("stop", "other")
         stopped = system.wait_for_exit("other", within_s=60)
     assert killed.details["returncode"] == -9 and not killed.details["asked"]
     assert stopped.details["asked"]

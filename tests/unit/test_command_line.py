@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from launcher.command_help import help_text
-from launcher.command_line import Command, HelpAsked, count, option, seconds
+from launcher.command_line import Command, HelpRequested, count, option, seconds
 from launcher.errors import UsageError
 
 NAME = option("NAME")
@@ -88,7 +88,7 @@ def test_options_that_exclude_each_other_are_named():
 
 @pytest.mark.parametrize("line", ["-h", "a --help", "--bogus -n x --help", "-n -h"])
 def test_help_wins_over_mistakes(line):
-    with pytest.raises(HelpAsked):
+    with pytest.raises(HelpRequested):
         PLAIN.parse(line.split())
 
 

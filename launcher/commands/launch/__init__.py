@@ -19,12 +19,7 @@ from launcher.commands.launch.target import (
     LaunchRequest,
 )
 from launcher.commands.launch.time_limit import limited
-from launcher.errors import (
-    ExitCode,
-    LaunchFileError,
-    UsageError,
-    exit_code_table,
-)
+from launcher.errors import ExitCode, LaunchFileError, exit_code_table
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
@@ -108,20 +103,20 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
         with limited(request.time_limit, request.path):
             description = frontends.load(request.path)
             if not request.lenient and not _is_declared(request, description):
-                _refuse_unknown(request)
+                from launcher.commands.launch import checks
+
+                checks.refuse_unknown_arguments(request)
                 description = frontends.load(request.path)  # the plan has used the first one up
         interpreter = Interpreter(
             description,
             path=request.path,
             arguments=request.arguments,
-            noninteractive=request.noninteractive or not _has_terminal(),
+            noninteractive=request.noninteractive or sys.stdin is None or not sys.stdin.isatty(),
         )
         try:
             core = LaunchCore(interpreter, description, request)
             core.evaluate()
-            core.refuse_domain()
-            if options.required:
-                core.refuse_missing(options.required)
+            _check(core, interpreter, options)
             code = _supervise(core, options, run_path, request)
         finally:
             interpreter.close()
@@ -129,10 +124,6 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
         print(interpreter.failure.render(), file=sys.stderr)
         return ExitCode.PROCESS_FAILED
     return code
-
-
-def _has_terminal() -> bool:
-    return sys.stdin is not None and sys.stdin.isatty()
 
 
 def _is_declared(request: LaunchRequest, description: LaunchDescription) -> bool:
@@ -143,28 +134,20 @@ def _is_declared(request: LaunchRequest, description: LaunchDescription) -> bool
     try:
         declared = description.get_launch_arguments()
     except Exception:
-        return True  # the run reports it, with its place
+        return True  # the run reports the error, with its place
     return names <= {argument.name for argument in declared}
 
 
-def _refuse_unknown(request: LaunchRequest) -> None:
-    """LauncherError if a dry run shows that nothing declares or reads one of the arguments."""
-    from launcher.commands.launch import mistakes
-    from launcher.commands.launch.known_names import known_names
-    from launcher.commands.launch.redirection import silence
-    from launcher.planner import make_plan
+def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> None:
+    """UsageError for a domain or a required process with which the run cannot work."""
+    domain = interpreter.environment.get("ROS_DOMAIN_ID", "")
+    is_usual = not domain or (domain.isdecimal() and len(domain) < 3)
+    if is_usual and not options.required:
+        return  # nearly always, so that nothing is imported for it
+    from launcher.commands.launch import checks
 
-    with silence():
-        plan = make_plan(request.path, request.arguments)
-        known = known_names(plan)
-    errors = mistakes.unknown_names(request.arguments, known, plan.declared)
-    if not errors:
-        return
-    if plan.error is not None:
-        errors += mistakes.of_launch_file(
-            plan.error.fault, plan.description, plan.context, request.arguments, os.environ
-        )
-    raise mistakes.together(errors)
+    checks.refuse_domain(domain, core.effects)
+    checks.refuse_missing(options.required, core.effects, interpreter.event_handlers)
 
 
 class LaunchCore:
@@ -176,15 +159,14 @@ class LaunchCore:
         self._interpreter = interpreter
         self._description = description
         self._request = request
-        self._effects: Sequence[Effect] = ()
-        # (time, process that ended or None, effects) of each step
-        self._steps: list[tuple[float, int | None, Sequence[Effect]]] = []
+        self.effects: Sequence[Effect] = ()  # of the static part
+        self._steps: list[RunStep] = []
 
     def evaluate(self) -> None:
-        """Visit the static part, before there is a run with files and processes; LauncherError."""
+        """Visit the static part, before any file or process is created; LauncherError."""
         try:
             with limited(self._request.time_limit, self._request.path):
-                self._effects = self._interpreter.start()
+                self.effects = self._interpreter.start()
         except LaunchFileError as fault:
             from launcher.commands.launch import mistakes
 
@@ -197,44 +179,12 @@ class LaunchCore:
             )
             raise mistakes.together(errors) from fault
 
-    def refuse_domain(self) -> None:
-        """UsageError if the environment names a ROS domain in which no node can start."""
-        word = self._interpreter.environment.get("ROS_DOMAIN_ID", "")
-        if not word or (word.isdecimal() and len(word) < 3):
-            return  # nearly always, and nothing is imported for it
-        from launcher.commands.launch import ros_domain
-
-        ros_domain.refuse(word, self._effects)
-
-    def refuse_missing(self, required: Sequence[str]) -> None:
-        """UsageError if a required process is not started, and nothing could start it later."""
-        from launcher.engine.option_warnings import nearest
-        from launcher.language.actions.process import TargetedHandler
-        from launcher.language.event_handlers import OnIncludeLaunchDescription, OnShutdown
-        from launcher.model.events import LogMessage, StartProcess
-        from launcher.model.options import matches
-
-        harmless = (OnIncludeLaunchDescription, OnShutdown, TargetedHandler)
-        if not all(isinstance(effect, (StartProcess, LogMessage)) for effect in self._effects):
-            return  # a timer, a component
-        if any(type(one) not in harmless for one in self._interpreter.event_handlers):
-            return
-        specs = [one.spec for one in self._effects if isinstance(one, StartProcess)]
-        for pattern in required:
-            if not any(matches(pattern, spec) for spec in specs):
-                names = ", ".join(spec.name for spec in specs) or "none"
-                raise UsageError(
-                    f"--required '{pattern}' fits no process{nearest(pattern, specs)}",
-                    hint=f"processes: {names}",
-                )
-
     def start(self) -> Sequence[Effect]:
-        """The effects of the launch file's static part."""
-        self._steps.append((time.monotonic(), None, self._effects))
-        return self._effects
+        """Begin the run: the effects of the static part, which are recorded."""
+        self._steps.append((time.monotonic(), None, self.effects))
+        return self.effects
 
     def handle(self, event: Event) -> Sequence[Effect]:
-        """The effects of what happened."""
         effects = self._interpreter.handle(event)
         if effects and len(self._steps) < MAX_RECORDED_STEPS:
             self._steps.append((time.monotonic(), _ended_process(event), effects))
@@ -248,22 +198,17 @@ class LaunchCore:
         """The plan document of the run so far."""
         from launcher.commands.launch.run_plan import run_document
 
-        return run_document(self._interpreter, self._request.path, self._recorded())
+        return run_document(self._interpreter, self._request.path, self._steps)
 
     def plan_lines(self) -> Sequence[str]:
         """The same as a tree, line by line."""
         from launcher.commands.launch.run_plan import run_text
 
-        return run_text(self._interpreter, self._request.path, self._recorded())
-
-    def _recorded(self) -> list[RunStep]:
-        from launcher.commands.launch.run_plan import RunStep
-
-        return [RunStep(*step) for step in self._steps]
+        return run_text(self._interpreter, self._request.path, self._steps)
 
 
 def _ended_process(event: Event) -> int | None:
-    """The process whose end this event tells."""
+    """The process whose end this event reports."""
     from launcher.model.events import ProcessExited, SpawnFailed
 
     return event.process_id if isinstance(event, (ProcessExited, SpawnFailed)) else None
@@ -277,7 +222,7 @@ def _supervise(
     from launcher.engine.supervisor import Supervisor
 
     environment = dict(os.environ)
-    run_id = _new_run_id()
+    run_id = f"{os.getpid()}-{os.urandom(6).hex()}"
     with Reactor() as reactor:
         plain = not passes_colour(1, environment)
         screen = StdoutWriter(reactor, colour=wants_colour(1, environment), plain=plain)
@@ -314,7 +259,3 @@ def _supervise(
         finally:
             for helpers in opened:
                 helpers.close()
-
-
-def _new_run_id() -> str:
-    return f"{os.getpid()}-{os.urandom(6).hex()}"

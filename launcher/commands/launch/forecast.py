@@ -1,14 +1,14 @@
-"""The processes in a launch file's plan: what smoke asks for before it starts anything.
+"""Prints the processes that a launch file would start; `smoke` runs this before a launch.
 
 `python -m launcher.commands.launch.forecast WORDS`, with the words of a launch, prints one JSON
-object, and nothing if there is no plan.
+object, and nothing if the launch file cannot be planned.
 """
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from launcher.commands import launch
@@ -24,7 +24,6 @@ _OURS = ("launch.", "launch_ros.", "launcher.")  # entities of others may do any
 
 
 def main(words: Sequence[str]) -> int:
-    """Print the forecast; the exit code."""
     try:
         plan = planning.evaluate(LaunchRequest.of(launch.COMMAND.parse(words)))
     except LauncherError as error:
@@ -54,8 +53,8 @@ def _document(plan: Plan) -> dict[str, Any]:
 def is_certain(plan: Plan) -> bool:
     """Whether the plan covers everything that the launch file can do while it runs.
 
-    Handlers with entities that came into play are known; functions that are told how a process
-    ended or what it printed may start anything.
+    Event handlers whose entities the plan has visited are covered; functions that are called with
+    the exit or the output of a process may start anything.
     """
     visits = [visit for root in plan.visits for visit in root.walk()]
     seen = {id(visit.entity) for visit in visits}
@@ -71,12 +70,7 @@ def _is_open(visit: Visit, seen: set[int]) -> bool:
         return bool(visit.stamp.phase == "exit")
     if not type(entity).__module__.startswith(_OURS):
         return True
-    return any(callable(one) for one in _on_exits(entity))
-
-
-def _on_exits(entity: Any) -> Iterator[Any]:
-    """What a process action was given as `on_exit`."""
-    yield getattr(entity, "_ExecuteLocal__on_exit", None)
+    return callable(getattr(entity, "_ExecuteLocal__on_exit", None))  # `on_exit` of a process
 
 
 if __name__ == "__main__":

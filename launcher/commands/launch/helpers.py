@@ -1,4 +1,4 @@
-"""What runs beside the supervisor: the control socket, the ROS bridge, the console."""
+"""The control socket, the ROS bridge and the console of a run."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Helpers:
         self._console: ConsoleProcess | None = None
 
     def open(self, request: LaunchRequest, *, run_id: str, started: float) -> None:
-        """Open the socket, and then the bridge and the console if they are asked for."""
+        """Open the socket, then the bridge and the console if the options request them."""
         identity = Identity(
             run_id=run_id,
             launcher=__version__,
@@ -68,8 +68,10 @@ class Helpers:
         from launcher.engine.helpers.ros_bridge import BridgeProcess
 
         environment = dict(self._environment)
-        caretaker = self._supervisor.control.housekeeper
-        self._bridge = BridgeProcess(self._reactor, server.path, environment, self._warn, caretaker)
+        housekeeper = self._supervisor.control.housekeeper
+        self._bridge = BridgeProcess(
+            self._reactor, server.path, environment, self._warn, housekeeper
+        )
         self._bridge.start()
 
     def _open_console(self) -> None:

@@ -1,7 +1,8 @@
 """Names of launch configurations that a launch file may read at some time.
 
-The dry run sees what is asked for with the arguments of today. A condition that says no, or an
-event that does not come, hides the rest, so that is looked for in what the launch file made.
+A dry run records the names that are read with the given arguments. What is behind a false
+condition, or an event that does not happen, is searched for in the objects that the launch file
+has created.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ if TYPE_CHECKING:
 
     from launcher.planner import Plan
 
-_MAX_OBJECTS = 200_000  # a launch file that made more of them is not searched to the end
+_MAX_OBJECTS = 200_000  # the search ends there
 _VOCABULARY = ("launch", "launch_ros", "launch_xml", "launch_yaml", "launcher")
 
 
 def known_names(plan: Plan) -> frozenset[str]:
-    """The names that the dry run saw, and those that it could not reach."""
+    """The names that the dry run has read, and those in parts that it did not reach."""
     if plan.description is None:
         return plan.known_names
     with vocabulary():  # files that are included under a condition are loaded now

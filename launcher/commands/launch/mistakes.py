@@ -1,7 +1,7 @@
 """Further mistakes in a launch file and its arguments, besides the one that ended its evaluation.
 
-Everything here is only looked for once something failed, so nothing that ROS 2 accepts is
-refused. What is found is certain to fail, too, in a run that comes so far.
+They are searched for only after something has failed, so nothing that ROS 2 accepts is rejected.
+Every mistake that is found here would also fail in a run that gets that far.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def of_launch_file(
     arguments: Arguments,
     environment: Mapping[str, str],
 ) -> list[LauncherError]:
-    """The fault that ended the evaluation, unless one of the others says the same better."""
+    """The fault that ended the evaluation, unless another error covers it, and the others."""
     if description is None:
         return [fault]
     given = dict(arguments)
@@ -76,14 +76,14 @@ def of_launch_file(
     programs: list[LaunchFileError] = []
     if context is not None:
         programs = _as_far_as_possible(_programs(description, context, environment))
-    said_better = _REQUIRED in fault.message if missing else False
-    said_better |= _NOT_VALID in fault.message if refused else False
-    said_better |= any(error.message == fault.message for error in programs)
-    return [*([] if said_better else [fault]), *missing, *refused, *programs]
+    is_covered = _REQUIRED in fault.message if missing else False
+    is_covered |= _NOT_VALID in fault.message if refused else False
+    is_covered |= any(error.message == fault.message for error in programs)
+    return [*([] if is_covered else [fault]), *missing, *refused, *programs]
 
 
 def _as_far_as_possible(found: Iterable[LaunchFileError]) -> list[LaunchFileError]:
-    """What is found before the launch file raises; its fault is reported anyway."""
+    """The errors up to an exception of the launch file, which is reported anyway."""
     errors: list[LaunchFileError] = []
     with contextlib.suppress(Exception):
         for error in found:
@@ -114,8 +114,8 @@ def _missing_arguments(
 
 
 def _missing(argument: DeclareLaunchArgument) -> LaunchFileError:
-    said = argument.description
-    about = "" if said == "no description given" else f" ({said})"
+    text = argument.description
+    about = "" if text == "no description given" else f" ({text})"
     value = argument.choices[0] if argument.choices else "VALUE"
     return _at(
         argument._origin,
@@ -134,7 +134,7 @@ def _bad_choices(
         if value is None or argument.choices is None or value in argument.choices:
             continue
         if argument._conditionally_included or includes:
-            continue  # it may not be asked for, or be given another value on the way
+            continue  # it may be skipped, or an include may give it another value
         near = suggest(value, argument.choices)
         listed = f"choices: {', '.join(argument.choices)}"
         yield _at(

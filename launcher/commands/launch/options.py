@@ -2,104 +2,19 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
 
 from launcher.command_line import Parsed, count, option, seconds
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions
-from launcher.model.record import replace
-from launcher.model.spec import RestartMode, RestartPolicy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-DEFAULT_JITTER = 0.1
-
-
-def for_pattern(mark: str, example: str) -> Callable[[Callable[[str], Any]], Callable[[str], Any]]:
-    """Makes a reader of `PATTERN=...`, which returns a pair, of one of what stands behind the mark.
-
-    Its ValueErrors become UsageErrors with the whole word and an example.
-    """
-
-    def decorate(parse: Callable[..., Any]) -> Callable[..., tuple[str, Any]]:
-        @functools.wraps(parse)
-        def read(word: str, **more: Any) -> tuple[str, Any]:
-            pattern, _, text = word.partition(mark)
-            try:
-                if not pattern or not text:
-                    raise ValueError(f"it is not NAME{mark}...")
-                return pattern, parse(text, **more)
-            except ValueError as error:
-                hint = f"for example: {example}"
-                raise UsageError(f"in '{word}': {error}", hint=hint) from None
-
-        return read
-
-    return decorate
-
-
-@for_pattern("=", "--restart robot_2=on-failure,max=5,window=60,backoff=0.5..30")
-def parse_restart(text: str) -> RestartPolicy:
-    """`MODE[,max=N][,window=S][,backoff=A..B][,delay=S][,quiet=S]`."""
-    mode, *settings = text.split(",")
-    modes = {one.value: one for one in RestartMode}
-    if mode not in modes:
-        raise ValueError(f"the mode is one of {', '.join(modes)}")
-    policy = RestartPolicy(mode=modes[mode])
-    given: list[str] = []
-    for setting in settings:
-        name, _, value = setting.partition("=")
-        if name not in _SETTINGS:
-            raise ValueError(f"unknown setting '{name}'; there are {', '.join(_SETTINGS)}")
-        if name in given:
-            raise ValueError(f"'{name}' is given twice")
-        try:
-            policy = _SETTINGS[name](policy, value)
-        except ValueError:
-            meant = _MEANT.get(name, "a number of seconds")
-            raise ValueError(f"'{setting}' is not {meant}") from None
-        given.append(name)
-    if "delay" in given and "backoff" in given:
-        raise ValueError("'delay' and 'backoff' exclude each other")
-    return policy
-
-
-_MEANT = {
-    "max": "a whole number, 0 or more",
-    "backoff": "two numbers of seconds, the second not below the first, as in 0.5..30",
-}
-
-
-def _backoff(policy: RestartPolicy, text: str) -> RestartPolicy:
-    first, _, most = text.partition("..")
-    first_s, most_s = seconds(first), seconds(most)
-    if most_s < first_s:
-        raise ValueError(text)
-    return replace(
-        policy,
-        delay_s=first_s,
-        backoff_max_s=most_s,
-        jitter=DEFAULT_JITTER,
-    )
-
-
-_SETTINGS: dict[str, Callable[[RestartPolicy, str], RestartPolicy]] = {
-    "max": lambda policy, text: replace(policy, max_restarts=count(text)),
-    "window": lambda policy, text: replace(policy, window_s=seconds(text)),
-    "backoff": _backoff,
-    "delay": lambda policy, text: replace(policy, delay_s=seconds(text)),
-    "quiet": lambda policy, text: replace(policy, quiet_s=seconds(text)),
-}
-
-
-# ---- options
-
 
 def _later(parse: str) -> Callable[[str], Any]:
-    """A reader of process_options, which is imported when one of its options is used."""
+    """A parser of `process_options`, which is imported only when one of its options is given."""
 
     def read(word: str) -> Any:
         from launcher.commands.launch import process_options
@@ -114,7 +29,7 @@ RUN_OPTIONS = (
     option(
         "--restart NAME=MODE[,max=N][,window=S][,delay=S][,backoff=A..B][,quiet=S]",
         "restart processes: never, on-failure or always; NAME may be a pattern",
-        parse_restart,
+        _later("parse_restart"),
     ),
     option(
         "--stop NAME=SIGNAL:S,...",
@@ -137,7 +52,7 @@ RUN_OPTIONS = (
         lambda word: count(word, 1),
     ),
     option("--required NAME", "end the run when this process ends"),
-    option("--exit-when-any-dies", "end the run when a process dies and is not restarted"),
+    option("--exit-when-any-dies", "end the run when a process fails and is not restarted"),
     option("--timeout S", "end the run after S seconds", seconds, name="timeout_s"),
     option(
         "--budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop-run",

@@ -1,28 +1,101 @@
-"""Options about single processes: how they are stopped, and their limits.
+"""Parsers of options about single processes: restart, stop signals and limits.
 
-Each is read from a word `PATTERN=...` (or `PATTERN:...`), and is imported when it is used.
+The value of such an option is a word `PATTERN=...` (or `PATTERN:...`).
 """
 
 from __future__ import annotations
 
-import contextlib
+import functools
 import os
 import resource
 import signal
 from collections.abc import Callable
-from pathlib import Path
 
-from launcher.command_line import seconds
-from launcher.commands.launch.options import for_pattern, parse_restart
+from launcher import proc
+from launcher.command_line import count, seconds
 from launcher.errors import UsageError
-from launcher.model.spec import UNLIMITED, Limits, StopPolicy
+from launcher.model.record import replace
+from launcher.model.spec import UNLIMITED, Limits, RestartMode, RestartPolicy, StopPolicy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+_BACKOFF_JITTER = 0.1
 _DEFAULT_WAIT_S = 5.0  # as in ROS 2
 _UNITS = {"": 1, "K": 1024, "M": 1024**2, "G": 1024**3}
+
+
+def for_pattern(mark: str, example: str) -> Callable[[Callable[[str], Any]], Callable[[str], Any]]:
+    """Decorator: from a parser of `...` to one of `PATTERN=...`, which returns a pair.
+
+    ValueErrors become UsageErrors with the whole word and an example.
+    """
+
+    def decorate(parse: Callable[..., Any]) -> Callable[..., tuple[str, Any]]:
+        @functools.wraps(parse)
+        def read(word: str, **more: Any) -> tuple[str, Any]:
+            pattern, _, text = word.partition(mark)
+            try:
+                if not pattern or not text:
+                    raise ValueError(f"it is not NAME{mark}...")
+                return pattern, parse(text, **more)
+            except ValueError as error:
+                hint = f"for example: {example}"
+                raise UsageError(f"in '{word}': {error}", hint=hint) from None
+
+        return read
+
+    return decorate
+
+
+@for_pattern("=", "--restart robot_2=on-failure,max=5,window=60,backoff=0.5..30")
+def parse_restart(text: str) -> RestartPolicy:
+    """`MODE[,max=N][,window=S][,backoff=A..B][,delay=S][,quiet=S]`."""
+    mode, *settings = text.split(",")
+    modes = {one.value: one for one in RestartMode}
+    if mode not in modes:
+        raise ValueError(f"the mode is one of {', '.join(modes)}")
+    policy = RestartPolicy(mode=modes[mode])
+    given: list[str] = []
+    for setting in settings:
+        name, _, value = setting.partition("=")
+        if name not in _RESTART_SETTINGS:
+            raise ValueError(f"unknown setting '{name}'; known: {', '.join(_RESTART_SETTINGS)}")
+        if name in given:
+            raise ValueError(f"'{name}' is given twice")
+        try:
+            policy = _RESTART_SETTINGS[name](policy, value)
+        except ValueError:
+            meant = _MEANT.get(name, "a number of seconds")
+            raise ValueError(f"'{setting}' is not {meant}") from None
+        given.append(name)
+    if "delay" in given and "backoff" in given:
+        raise ValueError("'delay' and 'backoff' exclude each other")
+    return policy
+
+
+_MEANT = {
+    "max": "a whole number, 0 or more",
+    "backoff": "two numbers of seconds, the second not below the first, as in 0.5..30",
+}
+
+
+def _backoff(policy: RestartPolicy, text: str) -> RestartPolicy:
+    first, _, most = text.partition("..")
+    first_s, most_s = seconds(first), seconds(most)
+    if most_s < first_s:
+        raise ValueError(text)
+    return replace(policy, delay_s=first_s, backoff_max_s=most_s, jitter=_BACKOFF_JITTER)
+
+
+_RESTART_SETTINGS: dict[str, Callable[[RestartPolicy, str], RestartPolicy]] = {
+    "max": lambda policy, text: replace(policy, max_restarts=count(text)),
+    "window": lambda policy, text: replace(policy, window_s=seconds(text)),
+    "backoff": _backoff,
+    "delay": lambda policy, text: replace(policy, delay_s=seconds(text)),
+    "quiet": lambda policy, text: replace(policy, quiet_s=seconds(text)),
+}
 
 
 @for_pattern("=", "--stop 'robot_*=int:2,term:1'")
@@ -35,7 +108,7 @@ def parse_stop(text: str) -> StopPolicy:
         signum = _signal(name)
         if signum == signal.SIGKILL:
             if time or step is not last:
-                raise ValueError("kill comes last and waits for nothing")
+                raise ValueError("kill must be the last signal, without a time")
             break
         polite.append((signum, seconds(time) if time else _DEFAULT_WAIT_S))
     return StopPolicy(polite=tuple(polite))
@@ -46,7 +119,7 @@ def _signal(name: str) -> signal.Signals:
     full = full if full.startswith("SIG") else f"SIG{full}"
     if full not in signal.Signals.__members__:
         known = "int, term, quit, hup, usr1, kill"
-        raise ValueError(f"unknown signal '{name}'; there are {known} and more")
+        raise ValueError(f"unknown signal '{name}'; known: {known} and more")
     return signal.Signals[full]
 
 
@@ -75,9 +148,9 @@ def parse_cpus(text: str) -> Limits:
         if not found:
             raise ValueError(f"'{part}' is not a processor or a range of them")
         cpus.update(found[:MOST_CPUS])
-    count = os.cpu_count() or MOST_CPUS
-    if max(cpus) >= count:
-        raise ValueError(f"there are processors 0 to {count - 1}")
+    number = os.cpu_count() or MOST_CPUS
+    if max(cpus) >= number:
+        raise ValueError(f"this machine has processors 0 to {number - 1}")
     return Limits(cpus=tuple(sorted(cpus)))
 
 
@@ -95,7 +168,7 @@ def parse_limit(text: str, *, most_granted: Callable[[str], int] | None = None) 
         name, _, value = part.partition("=")
         if name not in limit_names():
             known = ", ".join(limit_names())
-            raise ValueError(f"there is no limit '{name}'; there are {known}")
+            raise ValueError(f"unknown limit '{name}'; known: {known}")
         soft, slash, hard = value.partition("/")
         limits = _amount(soft), _amount(hard if slash else soft)
         if limits[1] != UNLIMITED and not 0 <= limits[0] <= limits[1]:
@@ -109,25 +182,22 @@ def parse_limit(text: str, *, most_granted: Callable[[str], int] | None = None) 
 
 
 def _most_granted(name: str) -> int:
-    """What a process of ours may have at most: our own hard limit, unless we may raise it."""
+    """The highest hard limit that a child may get: ours, unless we may raise it."""
     own = resource.getrlimit(getattr(resource, f"RLIMIT_{name.upper()}"))[1]
-    with contextlib.suppress(OSError, ValueError):
-        if name == "nofile":  # nobody gets more, whoever asks
-            own = int(Path("/proc/sys/fs/nr_open").read_text()) if _may_raise() else own
-        elif _may_raise():
-            own = UNLIMITED
-    return own
+    if not _may_raise():
+        return own
+    if name != "nofile":
+        return UNLIMITED
+    most = proc.read("sys", "fs/nr_open")  # holds for every process, privileged or not
+    return int(most) if most else own
 
 
 _CAP_SYS_RESOURCE = 24
 
 
 def _may_raise() -> bool:
-    """Whether the kernel lets us raise hard limits; OSError or ValueError if it does not tell."""
-    for line in Path("/proc/self/status").read_text().splitlines():
-        if line.startswith("CapEff:"):
-            return bool(int(line.split()[1], 16) >> _CAP_SYS_RESOURCE & 1)
-    return False
+    """Whether the kernel lets us raise hard limits."""
+    return bool(int(proc.status_field("self", "CapEff") or "0", 16) >> _CAP_SYS_RESOURCE & 1)
 
 
 def limit_names() -> list[str]:
@@ -148,7 +218,7 @@ def _amount(text: str) -> int:
 
 
 def settings_of(path: str) -> list[tuple[str, Any]]:
-    """What a YAML file says, as pairs of a field of RunOptions and a value for it; UsageError."""
+    """(field of RunOptions, value) for each setting of a YAML file; UsageError."""
     from launcher.engine.monitor.budget_parser import names_in, settings_in, text_of
 
     text = text_of(path)

@@ -1,13 +1,13 @@
 """The plan document of what a run has done so far, in the form of `plan --json`.
 
-Nothing is evaluated a second time: it is made of the effects that the interpreter asked for while
-the run went on. So it differs from what `plan` says beforehand in this:
+Nothing is evaluated a second time: the document is made of the effects that the interpreter
+requested during the run. It differs from that of `plan` as follows:
 
-* times are real ones, in seconds since the start; `exit` is the phase of what the end of a process
-  brought about, whenever that was, and `cause` is that process;
+* times are real, in seconds since the start; phase `exit` marks effects of the end of a process,
+  at whatever time, and `cause` is that process;
 * `arguments` are those whose declarations were executed; `plan` also lists those of includes that
-  a condition leaves out;
-* `shutdowns` holds the one that ended the run, whoever asked for it;
+  a condition excludes;
+* `shutdowns` has the request that ended the run;
 * a very long run is recorded up to a limit.
 """
 
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from launcher.model import events as model
 from launcher.planner import (
@@ -34,15 +34,9 @@ if TYPE_CHECKING:
     from launcher.interpreter import Interpreter
 
 
-class RunStep(NamedTuple):
-    """What an event led to, `when_s` on the monotonic clock; the first one is the start.
-
-    `ended` is the process_id if the event was the end of a process.
-    """
-
-    when_s: float
-    ended: int | None
-    effects: Sequence[model.Effect]
+# What an event led to: time on the monotonic clock, process_id if the event was the end of a
+# process, effects. The first step is the start.
+RunStep = tuple[float, "int | None", Sequence[model.Effect]]
 
 
 def run_document(interpreter: Interpreter, path: str, steps: Sequence[RunStep]) -> dict[str, Any]:
@@ -80,7 +74,7 @@ class _PlanBuilder:
             for effect in effects:
                 phase = "run" if cause is None else "exit"
                 phase = "shutdown" if self._is_over else phase
-                time_s = round(when_s - steps[0].when_s, 3)
+                time_s = round(when_s - steps[0][0], 3)
                 self._add_effect(effect, Stamp(time_s=time_s, phase=phase, cause=cause))
 
     def _add_effect(self, effect: model.Effect, stamp: Stamp) -> None:
@@ -104,7 +98,7 @@ class _PlanBuilder:
         action = self._interpreter.host.processes[effect.process_id].action
         respawn, delay_s, retries = action._respawn_settings()
         spec = effect.spec
-        with contextlib.suppress(FileNotFoundError):  # a helper's file, which is gone by now
+        with contextlib.suppress(FileNotFoundError):  # a temporary file that has been removed
             spec = with_temporary_files(spec)
         return PlannedProcess(
             spec=spec,

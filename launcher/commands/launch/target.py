@@ -42,7 +42,7 @@ EVALUATION_TIMEOUT = option(
     TimeLimit(),
     name="time_limit",
 )
-# What another launch can be started with, too.
+# Options that `smoke` takes as well.
 READING_OPTIONS = (
     LENIENT,
     NONINTERACTIVE,
@@ -64,7 +64,7 @@ class LaunchRequest(Record):
 
     @classmethod
     def of(cls, parsed: Parsed) -> LaunchRequest:
-        """What the words of a command ask for, with the launch file located; UsageError."""
+        """The request of a parsed command line, with the path of the launch file; UsageError."""
         targets, arguments = split_words(parsed.words)
         if not targets:
             usage = f"usage: {parsed.command.usage}"

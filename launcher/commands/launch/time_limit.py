@@ -1,4 +1,4 @@
-"""Patience: how long the evaluation of a launch file may take."""
+"""Interrupts the evaluation of a launch file that takes too long."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, NoReturn
 
-_AGAIN_S = 1.0  # a launch file that catches everything is interrupted again
-_ATTEMPTS = 3  # then the launcher ends at once; nothing was started yet
+_AGAIN_S = 1.0  # interrupt a launch file that catches all exceptions again
+_ATTEMPTS = 3  # then the launcher exits at once; no process has been started yet
 
 
 class TimeLimit(Record):
-    """Seconds that an evaluation may take, 0 for any time.
+    """Seconds that an evaluation may take; 0 is no limit.
 
-    `wall_s` is for launch files that wait for something that never comes; `cpu_s`, the time of
-    this process on a processor, for those that loop.
+    `wall_s` catches launch files that wait forever, `cpu_s` (CPU time of this process) those that
+    loop.
     """
 
     wall_s: float = 60.0
@@ -33,7 +33,7 @@ class TimeLimit(Record):
 
 
 class _Endless(BaseException):
-    """Raised in the middle of an evaluation; no `except Exception` may stop it."""
+    """Raised in the middle of an evaluation; `except Exception` does not catch it."""
 
     ros_type = "TimeoutError"
     _launcher_origin: Origin | None = None  # see launcher.language.diagnostics.faults
@@ -45,15 +45,15 @@ def limited(time_limit: TimeLimit, path: str) -> Iterator[None]:
 
     Does nothing in other threads than the main one, which cannot be interrupted.
     """
-    # Where nobody has imported `threading`, there is only one thread.
+    # If `threading` has not been imported, there is only one thread.
     threading = sys.modules.get("threading")
     if threading is not None and threading.current_thread() is not threading.main_thread():
         yield
         return
     try:
         with (
-            _timer(signal.ITIMER_REAL, signal.SIGALRM, time_limit.wall_s, "s have passed", path),
-            _timer(signal.ITIMER_PROF, signal.SIGPROF, time_limit.cpu_s, "s were computed", path),
+            _timer(signal.ITIMER_REAL, signal.SIGALRM, time_limit.wall_s, "s", path),
+            _timer(signal.ITIMER_PROF, signal.SIGPROF, time_limit.cpu_s, "s of CPU time", path),
         ):
             yield
     except _Endless as error:
@@ -62,7 +62,7 @@ def limited(time_limit: TimeLimit, path: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _timer(
-    which: int, signum: signal.Signals, limit_s: float, what: str, path: str
+    which: int, signum: signal.Signals, limit_s: float, unit: str, path: str
 ) -> Iterator[None]:
     if not limit_s:
         yield
@@ -73,7 +73,7 @@ def _timer(
     def interrupt(signum: int, frame: FrameType | None) -> None:
         nonlocal interruptions
         interruptions += 1
-        error = _Endless(f"the launch file does not come to an end: {limit_s:g} {what}")
+        error = _Endless(f"evaluating the launch file takes more than {limit_s:g} {unit}")
         error._launcher_origin = _place_in(path, frame)
         if interruptions > _ATTEMPTS:
             _end_at_once(error, path)
@@ -106,5 +106,5 @@ def _explained(error: _Endless, path: str) -> LaunchFileError:
     from launcher.language.diagnostics import faults
 
     fault = faults.explain(error, path)
-    fault.hint = "--evaluation-timeout S allows more time, 0 any time"
+    fault.hint = "--evaluation-timeout S raises the limit, 0 disables it"
     return fault

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
 
 QUIET_S = 0.1  # the samples of one participant arrive within a few milliseconds
-_PERIOD_S = 0.02  # each look holds up the threads that discover
+_PERIOD_S = 0.02  # reading the graph delays the threads that discover
 _REANNOUNCE_S = 0.05  # answers that are on their way have arrived by then
 
 
@@ -48,11 +48,11 @@ def settle(
     start = changed = time.monotonic()
     shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
     last: object = None
-    asked = observer.is_introduced  # then the silent ones are about to answer
+    has_reannounced = observer.is_introduced  # then the silent ones are about to answer
     while True:
         now = time.monotonic()
-        if now - start >= _REANNOUNCE_S and not asked:
-            asked = True
+        if now - start >= _REANNOUNCE_S and not has_reannounced:
+            has_reannounced = True
             reannounce_to_silent(observer)
         state = (observer.participants(), observer.topic_types(), observer.node_names())
         if state != last:

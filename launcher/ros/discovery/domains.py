@@ -1,8 +1,9 @@
-"""Which ROS domain is meant, how far discovery goes, and why a domain is empty."""
+"""ROS domain ids, the range of discovery, and why a domain is empty."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -28,6 +29,8 @@ _OFF = (
 _PROFILES = "DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml"
 _PLAIN_RMW = ("", "rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp", "rmw_cyclonedds_cpp")
 _PLAIN_TRANSPORTS = ("", "DEFAULT", "UDPv4")
+# As rcl reads it, with C's strtoul: what follows the digits does not count, except after a 0.
+_NUMBER = re.compile(r"\s*([+-]?)(0x[0-9a-f]+|0[0-7]*|[1-9][0-9]*)", re.ASCII | re.IGNORECASE)
 
 
 def environment_domain() -> int:
@@ -43,6 +46,21 @@ def domain_of(word: str, source: str) -> int:
             f"{source} is '{word}'", hint=f"a domain is a number from 0 to {MAX_DOMAIN}"
         )
     return int(word)
+
+
+def is_domain(word: str) -> bool:
+    """Whether a node with this value of ROS_DOMAIN_ID can start."""
+    if not word:
+        return True
+    found = _NUMBER.match(word)
+    if found is None:
+        return False
+    sign, digits = found.groups()
+    is_octal = digits.startswith("0") and digits[1:2] not in ("x", "X")
+    number = int(digits, 8 if is_octal else 0)
+    if number == 0:
+        return found.end() == len(word)
+    return sign != "-" and number <= MAX_DOMAIN
 
 
 def _discovery_range(environment: Mapping[str, str]) -> str:

@@ -87,10 +87,10 @@ def contact_in(payload: bytes) -> tuple[int, int, int | None]:
     order, listed = rtps.parameters(payload)
     endpoint_set = dict(listed).get(_ENDPOINT_SET)
     metatraffic, data = (_udp_port(listed, n, order) for n in (_METATRAFFIC, _DEFAULT))
-    told = None if endpoint_set is None else _kind(endpoint_set, order, 0)
+    builtin = None if endpoint_set is None else _kind(endpoint_set, order, 0)
     if metatraffic is None or data is None:
         raise ValueError("no UDP port")
-    return metatraffic, data, told
+    return metatraffic, data, builtin
 
 
 def _udp_port(listed: list[tuple[int, bytes]], wanted: int, order: str) -> int | None:
@@ -133,8 +133,6 @@ def nodes_in(payload: bytes) -> tuple[NodeEndpoints, ...]:
 
 
 class _Cdr:
-    """Reads a sample in its order."""
-
     def __init__(self, payload: bytes) -> None:
         self._order = "<" if payload[1] & 1 else ">"
         self._body = payload[4:]

@@ -99,7 +99,7 @@ def sockets_of(pid: int) -> set[str]:
 
 
 def widen_sockets(inodes: set[str]) -> None:
-    """Enlarge the receive buffers of those of these sockets that this process holds.
+    """Enlarge the receive buffers of this process's sockets among these.
 
     All participants send all their endpoints to a new one at the same time: some hundred
     datagrams, and what does not fit is repeated seconds later. A profile of Fast DDS could set

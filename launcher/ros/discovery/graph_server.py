@@ -1,4 +1,4 @@
-"""Serves the graph to other commands of the same user, on the socket that `graph_socket` asks."""
+"""Serves the graph to other commands of the same user, which `graph_socket` reads."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class GraphServer:
         self._answer = answer
         self._socket = _listening(path)
         self._is_closed = False
-        self._lock = threading.Lock()  # `look_after` must not restore the socket after `close`
+        self._lock = threading.Lock()  # `restore` must not open the socket again after `close`
         self._thread = threading.Thread(target=self._serve, name="graph server", daemon=True)
         self._thread.start()
 
@@ -42,11 +42,11 @@ class GraphServer:
             except OSError:
                 if self._is_closed:
                     return
-                continue  # replaced by `look_after`
+                continue  # replaced by `restore`
             with connection, contextlib.suppress(OSError, ValueError):
-                self._talk(connection)
+                self._serve_client(connection)
 
-    def _talk(self, connection: socket.socket) -> None:
+    def _serve_client(self, connection: socket.socket) -> None:
         if credentials(connection)[1] not in (os.getuid(), 0):
             return
         connection.settimeout(REQUEST_TIMEOUT_S)
@@ -60,7 +60,7 @@ class GraphServer:
         if isinstance(request, dict):
             connection.sendall(json.dumps(self._answer(request)).encode() + b"\n")
 
-    def look_after(self) -> None:
+    def restore(self) -> None:
         """Restore the socket file if it was removed, once its folder exists again."""
         with self._lock, contextlib.suppress(ControlError):
             if self._is_closed or os.path.lexists(self._path) or not self._path.parent.is_dir():

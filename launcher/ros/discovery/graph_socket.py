@@ -24,7 +24,7 @@ from launcher.ros.snapshot.graph import GraphSnapshot, from_document
 
 SUFFIX = ".graph"  # not `.sock`, which is that of a run
 ANSWER_TIMEOUT_S = 0.3  # reading the graph ourselves takes no longer
-# What decides who discovers whom, besides the domain.
+# Settings that decide which participants discover each other, besides the domain.
 DISCOVERY = (
     "RMW_IMPLEMENTATION",
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
@@ -56,8 +56,8 @@ def snapshot_of_run(domain_id: int) -> GraphSnapshot | None:
     request = json.dumps(query(domain_id, os.environ)).encode() + b"\n"
     for path in _sockets():
         try:
-            if look := _answer(path, request, deadline).get("look"):
-                return from_document(look)
+            if document := _answer(path, request, deadline).get("look"):
+                return from_document(document)
         except ConnectionRefusedError:  # its bridge was killed
             with contextlib.suppress(OSError):
                 path.unlink()

@@ -1,16 +1,14 @@
-"""A node of rclpy that looks at the graph of a domain.
+"""An rclpy node that reads the graph of a domain.
 
-All that talk or listen need one; verbs that only look use it where discovery is not plain RTPS
-(`domains.is_plain`).
+Verbs that publish, subscribe or call services need one; those that only read the graph use it
+where discovery is not plain RTPS (`domains.is_plain`).
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
-import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +29,7 @@ from launcher.ros.snapshot.graph import (
     GraphSnapshot,
     TopicGraph,
 )
+from launcher.stdio import stdout_to_stderr
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.prefetch import Prefetch
@@ -66,7 +65,7 @@ class Observer:
             signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
         )
         self.created_s = time.monotonic()
-        with stdout_to_stderr():
+        with stdout_to_stderr():  # Fast DDS prints warnings about a new participant to stdout
             self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
         if self._prefetch is not None:
             self._prefetch.introduce()
@@ -81,8 +80,8 @@ class Observer:
         """Whether a prefetch introduces us to the others; they must not be made to forget us."""
         return self._prefetch is not None
 
-    def seen_ahead(self) -> GraphSnapshot | None:
-        """The prefetched graph, as soon as it is complete or enough; None without a prefetch."""
+    def prefetched_graph(self) -> GraphSnapshot | None:
+        """The graph of the prefetch, when it is complete or enough; None without a prefetch."""
         if self._prefetch is None:
             return None
         return self._prefetch.snapshot(self.own_gid()[:PARTICIPANT_BYTES])
@@ -148,7 +147,7 @@ class Observer:
         found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
         return sorted(e for e in found if not e.node.endswith(UNKNOWN_NODE))
 
-    def snapshot(self) -> TopicGraph:
+    def topic_graph(self) -> TopicGraph:
         """What is known now; discovery may still be on its way."""
         # Names first: a node that is discovered meanwhile would be shown without its endpoints.
         nodes = tuple(self.node_names())
@@ -164,7 +163,7 @@ class Observer:
         infos = [info for info in found if not own or not info.gid.startswith(own)]
         infos.sort(key=lambda i: (i.topic, i.node, i.direction, i.gid))
         graph = GraphSnapshot(domain_id=self.domain_id, nodes=nodes, infos=tuple(infos))
-        return replace(graph, ghosts=self._ghosts(graph.snapshot().endpoints))
+        return replace(graph, ghosts=self._ghosts(graph.topic_graph().endpoints))
 
     def _ghosts(self, endpoints: Iterable[Endpoint]) -> tuple[str, ...]:
         """Nodes all of whose endpoints belong to processes that have ended, sorted."""
@@ -179,27 +178,9 @@ class Observer:
     def wait_for(self, fact: Callable[[TopicGraph], bool], deadline_s: float) -> TopicGraph:
         """The first snapshot for which `fact` holds; the last one at the deadline."""
         end = time.monotonic() + deadline_s
-        while not fact(snapshot := self.snapshot()) and time.monotonic() < end:
+        while not fact(snapshot := self.topic_graph()) and time.monotonic() < end:
             time.sleep(_PERIOD_S)
         return snapshot
-
-
-@contextlib.contextmanager
-def stdout_to_stderr() -> Iterator[None]:
-    """For Fast DDS, which prints warnings about a new participant (a port just freed) to stdout."""
-    sys.stdout.flush()
-    try:
-        kept = os.dup(1)
-    except OSError:  # there is none
-        yield
-        return
-    try:
-        with contextlib.suppress(OSError):  # no standard error
-            os.dup2(2, 1)
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
 
 
 def _node(name: str, context: Context, *, is_hidden: bool) -> Any:

@@ -12,7 +12,8 @@ from launcher.ros.snapshot.graph import Direction, EndpointInfo, GraphSnapshot
 
 OWN_READER = bytes.fromhex("00000104")  # of NODES_TOPIC
 _USER_WRITERS = (0x02, 0x03)  # kinds of entity
-_TELLS_PUBLICATIONS, _TELLS_SUBSCRIPTIONS = 1 << 2, 1 << 4
+# Bits of the set of built-in endpoints.
+_HAS_PUBLICATIONS, _HAS_SUBSCRIPTIONS = 1 << 2, 1 << 4
 
 
 class SampleStream:
@@ -21,8 +22,8 @@ class SampleStream:
     def __init__(self, writer: bytes, reader: bytes) -> None:
         self.writer = writer
         self.reader = reader
-        self.asked = -math.inf  # monotonic time of our last request
-        self.asked_to = 0  # the highest number in it
+        self.requested_s = -math.inf  # monotonic time of our last request
+        self.requested_to = 0  # the highest number in it
         self.samples: dict[int, rtps.Data] = {}
         self._gone: set[int] = set()
         self._first, self._last = 1, -1
@@ -42,7 +43,7 @@ class SampleStream:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the writer has said what it holds, and all of it has arrived."""
+        """Whether the writer has announced its samples, and all of them have arrived."""
         return self._last >= 0 and not self.missing()
 
     def in_order(self) -> Iterator[rtps.Data]:
@@ -50,10 +51,10 @@ class SampleStream:
 
 
 class Participant:
-    """A participant; `host` is where its announcement came from."""
+    """A participant; `host` is the sender of its announcement."""
 
     def __init__(self, prefix: bytes, announcement: rtps.Data, host: str) -> None:
-        metatraffic, data, told = endpoints.contact_in(announcement.payload)
+        metatraffic, data, builtin = endpoints.contact_in(announcement.payload)
         self.announcement = announcement
         self.prefix = prefix
         self.is_local = host.startswith("127.")
@@ -62,14 +63,14 @@ class Participant:
         self.data_address = (host, data)
         self._publications = SampleStream(rtps.PUBLICATIONS_WRITER, rtps.PUBLICATIONS_READER)
         self._subscriptions = SampleStream(rtps.SUBSCRIPTIONS_WRITER, rtps.SUBSCRIPTIONS_READER)
-        self._members: SampleStream | None = None
+        self._nodes: SampleStream | None = None
         self._expected = [
             stream
             for stream, bit in (
-                (self._publications, _TELLS_PUBLICATIONS),
-                (self._subscriptions, _TELLS_SUBSCRIPTIONS),
+                (self._publications, _HAS_PUBLICATIONS),
+                (self._subscriptions, _HAS_SUBSCRIPTIONS),
             )
-            if told is None or told & bit
+            if builtin is None or builtin & bit
         ]
 
     def introductions(self) -> Iterator[tuple[bytes, rtps.Data]]:
@@ -83,25 +84,25 @@ class Participant:
         return sum(len(stream.samples) for stream in self.streams())
 
     def streams(self) -> list[SampleStream]:
-        return [*self._expected, *([self._members] if self._members else [])]
+        return [*self._expected, *([self._nodes] if self._nodes else [])]
 
     def stream(self, entity: bytes) -> SampleStream | None:
         """The samples of one of its writers; None if we do not read them."""
         for stream in self.streams():
             if stream.writer == entity:
                 return stream
-        if entity[3] in _USER_WRITERS and self._members is None:
+        if entity[3] in _USER_WRITERS and self._nodes is None:
             # the only topic that we subscribe to
-            self._members = SampleStream(entity, OWN_READER)
-        return self._members if self._members and self._members.writer == entity else None
+            self._nodes = SampleStream(entity, OWN_READER)
+        return self._nodes if self._nodes and self._nodes.writer == entity else None
 
     @property
     def is_complete(self) -> bool:
         """Whether all its endpoints have arrived and, if it is one of ROS, its nodes."""
         if not all(stream.is_complete for stream in self._expected):
             return False
-        if self._members is not None:
-            return self._members.is_complete
+        if self._nodes is not None:
+            return self._nodes.is_complete
         return all(info.topic != endpoints.NODES_TOPIC for info in self._endpoints())
 
     def _endpoints(self) -> list[EndpointInfo]:
@@ -110,9 +111,9 @@ class Participant:
             *_endpoints(self._subscriptions, Direction.SUBSCRIPTION),
         ]
 
-    def members(self) -> tuple[endpoints.NodeEndpoints, ...]:
+    def nodes(self) -> tuple[endpoints.NodeEndpoints, ...]:
         """Its nodes; each sample contains all of them."""
-        samples = list(self._members.in_order()) if self._members else []
+        samples = list(self._nodes.in_order()) if self._nodes else []
         try:
             return endpoints.nodes_in(samples[-1].payload) if samples else ()
         except ValueError:
@@ -120,7 +121,7 @@ class Participant:
 
     def infos(self) -> list[EndpointInfo]:
         """Its endpoints with the names of their nodes."""
-        owners = {gid.hex("."): member.name for member in self.members() for gid in member.gids}
+        owners = {gid.hex("."): node.name for node in self.nodes() for gid in node.gids}
         return [replace(info, node=owners.get(info.gid, "")) for info in self._endpoints()]
 
 
@@ -142,6 +143,6 @@ def snapshot_of(domain_id: int, peers: Iterable[Participant]) -> GraphSnapshot:
     infos = [info for peer in peers for info in peer.infos()]
     return GraphSnapshot(
         domain_id=domain_id,
-        nodes=tuple(sorted(member.name for peer in peers for member in peer.members())),
+        nodes=tuple(sorted(node.name for peer in peers for node in peer.nodes())),
         infos=tuple(sorted(infos, key=lambda i: (i.topic, i.node, i.direction, i.gid))),
     )

@@ -1,13 +1,13 @@
 """Reads the graph while rclpy is being loaded, and introduces our participant to the others.
 
-A participant of Fast DDS that has just come discovers the others by their answers, and loses those
-that come at once (see `reannounce`); what it then asks for comes 0.1 s later. The prefetch has
-received all that, so it repeats it to our participant, unchanged, as soon as there is one. What is
-lost on the way, DDS asks for as usual.
+A new participant of Fast DDS discovers the others by their answers, and loses those that come at
+once (see `reannounce`); what it then requests comes 0.1 s later. The prefetch has received all
+that, so it repeats it to our participant, unchanged, as soon as there is one. What is lost on the
+way, DDS requests as usual.
 
-A caller that only listens is sent the endpoints as well, and knows them after a few milliseconds.
-One that talks is not: the others need their 0.1 s to discover it, and until then a service drops
-its answer to a client, and a subscription a message of a publisher.
+A caller that only subscribes is sent the endpoints as well, and knows them after a few
+milliseconds. Others are not: the remote participants need 0.1 s to discover our participant, and
+until then a service drops its answer to a client, and a subscription the message of a publisher.
 
 With 20 participants `topic echo --once` takes 0.8 s (without prefetch 2.0), `service call` 1.1 s
 (1.5), `node ps` 1.8 s (2.9, and in some runs one node is missing); beside two busy loops
@@ -58,12 +58,12 @@ class Prefetch:
         self._threads[0].start()
 
     def _read(self, spin_time_s: float, enough: Callable[[GraphSnapshot], object]) -> None:
-        # without a network, and where the reader does not know the protocol, rclpy has to look
+        # without a network, or where the reader lacks the protocol, rclpy reads the graph
         with contextlib.suppress(UnsupportedDiscovery, OSError), self._reader as reader:
             self._result = reader.read(spin_time_s, enough=enough)
 
     def introduce(self) -> None:
-        """Send our participant, which has just come, what was read; returns at once."""
+        """Send what was read to our new participant, in the background."""
         self._threads.append(threading.Thread(target=self._introduce, daemon=True))
         self._threads[-1].start()
 
@@ -71,11 +71,12 @@ class Prefetch:
         widen_sockets(socket_inodes(self._domain_id))
         ports, held = announcement_ports(self._domain_id), sockets_of(os.getpid())
         own = {port for inode, port in ports.items() if inode in held}
-        already = list(self._reader.met)
+        already = list(self._reader.discovered)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
             self._replay(sender, own, already)
             self._threads[0].join()
-            self._replay(sender, own, [peer for peer in self._reader.met if peer not in already])
+            later = [peer for peer in self._reader.discovered if peer not in already]
+            self._replay(sender, own, later)
 
     def _replay(self, sender: socket.socket, ports: set[int], peers: list[Participant]) -> None:
         def send(datagrams: Iterator[bytes]) -> None:
@@ -98,7 +99,7 @@ class Prefetch:
         return _without(self._result.snapshot, own_participant.hex("."))
 
     def close(self) -> None:
-        """Stop reading, and take our announcement back."""
+        """Stop reading, and dispose of our announcement."""
         self._closed.set()
         self._reader.stop()
         for thread in self._threads:

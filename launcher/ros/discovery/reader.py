@@ -2,9 +2,9 @@
 
 A stack is slow at this one task: it announces itself before it listens, so answers are lost and
 come again with the next announcement, up to 3 s later. Here a socket listens first, then asks each
-participant of this machine at its port. They answer at once. Each says how many endpoints it has
-(a heartbeat), so the reader knows when the graph is complete. At its end it takes its announcement
-back, so that nobody keeps it in mind.
+participant of this machine at its port. They answer at once, with the number of their endpoints (a
+heartbeat), so that the reader can tell when the graph is complete. At its end it disposes of its
+announcement, so that the others forget it.
 
 With 20 participants `topic list`, `node list`, `topic info -v` and `graph` take 0.32 to 0.35 s (by
 rclpy 2.1 to 2.4 s), beside two busy loops 0.5 to 0.7 s (2.3 to 3.3 s, and as few as 18 of them);
@@ -33,8 +33,8 @@ from launcher.ros.snapshot.graph import GraphSnapshot
 _REMOTE_LATEST_S = 1.5  # other machines that are not complete by then are not waited for
 _STEADY_S = 0.06  # all samples of one participant arrive within that
 _ANNOUNCE_S = 0.1
-_ANEW_S = 0.3  # a participant that knows us does not answer again: from then on we become new to it
-_ASK_AGAIN_S = 0.25  # Fast DDS answers 0.1 s after a request
+_DISPOSE_S = 0.3  # dispose there: a participant that knows us does not answer again
+_REPEAT_S = 0.25  # Fast DDS answers 0.1 s after a request
 _LEASE_S = 10
 _VENDOR = bytes([0, 0])  # unknown
 _GROUP = "239.255.0.1"
@@ -66,14 +66,14 @@ def read_graph(domain_id: int, spin_time_s: float, *, remote: bool) -> ReadResul
 
 
 class DiscoveryReader:
-    """A participant that only asks; use it in a `with` statement."""
+    """A participant that only requests what others announce; use it in a `with` statement."""
 
     def __init__(self, domain_id: int, *, remote: bool) -> None:
         self._domain_id = domain_id
         self._remote = remote
         self._prefix = _VENDOR + os.urandom(rtps.PREFIX_BYTES - 2)
         self._peers: dict[bytes, Participant] = {}
-        self.met: list[Participant] = []  # in the order of discovery; another thread may read it
+        self.discovered: list[Participant] = []  # another thread may read it
         self._number = self._count = 0
         self._is_stopped = False
 
@@ -85,29 +85,31 @@ class DiscoveryReader:
         return self
 
     def __exit__(self, *exit_info: object) -> None:
-        self._take_back({peer.address for peer in self._peers.values()} | self._everyone(set()))
+        self._dispose({peer.address for peer in self._peers.values()} | self._addresses(set()))
         self._socket.close()
 
     def read(
         self, spin_time_s: float, *, enough: Callable[[GraphSnapshot], object] = lambda graph: False
     ) -> ReadResult:
-        """Ask until the graph is complete, or `enough`, or `stop`; at most `spin_time_s`.
+        """Request until the graph is complete, or `enough`, or `stop`; at most `spin_time_s`.
 
-        `enough` is called whenever nothing new has come for a moment.
+        `enough` is called whenever nothing new has arrived for a moment.
         """
         start = time.monotonic()
         end = start + spin_time_s
         shortest = start + min(spin_time_s, REMOTE_S if self._remote else 0.0)
         expected = occupied_ports(self._domain_id)
-        announce, anew = start, start + _ANEW_S
+        announce, dispose_at = start, start + _DISPOSE_S
         samples, steady = -1, start
         while True:
             now = time.monotonic()
             silent = self._silent(expected)
-            complete = self._is_complete(strangers=now - start < _REMOTE_LATEST_S)
+            complete = self._is_complete(remote=now - start < _REMOTE_LATEST_S)
             if self._is_stopped or now >= end or (now >= shortest and complete and not silent):
                 break
-            if (arrived := self._arrived()) != samples:
+            # changes with every participant and every sample
+            arrived = len(self._peers) + sum(peer.arrived for peer in self._peers.values())
+            if arrived != samples:
                 samples, steady = arrived, now + _STEADY_S
             elif now >= steady:
                 steady = math.inf
@@ -115,16 +117,17 @@ class DiscoveryReader:
                     break
             if now >= announce:
                 expected &= occupied_ports(self._domain_id)
-                if now >= anew:
-                    self._take_back({("127.0.0.1", port) for port in silent})
-                    anew = now + 2 * (now - start)
-                self._announce(self._everyone(silent))
+                if now >= dispose_at:
+                    self._dispose({("127.0.0.1", port) for port in silent})
+                    dispose_at = now + 2 * (now - start)
+                self._announce(self._addresses(silent))
                 announce = now + _ANNOUNCE_S
-            self._ask_again(now)
+            self._repeat_requests(now)
             self._receive(min(end, announce, steady) - now)
+        incomplete = {peer.port for peer in self._peers.values() if not peer.is_complete}
         return ReadResult(
             snapshot=self._known(),
-            missing=len(self._silent(expected) | self._incomplete(expected)),
+            missing=len(self._silent(expected) | (expected & incomplete)),
             waited_s=now - start,
         )
 
@@ -132,26 +135,18 @@ class DiscoveryReader:
         """End `read` soon; may be called from another thread."""
         self._is_stopped = True
 
-    def _arrived(self) -> int:
-        """A number that changes with every sample."""
-        return len(self._peers) + sum(peer.arrived for peer in self._peers.values())
-
     def _known(self) -> GraphSnapshot:
         return snapshot_of(self._domain_id, self._peers.values())
 
     def _silent(self, expected: set[int]) -> set[int]:
         return expected - {peer.port for peer in self._peers.values() if peer.is_local}
 
-    def _incomplete(self, expected: set[int]) -> set[int]:
-        """Those that have answered, but not completely."""
-        return expected & {peer.port for peer in self._peers.values() if not peer.is_complete}
-
-    def _is_complete(self, *, strangers: bool) -> bool:
-        """Whether all are complete; `strangers`: those on other machines as well."""
-        peers = [peer for peer in self._peers.values() if peer.is_local or strangers]
+    def _is_complete(self, *, remote: bool) -> bool:
+        """Whether all are complete; `remote`: those on other machines as well."""
+        peers = [peer for peer in self._peers.values() if peer.is_local or remote]
         return all(peer.is_complete for peer in peers)
 
-    def _everyone(self, silent: set[int]) -> set[tuple[str, int]]:
+    def _addresses(self, silent: set[int]) -> set[tuple[str, int]]:
         group = {(_GROUP, multicast_port(self._domain_id))} if self._remote else set()
         return group | {("127.0.0.1", port) for port in silent}
 
@@ -160,19 +155,19 @@ class DiscoveryReader:
     def _announce(self, addresses: set[tuple[str, int]]) -> None:
         self._number += 1
         announcement = rtps.sample(
-            rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, self._about_us()
+            rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, self._announced()
         )
         for address in sorted(addresses):
             self._send(address, announcement)
 
-    def _take_back(self, addresses: set[tuple[str, int]]) -> None:
+    def _dispose(self, addresses: set[tuple[str, int]]) -> None:
         self._number += 1
         guid = self._prefix + rtps.PARTICIPANT
         gone = rtps.end_of(rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, guid)
         for address in sorted(addresses):
             self._send(address, gone)
 
-    def _about_us(self) -> list[tuple[int, bytes]]:
+    def _announced(self) -> list[tuple[int, bytes]]:
         locators = [locator(host, self._port) for host in self._hosts()]
         return [
             (0x15, bytes([2, 3])),
@@ -195,7 +190,7 @@ class DiscoveryReader:
                 try:
                     probe.connect((_GROUP, 9))
                 except OSError:
-                    return hosts  # no route: there is nobody else
+                    return hosts  # no route to other machines
                 hosts.append(probe.getsockname()[0])
         return hosts
 
@@ -221,21 +216,21 @@ class DiscoveryReader:
             rtps.heartbeat(reader, writer, 1, self._count),
         )
 
-    def _ask(self, peer: Participant, stream: SampleStream, now: float) -> None:
+    def _request(self, peer: Participant, stream: SampleStream, now: float) -> None:
         if not (missing := stream.missing()):
             return
-        stream.asked = now
-        stream.asked_to = max(n for n in missing if n - missing[0] < rtps.WINDOW)
+        stream.requested_s = now
+        stream.requested_to = max(n for n in missing if n - missing[0] < rtps.WINDOW)
         self._count += 1
         address = peer.address if stream.reader != OWN_READER else peer.data_address
         request = rtps.ask(stream.reader, stream.writer, missing, self._count)
         self._send(address, rtps.to(peer.prefix), request)
 
-    def _ask_again(self, now: float) -> None:
+    def _repeat_requests(self, now: float) -> None:
         for peer in self._peers.values():
             for stream in peer.streams():
-                if now - stream.asked >= _ASK_AGAIN_S:
-                    self._ask(peer, stream, now)
+                if now - stream.requested_s >= _REPEAT_S:
+                    self._request(peer, stream, now)
 
     def _send(self, address: tuple[str, int], *submessages: bytes) -> None:
         with contextlib.suppress(OSError):  # no such port any more, no route
@@ -243,9 +238,9 @@ class DiscoveryReader:
 
     # receiving
 
-    def _receive(self, patience_s: float) -> None:
+    def _receive(self, timeout_s: float) -> None:
         """Take all datagrams that are there, after a wait for the first."""
-        select.select([self._socket], [], [], max(0.0, patience_s))
+        select.select([self._socket], [], [], max(0.0, timeout_s))
         while True:
             try:
                 datagram, sender = self._socket.recvfrom(65536)
@@ -265,18 +260,18 @@ class DiscoveryReader:
             return
         prefix, entity = part.writer[: rtps.PREFIX_BYTES], part.writer[rtps.PREFIX_BYTES :]
         if isinstance(part, rtps.Data) and entity == rtps.SPDP_WRITER:
-            self._meet(part, prefix, host)
+            self._add_peer(part, prefix, host)
         elif (peer := self._peers.get(prefix)) and (stream := peer.stream(entity)):
             if isinstance(part, rtps.Fragment):
                 raise UnsupportedDiscovery
             stream.take(part)
             now = time.monotonic()
-            is_due = isinstance(part, rtps.Heartbeat) and now - stream.asked > _ASK_AGAIN_S
-            # all that one request could name has come, and there is more
-            if is_due or (isinstance(part, rtps.Data) and part.number == stream.asked_to):
-                self._ask(peer, stream, now)
+            is_due = isinstance(part, rtps.Heartbeat) and now - stream.requested_s > _REPEAT_S
+            # all samples of one request have arrived, and there are more
+            if is_due or (isinstance(part, rtps.Data) and part.number == stream.requested_to):
+                self._request(peer, stream, now)
 
-    def _meet(self, data: rtps.Data, prefix: bytes, host: str) -> None:
+    def _add_peer(self, data: rtps.Data, prefix: bytes, host: str) -> None:
         if data.gone:
             self._peers.pop(prefix, None)
         elif prefix not in self._peers and prefix != self._prefix:
@@ -284,5 +279,5 @@ class DiscoveryReader:
             near = host in self._hosts() or host.startswith("127.")
             where = "127.0.0.1" if near else host
             peer = self._peers[prefix] = Participant(prefix, data, where)
-            self.met.append(peer)
+            self.discovered.append(peer)
             self._subscribe(peer)

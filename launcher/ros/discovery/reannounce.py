@@ -2,17 +2,18 @@
 
 A Fast DDS participant announces itself a moment before it listens, so answers that come at once
 (as they do on one machine) are lost, and the next comes with the regular announcement, up to 3 s
-later. A participant answers whoever is new to it. So ours takes its announcement back, as it does
-at its end (RTPS 2.x, 8.5.3: a disposed DATA(p)), only at the participants that it has not heard of.
-It goes on announcing itself every 100 ms in its first half second; to them it is new again, and
-by now it listens.
+later. A participant answers every new one. So ours disposes of its announcement, as it does at its
+end (RTPS 2.x, 8.5.3: a disposed DATA(p)), only at the participants that it has not discovered. In
+its first half second it announces itself every 100 ms anyway: to them it is then new again, and by
+now it listens.
 
-Only old participants are asked: one that is just starting hears of us by its own announcements at
-the same time, and if it forgot us after we have told it what we have, we would not tell it again.
+Only old participants are asked. One that is just starting discovers us at the same time by its own
+announcements; if it forgot us after it has received our endpoints, we would not send them again.
 
-Measured with 20 participants, where rclpy alone looks (`ROS_STATIC_PEERS` and the like; the probe
-and `graph --watch` as well): `topic list`, `node list`, `topic info -v` and `graph` take 2.1 to
-2.4 s and saw all in 24 of 24 runs; without this, 3.5 to 4.0 s, and in some runs as few as 10.
+Measured with 20 participants, where rclpy alone reads the graph (`ROS_STATIC_PEERS` and the like;
+the probe and `graph --watch` as well): `topic list`, `node list`, `topic info -v` and `graph` take
+2.1 to 2.4 s and saw all in 24 of 24 runs; without this, 3.5 to 4.0 s, and in some runs as few as
+10.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ LATEST_S = 0.4  # after this, no announcement of ours may follow within the next
 
 
 def reannounce_to_silent(observer: Observer) -> None:
-    """Ask every participant of this machine that has not been heard of; call it once, early."""
+    """Ask every participant of this machine that is not discovered; call it once, early."""
     own_gid = observer.own_gid()
     if not scheme_holds(own_gid, os.getpid()):
         return
@@ -48,7 +49,7 @@ def reannounce_to_silent(observer: Observer) -> None:
         for pid, inodes in holders(set(ports), set()).items()
         if _age_s(pid) >= OLD_S
     }
-    take_back(own_gid[:PARTICIPANT_BYTES], silent_ports(owned, observer.participants()))
+    dispose(own_gid[:PARTICIPANT_BYTES], silent_ports(owned, observer.participants()))
 
 
 def _age_s(pid: int) -> float:
@@ -64,18 +65,18 @@ def silent_ports(owned: Mapping[int, Sequence[int]], known: set[bytes]) -> set[i
     Fast DDS counts the participants of a process from 0, in bytes 8 to 11 of the GID, and gives
     them the lowest free port, so the n-th participant has the n-th port.
     """
-    heard: dict[int | None, set[int]] = {}
+    discovered: dict[int | None, set[int]] = {}
     for gid in known:
-        heard.setdefault(pid_low16(gid), set()).add(int.from_bytes(gid[8:12], "little"))
+        discovered.setdefault(pid_low16(gid), set()).add(int.from_bytes(gid[8:12], "little"))
     return {
         port
         for pid, ports in owned.items()
         for number, port in enumerate(ports)
-        if number not in heard.get(pid & 0xFFFF, set())
+        if number not in discovered.get(pid & 0xFFFF, set())
     }
 
 
-def take_back(participant: bytes, ports: set[int]) -> None:
+def dispose(participant: bytes, ports: set[int]) -> None:
     """Make the participants at these local ports forget ours, whose GID prefix is given."""
     message = disposal(participant)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
@@ -84,7 +85,7 @@ def take_back(participant: bytes, ports: set[int]) -> None:
 
 
 def disposal(participant: bytes) -> bytes:
-    """The RTPS message that says that a participant (its 12 bytes) has gone."""
+    """The RTPS message by which a participant (its 12 bytes) disposes of itself."""
     guid = participant + rtps.PARTICIPANT
     gone = rtps.end_of(rtps.SPDP_READER, rtps.SPDP_WRITER, 2, guid)
     return rtps.message(participant, participant[:2], gone)

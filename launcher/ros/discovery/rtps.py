@@ -75,18 +75,14 @@ class Fragment:
 Part = Data | Heartbeat | Gap | Request | Fragment
 
 
-class Malformed(ValueError):
-    """Not an RTPS message."""
-
-
 def parts(datagram: bytes, own_prefix: bytes) -> Iterator[Part]:
-    """The submessages that are for us. Raises Malformed."""
+    """The submessages that are for us; ValueError if the datagram is malformed."""
     if datagram[:4] != b"RTPS" or len(datagram) < 20:
-        raise Malformed
+        raise ValueError("not RTPS")
     try:
         yield from _parts(datagram, own_prefix)
     except (struct.error, IndexError) as error:
-        raise Malformed from error
+        raise ValueError("malformed submessage") from error
 
 
 def _parts(datagram: bytes, own_prefix: bytes) -> Iterator[Part]:
@@ -129,7 +125,7 @@ def _heartbeat(source: bytes, flags: int, order: str, body: bytes) -> Heartbeat:
 def _gap(source: bytes, flags: int, order: str, body: bytes) -> Gap:
     start, base = _number(body, 8, order), _number(body, 16, order)
     if not 0 <= base - start <= 2**16:
-        raise Malformed
+        raise ValueError("malformed gap")
     listed = {base + bit for bit in _bits(body, 24, order)}
     return Gap(writer=source + body[4:8], numbers=frozenset({*range(start, base), *listed}))
 
@@ -159,7 +155,7 @@ def _number(body: bytes, at: int, order: str) -> int:
 def _bits(body: bytes, at: int, order: str) -> Iterator[int]:
     (count,) = struct.unpack_from(f"{order}I", body, at)
     if count > WINDOW:
-        raise Malformed
+        raise ValueError("too many sequence numbers")
     words = struct.unpack_from(f"{order}{(count + 31) // 32}I", body, at + 4)
     return (bit for bit in range(count) if words[bit // 32] >> (31 - bit % 32) & 1)
 
@@ -176,10 +172,10 @@ def _parameter_list(body: bytes, at: int, order: str) -> tuple[dict[int, bytes],
 
 
 def parameters(payload: bytes) -> tuple[str, list[tuple[int, bytes]]]:
-    """Byte order and parameters of a parameter list. Raises Malformed."""
+    """Byte order and parameters of a parameter list; ValueError if it is malformed."""
     order = {b"\0\3": "<", b"\0\2": ">"}.get(payload[:2])
     if order is None:
-        raise Malformed
+        raise ValueError("not a parameter list")
     at, found = 4, list[tuple[int, bytes]]()
     while at + 4 <= len(payload):
         number, length = struct.unpack_from(f"{order}HH", payload, at)

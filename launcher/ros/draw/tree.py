@@ -11,7 +11,6 @@ from launcher.text import count
 
 
 def to_tree(snapshot: TopicGraph, mode: Mode = Mode.ALL) -> str:
-    """The tree, and a last line with counts."""
     found = links(snapshot.endpoints)
     lines: list[str] = []
     for node in dict.fromkeys(snapshot.nodes):
@@ -43,7 +42,7 @@ def _end(endpoint: Endpoint, found: list[Link]) -> str:
         for link in found
         if link.topic == endpoint.topic and getattr(link, own) == endpoint.node
     ]
-    return f"{arrow} {endpoint.topic} [{endpoint.type}] {arrow} {', '.join(others) or 'nobody'}"
+    return f"{arrow} {endpoint.topic} [{endpoint.type}] {arrow} {', '.join(others) or '(none)'}"
 
 
 def _neighbours(node: str, found: list[Link]) -> Iterator[str]:

@@ -184,7 +184,7 @@ def value_of(text: str) -> Any:
     except ValueError as error:  # an invalid date, `!!int x`
         raise yaml.YAMLError(str(error)) from error
     except _TAG_ERRORS as error:
-        raise yaml.YAMLError("a value is not what its tag (!!) says") from error
+        raise yaml.YAMLError("a value does not fit its tag (!!)") from error
 
 
 def _refuse_depth(text: str) -> None:

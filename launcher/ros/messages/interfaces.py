@@ -45,13 +45,12 @@ def interfaces_of(package: str, kinds: Iterable[str] = KINDS) -> list[str]:
 
 
 def all_interfaces(kinds: Iterable[str] = KINDS) -> list[str]:
-    """Full names of all installed interfaces, sorted."""
     kinds = tuple(kinds)
     return [name for package in interface_packages() for name in interfaces_of(package, kinds)]
 
 
-def load(type_name: str, kind: str, complaint: str) -> Any:
-    """The class of `pkg/msg/Name` (or `pkg/Name`); VerbError with the complaint and a near miss."""
+def load(type_name: str, kind: str, message: str) -> Any:
+    """The class of `pkg/msg/Name` (or `pkg/Name`); VerbError with this message and a near miss."""
     package, _, rest = type_name.partition("/")
     name = rest.removeprefix(f"{kind}/")
     if package.isidentifier() and name.isidentifier():
@@ -59,7 +58,7 @@ def load(type_name: str, kind: str, complaint: str) -> Any:
             return getattr(importlib.import_module(f"{package}.{kind}"), name)
         except (ModuleNotFoundError, AttributeError):
             pass
-    raise VerbError(complaint, hint=_hint(type_name, package, name, kind))
+    raise VerbError(message, hint=_hint(type_name, package, name, kind))
 
 
 def load_message(type_name: str) -> Any:

@@ -76,12 +76,8 @@ def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
 
-def _token(dumper: yaml.SafeDumper, array: LongArray) -> yaml.ScalarNode:
-    return dumper.represent_scalar("tag:yaml.org,2002:str", array.token)
-
-
 _Dumper.add_representer(str, _text)
-_Dumper.add_representer(LongArray, _token)
+_Dumper.add_representer(LongArray, lambda dumper, array: dumper.represent_str(array.token))
 
 
 def to_yaml(message: Any, style: Style = WHOLE) -> str:
@@ -161,7 +157,6 @@ def _cut(text: str, length: int | None) -> str:
 
 
 def _shape(values: Any, kind: Any) -> str:
-    """What is shown in place of an array."""
     name = _type_name(kind.value_type)
     if isinstance(kind, definition.Array):
         return f"<array type: {name}[{kind.size}]>"
@@ -181,7 +176,6 @@ def _type_name(kind: Any) -> str:
 
 
 def to_csv(message: Any, style: Style = WHOLE) -> str:
-    """All values of a message, separated by commas."""
     fields = zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True)
     return ",".join(_csv(getattr(message, name), kind, style) for name, kind in fields)
 
@@ -211,17 +205,6 @@ def _csv_items(values: Any, style: Style) -> Iterator[str]:
             yield "..."
             return
         yield _csv(value, None, style)
-
-
-def to_json_plain(value: Any) -> Any:
-    """Plain values with nan and inf as strings, since JSON does not have them."""
-    if isinstance(value, float) and (value != value or value in (float("inf"), -float("inf"))):
-        return str(value)
-    if isinstance(value, dict):
-        return {key: to_json_plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [to_json_plain(item) for item in value]
-    return value
 
 
 def csv_text(values: Any) -> str:

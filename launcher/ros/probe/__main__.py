@@ -47,9 +47,9 @@ class Probe:
         self._subscriptions = Subscriptions(observer, outbox)
         self._jobs = Jobs(observer, self._answer)
         self._number = 0
-        self._next_look_s = 0.0
+        self._next_graph_s = 0.0
         self._is_ended = False
-        self._now: dict[str, Callable[[Request], dict[str, Any]]] = {
+        self._immediate: dict[str, Callable[[Request], dict[str, Any]]] = {
             "subscribe": lambda request: self._subscriptions.subscribe(request, self._snapshot),
             "unsubscribe": self._subscriptions.unsubscribe,
             "rate": self._subscriptions.rate,
@@ -59,7 +59,7 @@ class Probe:
             "clock": lambda _: moment(),
         }
         later = handlers.Handlers(lambda: self._snapshot, self._subscriptions)
-        self._later: dict[str, Handler] = {
+        self._jobs_by_name: dict[str, Handler] = {
             "get_parameters": handlers.get_parameters,
             "set_parameters": handlers.set_parameters,
             "call": later.call,
@@ -82,10 +82,10 @@ class Probe:
             }
         )
         while not (self._is_ended or self._inbox.is_closed or self._outbox.is_broken):
-            self._look()
+            self._write_graph()
             self._subscriptions.take()
             self._outbox.flush()
-            self._await_news()
+            self._wait()
         self._jobs.close()
         self._flush()
 
@@ -96,20 +96,20 @@ class Probe:
             select.select([], [sys.stdout.fileno()], [], _LISTEN_PERIOD_S)
             self._outbox.flush()
 
-    def _await_news(self) -> None:
-        """Sleep until a request comes, the output takes more, or it is time to look."""
+    def _wait(self) -> None:
+        """Sleep until a request comes, the output takes more, or the next period begins."""
         pause_s = _LISTEN_PERIOD_S if len(self._subscriptions) else _IDLE_PERIOD_S
         writers = [] if self._outbox.is_empty else [sys.stdout.fileno()]
         readable, _, _ = select.select([sys.stdin.fileno()], writers, [], pause_s)
         for line in self._inbox.lines() if readable else ():
             self._handle(line)
 
-    def _look(self) -> None:
+    def _write_graph(self) -> None:
         """Write the graph if it has changed."""
         now_s = time.monotonic()
-        if now_s < self._next_look_s:
+        if now_s < self._next_graph_s:
             return
-        self._next_look_s = now_s + GRAPH_PERIOD_S
+        self._next_graph_s = now_s + GRAPH_PERIOD_S
         snapshot = self._graph.take()
         if snapshot != self._snapshot or self._number == 0:
             self._snapshot = snapshot
@@ -119,8 +119,8 @@ class Probe:
             self._subscriptions.fit(snapshot)
 
     def _fresh(self) -> ProbeSnapshot:
-        self._next_look_s = 0.0
-        self._look()
+        self._next_graph_s = 0.0
+        self._write_graph()
         return self._snapshot
 
     def _handle(self, line: bytes) -> None:
@@ -130,18 +130,18 @@ class Probe:
             self._outbox.say(_refusal(None, error))
             return
         name = request.word
-        if name in self._later:
-            self._jobs.send(self._later[name], request)
+        if name in self._jobs_by_name:
+            self._jobs.send(self._jobs_by_name[name], request)
         else:
             self._answer(request, lambda: self._do(name, request))
 
     def _do(self, name: str, request: Request) -> dict[str, Any]:
-        if name not in self._now:
-            known = [*self._now, *self._later]
+        if name not in self._immediate:
+            known = [*self._immediate, *self._jobs_by_name]
             raise VerbError(f"unknown request '{name}'", hint=did_you_mean(name, known))
         # messages that have arrived go out before the answer
         self._subscriptions.take()
-        return self._now[name](request)
+        return self._immediate[name](request)
 
     def _answer(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
         try:

@@ -16,7 +16,7 @@ from launcher.ros.draw.filter import Filter, Mode
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load, load_message
-from launcher.ros.messages.to_yaml import to_json_plain, to_plain
+from launcher.ros.messages.to_yaml import to_plain
 from launcher.ros.probe.jobs import pause
 from launcher.ros.probe.protocol import Request
 from launcher.ros.probe.snapshot import ProbeSnapshot
@@ -27,6 +27,7 @@ from launcher.ros.snapshot.graph import Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import explain, mismatches
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import full_topic
+from launcher.ros.verb import to_json_plain
 
 _PERIOD_S = 0.01
 _DEPTH = 100

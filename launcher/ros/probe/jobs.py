@@ -20,7 +20,7 @@ from launcher.ros.probe.protocol import Request
 from launcher.ros.services import ServiceCaller
 
 MOST_THREADS = 8
-GOODBYE_S = 3.0
+JOIN_S = 3.0
 
 Handler = Callable[[ServiceCaller, Request], dict[str, Any]]
 Answer = Callable[[Request, Callable[[], dict[str, Any]]], None]
@@ -75,4 +75,4 @@ class Jobs:
         for _ in self._threads:
             self._queue.put(None)
         for thread in self._threads:
-            thread.join(GOODBYE_S)
+            thread.join(JOIN_S)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from launcher.ros.errors import VerbError
-from launcher.ros.messages.to_yaml import to_json_plain
+from launcher.ros.verb import to_json_plain
 
 NANOS = 1_000_000_000
 READ_BYTES = 2**16
@@ -30,7 +30,6 @@ def moment() -> dict[str, float]:
 
 
 def wall_offset_ns() -> int:
-    """Wall time minus monotonic time."""
     return time.time_ns() - time.monotonic_ns()
 
 

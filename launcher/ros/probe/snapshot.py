@@ -104,19 +104,23 @@ class GraphWatcher:
     def take(self) -> ProbeSnapshot:
         """The graph now, without the nodes of our own tools."""
         # Names first: a node that is discovered meanwhile would be shown without its endpoints.
-        nodes = tuple(name for name in self._observer.node_names() if not _is_ours(name))
+        nodes = tuple(
+            name
+            for name in self._observer.node_names()
+            if not name.rpartition("/")[2].startswith(OURS)
+        )
         known = set(nodes)
         found = [e for e in self._observer.all_endpoints() if e.node in known]
         owners = self._owners({_participant(e) for e in found})
-        dead = {key for key, pid in owners.items() if pid is not None and not proc.is_alive(pid)}
-        gone = frozenset(e.gid for e in found if _participant(e) in dead)
-        alive = {e.node for e in found if e.gid not in gone}
+        exited = {key for key, pid in owners.items() if pid is not None and not proc.is_alive(pid)}
+        gone = frozenset(e.gid for e in found if _participant(e) in exited)
+        running = {e.node for e in found if e.gid not in gone}
         self._count_participants()
         return ProbeSnapshot(
             snapshot=TopicGraph(
                 nodes=nodes,
                 endpoints=tuple(found),
-                ghosts=tuple(sorted({e.node for e in found} - alive)),
+                ghosts=tuple(sorted({e.node for e in found} - running)),
             ),
             gone=gone,
             services=self._services(nodes),
@@ -173,7 +177,3 @@ def _pids(endpoints: Iterable[Endpoint], owners: Mapping[str, int | None]) -> di
 def _participant(endpoint: Endpoint) -> str:
     """The part of its GID (dotted hex) that all endpoints of a participant share."""
     return endpoint.gid[: 3 * gids.PARTICIPANT_BYTES - 1]
-
-
-def _is_ours(node: str) -> bool:
-    return node.rpartition("/")[2].startswith(OURS)

@@ -39,7 +39,7 @@ class Subscription:
     listener: Listener | None = None
     endpoint: Endpoint | None = None
     has_failed: bool = False
-    told: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
     times_ns: deque[int] = field(default_factory=lambda: deque(maxlen=KEPT_TIMES))
     count: int = 0
     size_bytes: int = 0
@@ -71,7 +71,7 @@ class Subscriptions:
         if sub.qos is not None:
             qos.from_words(sub.qos, sub.depth)
         self._subscriptions[sub.key] = sub
-        self._look(sub, snapshot)
+        self._update(sub, snapshot)
         return {"state": "waiting" if sub.listener is None else "subscribed"}
 
     def unsubscribe(self, request: Request) -> dict[str, Any]:
@@ -90,9 +90,9 @@ class Subscriptions:
     def fit(self, snapshot: ProbeSnapshot) -> None:
         """Take a new snapshot: subscribe where it has become possible, report mismatches."""
         for sub in self._subscriptions.values():
-            self._look(sub, snapshot)
+            self._update(sub, snapshot)
 
-    def _look(self, sub: Subscription, snapshot: ProbeSnapshot) -> None:
+    def _update(self, sub: Subscription, snapshot: ProbeSnapshot) -> None:
         self._fit(sub, snapshot)
         if sub.endpoint is not None:
             self._report_mismatches(sub, sub.endpoint, snapshot)
@@ -146,8 +146,8 @@ class Subscriptions:
         publishers = [e for e in snapshot.on(sub.topic) if e.is_publisher]
         policies = {f.policy for p in publishers for f in faults(p, own)}
         text = explain([*publishers, own])
-        if policies and text not in sub.told:
-            sub.told.add(text)
+        if policies and text not in sub.reported:
+            sub.reported.add(text)
             names = {"sub": sub.key, "topic": sub.topic}
             found = {"text": text, "policies": sorted(policies)}
             self._outbox.say({"event": "mismatch", **names, **found, **moment()})
@@ -186,7 +186,7 @@ class Subscriptions:
         )
 
     def rate(self, request: Request) -> dict[str, Any]:
-        """How often messages came in a span of time."""
+        """The rate of received messages in a time span."""
         sub = self._sub(request)
         from_s, until_s = request.optional_number("from"), request.optional_number("until")
         start_ns = 0 if from_s is None else round(from_s * NANOS)

@@ -215,7 +215,7 @@ class GraphSnapshot:
             "Action Clients": _actions(read),
         }
 
-    def snapshot(self) -> TopicGraph:
+    def topic_graph(self) -> TopicGraph:
         """The endpoints of topics whose node is known."""
         topics = [i for i in self.infos if i.topic.startswith(f"{TOPIC}/") and i.node]
         endpoints = tuple(sorted(info.endpoint() for info in topics))

@@ -19,16 +19,15 @@ class Fault:
 
     policy: str
     offered: str
-    asked: str
+    requested: str
 
     @property
     def advice(self) -> str:
         if self.policy == "TYPE":
-            return f"use one type on both sides: {self.offered} or {self.asked}"
+            return f"use one type on both sides: {self.offered} or {self.requested}"
         noun = self.policy.lower().replace("_", " ")
-        return (
-            f"set the subscription's {noun} to {self.offered}, or the publisher's to {self.asked}"
-        )
+        wanted = self.requested
+        return f"set the subscription's {noun} to {self.offered}, or the publisher's to {wanted}"
 
 
 def faults(publisher: Endpoint, subscription: Endpoint) -> list[Fault]:
@@ -38,23 +37,23 @@ def faults(publisher: Endpoint, subscription: Endpoint) -> list[Fault]:
 
 def _faults(publisher: Endpoint, subscription: Endpoint) -> Iterator[Fault]:
     if publisher.type != subscription.type:
-        yield Fault(policy="TYPE", offered=publisher.type, asked=subscription.type)
+        yield Fault(policy="TYPE", offered=publisher.type, requested=subscription.type)
     for policy, lesser, greater in (
         ("reliability", "BEST_EFFORT", "RELIABLE"),
         ("durability", "VOLATILE", "TRANSIENT_LOCAL"),
         ("liveliness", "AUTOMATIC", "MANUAL_BY_TOPIC"),
     ):
-        offered, asked = getattr(publisher, policy), getattr(subscription, policy)
-        if (offered, asked) == (lesser, greater):
-            yield Fault(policy=policy.upper(), offered=offered, asked=asked)
+        offered, requested = getattr(publisher, policy), getattr(subscription, policy)
+        if (offered, requested) == (lesser, greater):
+            yield Fault(policy=policy.upper(), offered=offered, requested=requested)
     if publisher.deadline_ns > subscription.deadline_ns:
         yield _times("DEADLINE", publisher.deadline_ns, subscription.deadline_ns)
     if publisher.lease_ns > subscription.lease_ns:
         yield _times("LIVELINESS_LEASE_DURATION", publisher.lease_ns, subscription.lease_ns)
 
 
-def _times(policy: str, offered_ns: int, asked_ns: int) -> Fault:
-    return Fault(policy=policy, offered=_seconds(offered_ns), asked=_seconds(asked_ns))
+def _times(policy: str, offered_ns: int, requested_ns: int) -> Fault:
+    return Fault(policy=policy, offered=_seconds(offered_ns), requested=_seconds(requested_ns))
 
 
 def _seconds(duration_ns: int) -> str:
@@ -160,6 +159,6 @@ def _sentences(found: list[Mismatch]) -> Iterator[str]:
         for fault in mismatch.faults:
             yield (
                 f"    {fault.policy}: the publisher offers {fault.offered}, "
-                f"the subscription asks for {fault.asked}"
+                f"the subscription asks for {fault.requested}"
             )
             yield f"    to repair: {fault.advice}"

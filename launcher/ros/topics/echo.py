@@ -16,11 +16,11 @@ from launcher.ros.messages.to_yaml import (
     dump,
     is_list,
     to_csv,
-    to_json_plain,
     to_plain,
     yaml_pieces,
 )
 from launcher.ros.topics.listener import Sample
+from launcher.ros.verb import to_json_plain
 
 Check = Callable[[Any], bool]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
@@ -98,7 +98,7 @@ class Writer:
         )
 
     def value(self, sample: Sample) -> Any:
-        """The message, or the field that is asked for."""
+        """The message, or the selected field."""
         if self.field is None or self.raw:
             return sample.message
         return field_of(sample.message, self.field)

@@ -1,7 +1,8 @@
-"""Subscribes to topics, now or when somebody publishes them, and takes their messages in bursts.
+"""Subscribes to topics, now or as soon as they are published, and takes their messages in bursts.
 
-The middleware stamps each message on arrival, so a look every few milliseconds can take all that
-are there. rclpy's executor would build a wait set for each of thousands of messages a second.
+The middleware stamps each message on arrival, so it is enough to take every few milliseconds all
+that have arrived. rclpy's executor would build a wait set for each of thousands of messages a
+second.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _BURST = 1000
 _STEADY_S = 0.06  # endpoints of one participant arrive together
 _EXPLAIN_PERIOD_S = 0.5
 _INTRODUCTION_S = 0.3
-_AWAIT_PERIOD_S = 0.1  # the second look has all endpoints of a participant
+_AWAIT_PERIOD_S = 0.1  # after it, all endpoints of a participant are known
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,7 +99,7 @@ def _first_target(
 ) -> Target | None:
     """The topic as soon as its publishers are known; None if it has none and no type."""
     full = full_topic(name)
-    if (graph := observer.seen_ahead()) is None:
+    if (graph := observer.prefetched_graph()) is None:
         _await_publishers(observer, full, spin_time_s(options))
         return _target(observer, full, type_name)
     if target := _target(graph, full, type_name):
@@ -140,7 +141,7 @@ class Listener:
         self._raw = raw
         self._subscriptions: list[tuple[Target, Any]] = []
         self._explained: set[str] = set()
-        self._heard: set[str] = set()
+        self._received: set[str] = set()
 
     def subscribe(self, target: Target, profile: Any) -> None:
         subscription = self._observer.node.create_subscription(
@@ -159,7 +160,7 @@ class Listener:
                         break
                     message, info = taken
                     found.append(Sample(topic=target.name, message=message, info=info))
-        self._heard.update(sample.topic for sample in found)
+        self._received.update(sample.topic for sample in found)
         return found
 
     def close(self) -> None:
@@ -168,25 +169,25 @@ class Listener:
             self._observer.node.destroy_subscription(subscription)
 
     def samples(self, tick: Callable[[], bool]) -> Iterator[Sample]:
-        """All messages until `tick`, which is called after each look, returns False.
+        """All messages until `tick`, which is called after each burst, returns False.
 
         Warns, once for each reason, why a topic is silent.
         """
-        next_look = time.monotonic()
+        next_check = time.monotonic()
         while True:
             samples = self.take()
             yield from samples
             if not tick():
                 return
-            if time.monotonic() >= next_look:
+            if time.monotonic() >= next_check:
                 self._explain_silence()
-                next_look = time.monotonic() + _EXPLAIN_PERIOD_S
+                next_check = time.monotonic() + _EXPLAIN_PERIOD_S
             if not samples:
                 time.sleep(_PERIOD_S)
 
     def _explain_silence(self) -> None:
         for target, subscription in self._subscriptions:
-            if target.name in self._heard:
+            if target.name in self._received:
                 continue
             text = self._why_silent(target, subscription)
             if text and text not in self._explained:
@@ -246,7 +247,7 @@ class AwaitedTopics:
                 self._take(target)
             else:
                 self._miss(name)
-        self._next_look = time.monotonic() + _AWAIT_PERIOD_S
+        self._next_check = time.monotonic() + _AWAIT_PERIOD_S
 
     def _miss(self, name: str) -> None:
         self._missing[name] = None
@@ -258,21 +259,21 @@ class AwaitedTopics:
         _subscribe(self._listener, target, self._options)
         self._found(target)
 
-    def look(self) -> None:
-        """Look for the missing topics, at most ten times a second; call it as often as you like."""
-        if not self._missing or time.monotonic() < self._next_look:
+    def poll(self) -> None:
+        """Subscribe to missing topics that are published now; checks at most ten times a second."""
+        if not self._missing or time.monotonic() < self._next_check:
             return
         for name, before in list(self._missing.items()):
             target = self._missing[name] = _target(self._observer, full_topic(name))
             if target is not None and target == before:
                 del self._missing[name]
                 self._take(target)
-        self._next_look = time.monotonic() + _AWAIT_PERIOD_S
+        self._next_check = time.monotonic() + _AWAIT_PERIOD_S
 
 
 def _hint(observer: Observer, name: str) -> str | None:
     """What to do about an unpublished topic."""
-    graph = observer.seen_ahead() or observer.graph_snapshot()
+    graph = observer.prefetched_graph() or observer.graph_snapshot()
     return did_you_mean(name, graph.topic_types()) if graph.nodes else why_empty(observer.domain_id)
 
 

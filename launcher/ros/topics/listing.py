@@ -63,17 +63,13 @@ def verbose_listing(topics: list[Topic]) -> Iterator[str]:
 
 
 def types_of(graph: GraphSnapshot, name: str) -> list[str]:
-    """The types of a topic; VerbError with the text of ros2cli if nobody uses it."""
+    """The types of a topic; VerbError with the text of ros2cli if it has no endpoint."""
     topics = graph.topic_types()
     used = name in topics and graph.endpoints(name)
     if used:
         return topics[name]
     visible = [n for n in known_types(graph) if not is_hidden(n)]
     raise VerbError(f"Unknown topic '{name}'", hint=did_you_mean(name, visible))
-
-
-def types_or_none(graph: GraphSnapshot, name: str) -> list[str]:
-    return known_types(graph).get(name, [])
 
 
 def of_type(graph: GraphSnapshot, type_name: str, *, hidden: bool) -> list[str]:
@@ -114,7 +110,7 @@ def mismatch_documents(found: Iterable[Mismatch]) -> list[dict[str, Any]]:
             "subscription": m.subscription.node,
             "publishers": [e.node for e in m.publishers],
             "policies": [
-                {"policy": f.policy, "offered": f.offered, "asked": f.asked, "repair": f.advice}
+                {"policy": f.policy, "offered": f.offered, "asked": f.requested, "repair": f.advice}
                 for f in m.faults
             ],
         }

@@ -18,7 +18,7 @@ from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.streams import until_interrupted
 from launcher.ros.verb import observing, warn
 
-_LOOK_S = 0.02
+_POLL_S = 0.02
 _DELIVERY_S = 10.0
 
 
@@ -52,7 +52,7 @@ def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
     time.sleep(keep_alive_s)
     end, slice_ = time.monotonic() + _DELIVERY_S, Duration(nanoseconds=100_000_000)
     while time.monotonic() < end and not publisher.wait_for_all_acked(slice_):
-        pass  # so that Ctrl-C is heard between two slices
+        pass  # so that Ctrl-C is handled between two slices
 
 
 def _wanted(options: Parsed) -> int:
@@ -62,18 +62,18 @@ def _wanted(options: Parsed) -> int:
 
 
 def _await_subscriptions(observer: Observer, publisher: Any, wanted: int, own: Endpoint) -> None:
-    said_at = told = None
+    printed_s = explained = None
     while publisher.get_subscription_count() < wanted:
         now = time.monotonic()
-        if said_at is None or now - said_at >= 1.0:
+        if printed_s is None or now - printed_s >= 1.0:
             print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
-            said_at = now
+            printed_s = now
             there = [e for e in observer.endpoints(own.topic) if not e.is_publisher]
             text = explain([*there, own]) if mismatches([*there, own]) else None
-            if text and text != told:
+            if text and text != explained:
                 warn(text)
-                told = text
-        time.sleep(_LOOK_S)
+                explained = text
+        time.sleep(_POLL_S)
 
 
 def _loop(

@@ -36,22 +36,16 @@ PRESETS = (
 )
 
 
-def _depth(word: str) -> int:
-    """A length that DDS takes; with 0 a queue could keep nothing."""
-    return count(word, 1, MAX_DEPTH)
-
-
 # As ros2cli names them.
 QOS_OPTIONS = (
     option("--qos-profile NAME", "preset to start from", choices=PRESETS),
-    option("--qos-depth N", "length of the queue", _depth),
+    option("--qos-depth N", "length of the queue", lambda word: count(word, 1, MAX_DEPTH)),
     *(option(f"--qos-{name} POLICY", choices=choices) for name, choices in POLICIES.items()),
     option("--qos-liveliness-lease-duration-seconds S", "lease duration", seconds),
 )
 
 
 def asked(options: Parsed) -> bool:
-    """Whether any option sets QoS."""
     return any(
         value is not None for name, value in vars(options).items() if name.startswith("qos_")
     )

@@ -110,8 +110,6 @@ class Delays:
 
 
 class Bandwidth:
-    """Sizes of the latest `window` messages."""
-
     def __init__(self, window: int) -> None:
         self._sizes: deque[tuple[int, int]] = deque(maxlen=window)
 
@@ -162,7 +160,6 @@ _UNITS = ((1, 0, "B"), (1000, 2, "KB"), (1_000_000, 2, "MB"))
 
 
 def rate_table(rows: dict[str, Spread]) -> str:
-    """Several topics, one per line."""
     head = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
     cells = [head] + [
         (

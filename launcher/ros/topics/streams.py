@@ -81,7 +81,7 @@ class _Silence:
 
 
 class _Clock:
-    """Ends a measurement after `for_s`, calls `report` once a second, looks for awaited topics."""
+    """Ends a measurement after `for_s`, calls `report` once a second, polls awaited topics."""
 
     def __init__(
         self, for_s: float | None, awaited: AwaitedTopics, report: Callable[[], None]
@@ -93,7 +93,7 @@ class _Clock:
         self._report = report
 
     def tick(self) -> bool:
-        self._awaited.look()
+        self._awaited.poll()
         now = time.monotonic()
         if now >= self._next:
             self._next += 1.0
@@ -113,7 +113,7 @@ class _Quiet:
     def message(self) -> None:
         self._last, self._has_warned = time.monotonic(), False
 
-    def look(self) -> None:
+    def check(self) -> None:
         gap_s = time.monotonic() - self._last
         if gap_s >= SILENCE_S and not self._has_warned:
             self._has_warned = True
@@ -166,7 +166,7 @@ def _report_rates(
 ) -> None:
     found = {name: spread for name, a in arrivals.items() if (spread := a.due())}
     for one in quiet.values():
-        one.look()
+        one.check()
     if not found:
         return
     if options.json:

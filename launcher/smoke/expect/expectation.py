@@ -1,4 +1,4 @@
-"""Expectation: a fact that a run has to show; Verdict: whether it did."""
+"""What a run is expected to show, and the verdict whether it did."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Expectation:
 
 
 class Outcome(enum.Enum):
-    """OPEN: not decided yet, only while the run goes on."""
+    """OPEN: not decided yet; it occurs only during the run."""
 
     MET = "met"
     VIOLATED = "violated"

@@ -42,8 +42,6 @@ class FieldType:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """An entry of a mapping in the file."""
-
     name: str
     type: FieldType
     doc: str

@@ -61,7 +61,6 @@ STEP_FIELDS = (
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of expectation files, for editors."""
     items = {
         "scenario": {"$ref": "#/$defs/step"},
         "expect": {"oneOf": [{"$ref": f"#/$defs/{kind.name}"} for kind in KINDS]},

@@ -1,4 +1,4 @@
-"""Script: everything that a smoke run does and expects, from a file and from options."""
+"""Everything that a smoke run does and expects, from a file and from options."""
 
 from __future__ import annotations
 
@@ -83,7 +83,6 @@ class Script:
         return times
 
     def needs_ros(self) -> bool:
-        """Whether any of it needs the ROS probe."""
         return any(BY_NAME[e.kind].needs_ros for e in self.expectations) or any(
             step.command.needs_ros for step in self.steps
         )

@@ -55,7 +55,7 @@ def parameter(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
 
 
 def _unanswered(answers: list[Answer], node: str, facts: Facts) -> str | None:
-    """A running node has given the reason itself."""
+    """The cause; a running node has given it in its answer."""
     alive = set(facts.graph().nodes) - set(facts.graph().ghosts)
     if node in alive and answers:
         return answers[-1].hint

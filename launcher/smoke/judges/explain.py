@@ -22,8 +22,7 @@ def processes_on(topic: str, facts: Facts) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name in found if name))[:2]
 
 
-def death(process: str, facts: Facts) -> str | None:
-    """The exception that a process printed last."""
+def last_exception(process: str, facts: Facts) -> str | None:
     for one in reversed(facts.last_lines(process, 20)):
         head, colon, _ = one.plain.partition(":")
         if colon and head.rpartition(".")[2].endswith(("Error", "Exception")):
@@ -36,7 +35,7 @@ def _ended(process: str, facts: Facts) -> str | None:
     end = facts.last_end(process)
     if end is None or facts.was_running(process, facts.stop_s):
         return None
-    why = death(process, facts)
+    why = last_exception(process, facts)
     code = end.details.get("returncode")
     return f"ended at {end.at_s:.1f} s (exit code {code})" + (f"; {why}" if why else "")
 
@@ -96,30 +95,29 @@ def _gone_publisher(name: str, facts: Facts) -> str | None:
 
 
 def mismatch(name: str, facts: Facts) -> str | None:
-    """A pair on a topic with incompatible QoS."""
     for found in mismatches(facts.endpoints(name)):
         fault = found.faults[0]
         return (
             f"{found.subscription.node} receives nothing from {found.publishers[0].node}: "
-            f"{fault.policy.lower()} is {fault.offered}, but {fault.asked} is requested"
+            f"{fault.policy.lower()} is {fault.offered}, but {fault.requested} is requested"
         )
     return None
 
 
-def silence(name: str, facts: Facts, asked: Mapping[str, object] | None = None) -> str | None:
-    """Why no messages were received; `asked` is the QoS of the expectation."""
+def silence(name: str, facts: Facts, requested: Mapping[str, object] | None = None) -> str | None:
+    """Why no messages were received; `requested` is the QoS of the expectation."""
     publishers = [e for e in facts.endpoints(name) if e.is_publisher]
     if not publishers:
         return _gone_publisher(name, facts) or _missing_topic(name, facts) or "it has no publisher"
     trouble = next((text for text in facts.troubles if name in text), None)
     if trouble is not None:
         return trouble
-    for publisher in publishers if asked else ():
-        fault = next(iter(faults(publisher, _subscription(publisher, asked or {}))), None)
+    for publisher in publishers if requested else ():
+        fault = next(iter(faults(publisher, _subscription(publisher, requested or {}))), None)
         if fault is not None:
             return (
                 f"{publisher.node} publishes, but {fault.policy.lower()} is {fault.offered}, "
-                f"while the expectation requests {fault.asked}"
+                f"while the expectation requests {fault.requested}"
             )
     for publisher in publishers:
         if publisher.node in facts.graph().ghosts:
@@ -127,14 +125,14 @@ def silence(name: str, facts: Facts, asked: Mapping[str, object] | None = None) 
     return f"{publishers[0].node} has a publisher, but it published nothing"
 
 
-def _subscription(publisher: Endpoint, asked: Mapping[str, object]) -> Endpoint:
+def _subscription(publisher: Endpoint, requested: Mapping[str, object]) -> Endpoint:
     return Endpoint(
         topic=publisher.topic,
         node="the expectation",
         direction="subscription",
         type=publisher.type,
-        reliability=str(asked.get("reliability", "BEST_EFFORT")).upper(),
-        durability=str(asked.get("durability", "VOLATILE")).upper(),
+        reliability=str(requested.get("reliability", "BEST_EFFORT")).upper(),
+        durability=str(requested.get("durability", "VOLATILE")).upper(),
         deadline_ns=INFINITE_NS,
         lease_ns=INFINITE_NS,
     )
@@ -178,7 +176,7 @@ def unknown_process(pattern: str, facts: Facts) -> str | None:
 def missing_line(
     wanted: re.Pattern[str], process: str | None, level: str | None, since_s: float, facts: Facts
 ) -> str | None:
-    """Such a line came from another process, too early, or in a slightly different form."""
+    """Where such a line was printed instead: by another process, too early, or in other case."""
     reason = _quiet_process(process, facts)
     if reason is not None:
         return reason
@@ -197,14 +195,14 @@ def missing_line(
 
 
 def missing_message(topic: str, since_s: float, facts: Facts) -> str | None:
-    heard = facts.heard(topic)
-    if not heard:
+    received = facts.received(topic)
+    if not received:
         return silence(topic, facts)
-    last = heard[-1]
+    last = received[-1]
     if last.at_s < since_s:
-        return f"the last of {len(heard)} messages came before, at {last.at_s:.1f} s of the run"
+        return f"the last of {len(received)} messages came before, at {last.at_s:.1f} s of the run"
     shown = shorten(repr(last.content))
-    return f"{len(heard)} messages came, and none of them matches; the last one was {shown}"
+    return f"{len(received)} messages came, and none of them matches; the last one was {shown}"
 
 
 def _quiet_process(pattern: str | None, facts: Facts) -> str | None:

@@ -39,7 +39,7 @@ def _when(facts: Facts, holds: Callable[[GraphSeen], bool], when: Window) -> flo
 
 
 def _since(facts: Facts, describe: Callable[[GraphSeen], object]) -> float | None:
-    """When the graph became what `describe` says of it now."""
+    """Since when `describe` has returned the same of the graph as now."""
     seen = [graph for graph in facts.graphs if graph.at_s <= facts.stop_s]
     begin_s = None
     for graph in reversed(seen):

@@ -81,7 +81,7 @@ def _nearest(
     process: str | None,
     when: Window,
 ) -> str:
-    """What came instead: `lines` at another time, `same` with another level."""
+    """What was printed instead: `lines` at another time, `same` with another level."""
     if lines:
         last = lines[-1]
         if last.at_s > when.to_s:
@@ -134,10 +134,6 @@ def order(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
 # ---- errors
 
 
-def _no_errors_text(expectation: Expectation) -> str:
-    return f"no line of level ERROR or FATAL from {_whom(expectation)}{times_text(expectation)}"
-
-
 def _whom(expectation: Expectation) -> str:
     return "any process" if expectation.subject == "*" else str(expectation.subject)
 
@@ -150,7 +146,7 @@ def _of_subject(expectation: Expectation, facts: Facts) -> Iterator[LogLine]:
             yield line
 
 
-@with_window(_no_errors_text)
+@with_window(lambda e: f"no line of level ERROR or FATAL from {_whom(e)}{times_text(e)}")
 def no_errors(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     excepted = expectation.get("except", ())
     bad = [
@@ -176,11 +172,7 @@ def _none_of(bad: Sequence[LogLine], when: Window) -> Verdict:
     )
 
 
-def _no_tracebacks_text(expectation: Expectation) -> str:
-    return f"no traceback from {_whom(expectation)}{times_text(expectation)}"
-
-
-@with_window(_no_tracebacks_text)
+@with_window(lambda e: f"no traceback from {_whom(e)}{times_text(e)}")
 def no_tracebacks(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     lines = list(_of_subject(expectation, facts))
     stopped_s = facts.steps.get(STOP, INFINITY)

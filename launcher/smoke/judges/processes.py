@@ -120,11 +120,7 @@ def _alive(facts: Facts, name: str, alive: bool, when: Window) -> Verdict:
 # ---- unexpected exits
 
 
-def _no_deaths_text(expectation: Expectation) -> str:
-    return "no process exits unexpectedly" + times_text(expectation)
-
-
-@with_window(_no_deaths_text)
+@with_window(lambda e: "no process exits unexpectedly" + times_text(e))
 def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     """`but`: patterns of processes that are expected to exit."""
     expected_exits = expectation.get("but", ())
@@ -133,8 +129,8 @@ def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         for event in facts.events
         if event.process is not None
         and event.at_s in when
-        and _is_death(event)
-        and event.process not in facts.asked
+        and _is_unexpected(event)
+        and event.process not in facts.ended_by_steps
         and not any(facts.is_named(event.process, pattern) for pattern in expected_exits)
     ]
     if not bad:
@@ -142,14 +138,14 @@ def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     first = bad[0]
     names = [event.process for event in bad if event.process]
     return when.violated(
-        seen=several(_death_text(event) for event in bad),
+        seen=several(_exit_line(event) for event in bad),
         at_s=first.at_s,
         about=tuple(dict.fromkeys(names)),
-        guess=explain.death(names[0], facts),
+        guess=explain.last_exception(names[0], facts),
     )
 
 
-def _is_death(event: ProcessEvent) -> bool:
+def _is_unexpected(event: ProcessEvent) -> bool:
     if event.kind == "not started":
         return True
     return (
@@ -159,7 +155,7 @@ def _is_death(event: ProcessEvent) -> bool:
     )
 
 
-def _death_text(event: ProcessEvent) -> str:
+def _exit_line(event: ProcessEvent) -> str:
     if event.kind == "not started":
         return f"{event.process} could not be started: {event.details.get('reason')}"
     return f"{event.process} exited at {event.at_s:.1f} s of the run with {_end_text(event)}"

@@ -33,8 +33,8 @@ def _rate_text(expectation: Expectation) -> str:
 
 @with_window(_rate_text)
 def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
-    heard = [m for m in facts.heard(expectation.subject) if holds(expectation, m.content)[0]]
-    times = sorted(_sent(m) for m in heard if _sent(m) in when)
+    received = [m for m in facts.received(expectation.subject) if holds(expectation, m.content)[0]]
+    times = sorted(_sent(m) for m in received if _sent(m) in when)
     if not when.closed:
         return when.open(seen=f"{len(times)} messages")
     span: Span = expectation.get("is")
@@ -102,17 +102,17 @@ def _message_text(expectation: Expectation) -> str:
 
 @with_window(_message_text)
 def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
-    known = facts.heard(expectation.subject, expectation.get("watch"))
-    heard = [m for m in known if m.at_s in when]
+    known = facts.received(expectation.subject, expectation.get("watch"))
+    received = [m for m in known if m.at_s in when]
     if expectation.get("all"):
-        return _all(expectation, facts, heard, when)
+        return _all(expectation, facts, received, when)
     count: Span | None = expectation.get("count")
     span = count or Span(low=1, high=INFINITY, text=">= 1")
     for early in (m for m in known if when.is_too_early(m.at_s)):
         if holds(expectation, early.content)[0]:
             seen = f"too early, after {when.since(early.at_s)}: {_short(early)}"
             return when.violated(seen=seen, at_s=early.at_s)
-    judged = [(m, *holds(expectation, m.content)) for m in heard]
+    judged = [(m, *holds(expectation, m.content)) for m in received]
     fitting = [m for m, fits, _ in judged if fits]
     reasons = [why for _, _, why in judged if why]
     if len(fitting) > span.high:
@@ -124,17 +124,19 @@ def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         seen = f"{len(fitting)}" + ("" if enough_s is None else f", after {when.since(enough_s)}")
         return when.met(seen=seen, at_s=enough_s, value=len(fitting))
     return when.not_yet(
-        seen=_missing(heard, fitting, reasons),
-        guess=None if heard else _silence(expectation, facts),
+        seen=_missing(received, fitting, reasons),
+        guess=None if received else _silence(expectation, facts),
         about=explain.processes_on(expectation.subject, facts),
         value=len(fitting),
     )
 
 
-def _missing(heard: list[Message], fitting: list[Message], reasons: list[str]) -> str:
-    if not heard:
+def _missing(received: list[Message], fitting: list[Message], reasons: list[str]) -> str:
+    if not received:
         return "no message"
-    text = f"{len(fitting)} of {len(heard)} messages match; the last one was {_short(heard[-1])}"
+    text = (
+        f"{len(fitting)} of {len(received)} messages match; the last one was {_short(received[-1])}"
+    )
     return f"{text} ({reasons[-1]})" if reasons else text
 
 
@@ -142,17 +144,17 @@ def _silence(expectation: Expectation, facts: Facts) -> str | None:
     return explain.silence(expectation.subject, facts, expectation.get("qos"))
 
 
-def _all(expectation: Expectation, facts: Facts, heard: list[Message], when: Window) -> Verdict:
-    for number, message in enumerate(heard, 1):
+def _all(expectation: Expectation, facts: Facts, received: list[Message], when: Window) -> Verdict:
+    for number, message in enumerate(received, 1):
         fits, why = holds(expectation, message.content)
         if not fits:
             reason = f" ({why})" if why else ""
             seen = f"message {number} after {when.since(message.at_s)}: {_short(message)}{reason}"
             return when.violated(seen=seen, at_s=message.at_s)
-    if not heard:
+    if not received:
         guess = _silence(expectation, facts)
         return when.not_yet(seen="no message", guess=guess)
-    return when.so_far(seen=f"{len(heard)} messages")
+    return when.so_far(seen=f"{len(received)} messages")
 
 
 def _short(message: Message) -> str:

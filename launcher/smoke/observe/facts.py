@@ -1,4 +1,4 @@
-"""What was observed of a run from outside: frozen values, the only input of the judges.
+"""Observations of a run from outside: frozen values, the only input of the judges.
 
 All `at_s` are seconds since the start of the launcher.
 """
@@ -110,7 +110,8 @@ class Facts:
     """Everything observed up to `now_s`; `ending` is set when the run is over.
 
     `steps`: time of each step, with `start` and `ready`; `node_names`: nodes of each process, from
-    the launch file; `asked`: processes that a step ended; `lost_messages`: received too fast.
+    the launch file; `ended_by_steps`: processes that a step has ended;
+    `lost_messages`: received too fast.
     """
 
     now_s: float = 0.0
@@ -123,7 +124,7 @@ class Facts:
     services: tuple[str, ...] = ()
     steps: Mapping[str, float] = field(default_factory=lambda: {START: 0.0})
     node_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    asked: frozenset[str] = frozenset()
+    ended_by_steps: frozenset[str] = frozenset()
     troubles: tuple[str, ...] = ()
     lost_messages: int = 0
     ending: Ending | None = None
@@ -163,7 +164,7 @@ class Facts:
         return pattern is None or self.is_named(line.process, pattern)
 
     def process_of(self, node: str) -> str | None:
-        """The process of a node by its full name, as far as the launch file says."""
+        """The process of a node by its full name, if the launch file names it."""
         by_name = (p for p, nodes in self.node_names.items() if node in nodes)
         by_label = (p for p in self.processes() if label_of(p) == node.rpartition("/")[2])
         return next(by_name, None) or next(by_label, None)
@@ -175,7 +176,6 @@ class Facts:
                 yield event
 
     def was_running(self, process: str, at_s: float) -> bool:
-        """Whether a process was running at this time."""
         alive = False
         for event in self.events:
             if event.process == process and event.at_s <= at_s:
@@ -183,7 +183,6 @@ class Facts:
         return alive
 
     def last_end(self, process: str) -> ProcessEvent | None:
-        """The last exit of a process."""
         return next(reversed([*self.of("ended", process)]), None)
 
     def last_lines(self, process: str, count: int = 10) -> tuple[LogLine, ...]:
@@ -204,14 +203,13 @@ class Facts:
     def endpoints(self, topic: str) -> tuple[Endpoint, ...]:
         return self.graph().on(topic)
 
-    def heard(self, topic: str, watch: str | None = None) -> tuple[Message, ...]:
+    def received(self, topic: str, watch: str | None = None) -> tuple[Message, ...]:
         """The messages of a topic, received by one subscription of the probe or by any."""
         return tuple(m for m in self.messages if m.topic == topic and watch in (None, m.watch))
 
 
 @functools.lru_cache(maxsize=4096)  # called for every line by every judge
 def matches(pattern: str, process: str, nodes: tuple[str, ...]) -> bool:
-    """Whether a pattern matches a process with these nodes."""
     names = {process, label_of(process), *nodes, *(n.rpartition("/")[2] for n in nodes)}
     return any(fnmatch.fnmatchcase(name, pattern) for name in names)
 

@@ -1,4 +1,4 @@
-"""Threads that record what a run reports through its control socket."""
+"""Threads that record events, log lines and resource usage from a run's control socket."""
 
 from __future__ import annotations
 

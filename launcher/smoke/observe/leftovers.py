@@ -11,13 +11,13 @@ from pathlib import Path
 
 from launcher import proc
 from launcher.engine.cleanup.run_id import run_id_of
+from launcher.ros.discovery.ports import multicast_port
 
 SHARED_MEMORY = Path("/dev/shm")
 SETTLE_S = 3.0  # the launcher's watchdog may still be at work
 POLL_S = 0.05
 _MAPPED = re.compile(rb" /dev/shm/([^\n(]+)")
 _PORT = re.compile(r"port(\d+)")
-_FIRST_PORT, _PORTS_PER_DOMAIN = 7400, 250
 
 
 def processes_of(launcher_pid: int) -> dict[int, str]:
@@ -61,8 +61,7 @@ class SharedMemory:
     """Notes which files in /dev/shm the processes of a run have mapped."""
 
     def __init__(self, domain_id: int) -> None:
-        first = _FIRST_PORT + _PORTS_PER_DOMAIN * domain_id
-        self._ports = range(first, first + _PORTS_PER_DOMAIN)
+        self._ports = range(multicast_port(domain_id), multicast_port(domain_id + 1))
         self._names: set[str] = set()
         # Existing files are not of this run, even if its processes use them.
         self._before = frozenset(path.name for path in SHARED_MEMORY.glob("*"))

@@ -24,7 +24,6 @@ def folder_of(log_root: Path, launcher_pid: int) -> Path | None:
 
 
 def events(folder: Path, recorder: Recorder) -> list[ProcessEvent]:
-    """The entries of events.jsonl."""
     found = []
     with contextlib.suppress(OSError):
         text = (folder / "events.jsonl").read_text(encoding="utf-8", errors="replace")

@@ -22,7 +22,7 @@ from launcher.smoke.observe.recorder import Recorder
 
 READY_S = 20.0  # importing rclpy on a busy machine
 EXIT_S = 5.0
-ANSWER_ROOM_S = 2.0  # the probe itself reports timeouts; only a dead one takes longer
+ANSWER_ROOM_S = 2.0  # the probe itself reports timeouts; only one that hangs takes longer
 
 
 class ProbeError(LauncherError):
@@ -84,7 +84,7 @@ class ProbeClient:
         result: dict[str, Any] = answer.get("result") or {}
         return result
 
-    def tell(self, do: str, **fields: Any) -> None:
+    def send(self, do: str, **fields: Any) -> None:
         """Send a request without waiting for the answer."""
         self._write({"id": next(self._ids), "do": do, **fields})
 

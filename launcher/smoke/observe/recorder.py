@@ -1,4 +1,4 @@
-"""Recorder: collects observations from several threads, and returns them as Facts."""
+"""Collects observations from several threads, and returns them as Facts."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Recorder:
         self._services: tuple[str, ...] = ()
         self._steps: dict[str, float] = {START: 0.0}
         self._nodes: dict[str, tuple[str, ...]] = {}
-        self._asked: set[str] = set()
+        self._ended_by_steps: set[str] = set()
         self._troubles: list[str] = []
         self._lost_messages = 0
         self._sorted: tuple[LogLine, ...] = ()  # the lines; valid as long as it is as long
@@ -70,7 +70,7 @@ class Recorder:
             self._observed[type(observed)].append(observed)
 
     def replace(self, kind: type[LogLine | ProcessEvent], observed: Iterable[object]) -> None:
-        """Everything of a kind, from the files of the run."""
+        """Replace everything of a kind, with what the files of the run have."""
         with self._change():
             self._observed[kind] = list(observed)
             self._sorted = ()
@@ -90,7 +90,7 @@ class Recorder:
             self._services = tuple(names)
 
     def add_trouble(self, text: str) -> None:
-        """Something that kept us from observing."""
+        """Report something that made observations incomplete."""
         with self._change():
             self._troubles.append(text)
 
@@ -107,10 +107,9 @@ class Recorder:
     def expect_exit(self, process: str) -> None:
         """A step ends this process: its exit is not unexpected."""
         with self._change():
-            self._asked.add(process)
+            self._ended_by_steps.add(process)
 
     def end(self, ending: Ending) -> None:
-        """Nothing more will be recorded."""
         with self._change():
             self._ending = ending
 
@@ -139,16 +138,16 @@ class Recorder:
                 services=self._services,
                 steps=dict(self._steps),
                 node_names=dict(self._nodes),
-                asked=frozenset(self._asked),
+                ended_by_steps=frozenset(self._ended_by_steps),
                 troubles=tuple(self._troubles),
                 lost_messages=self._lost_messages,
                 ending=self._ending,
             )
 
     def wait_for(
-        self, fact: Callable[[Facts], T | None], within_s: float, *, look_s: float = 0.5
+        self, fact: Callable[[Facts], T | None], within_s: float, *, poll_s: float = 0.5
     ) -> T | None:
-        """The first true result of `fact`, or its last one when the time is over."""
+        """The first true result of `fact`, or the last result on timeout."""
         deadline_s = time.monotonic() + within_s
         while True:
             found = fact(self.facts())
@@ -156,5 +155,5 @@ class Recorder:
             if found or left_s <= 0:
                 return found
             with self._changed:
-                self._changed.wait(min(left_s, look_s))
+                self._changed.wait(min(left_s, poll_s))
             time.sleep(MIN_WAIT_S)  # events come in bursts, and `fact` has its cost

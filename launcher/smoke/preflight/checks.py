@@ -39,7 +39,7 @@ def of_script(script: Script) -> Findings:
 
 
 def _late(script: Script) -> Iterator[LauncherError]:
-    """Steps and expectations whose time comes after the end of the run."""
+    """Steps and expectations whose time is after the end of the run."""
     if script.for_s is None:
         return
     end_s, times = script.for_s, script.earliest_s()
@@ -74,8 +74,6 @@ def _longer(at_s: float) -> str:
 
 
 class _Types:
-    """Checks all types and fields of a script."""
-
     def __init__(self, script: Script) -> None:
         self._script = script
         self._of_topics = of_topics(script)

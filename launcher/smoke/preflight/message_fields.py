@@ -22,8 +22,6 @@ _BASIC = {"boolean": bool, "float": float, "double": float, "long double": float
 
 @dataclass(frozen=True, slots=True)
 class Several:
-    """An array or a sequence."""
-
     element: Any
 
 

@@ -139,7 +139,6 @@ def _try_folder(path: Path, repeat: int) -> None:
 
 
 def runs_in(path: Path, repeat: int) -> Iterator[Path]:
-    """The folders of several runs."""
     return (path / f"run-{number}" for number in range(1, repeat + 1))
 
 

@@ -11,7 +11,6 @@ from launcher.smoke.reports.result import Judged, Result
 
 
 def commands(result: Result) -> Iterator[str]:
-    """A workflow command for each failure."""
     for one in result.failures:
         message = _data("\n".join(describe(one, result.facts)[1:]))
         yield f"::error {_properties(one)}::{message}"

@@ -77,7 +77,6 @@ def of_result(result: Result) -> list[Measure]:
 
 
 def medians(runs: Sequence[Iterable[Measure]]) -> list[Measure]:
-    """The median of each measure over several runs."""
     known: dict[str, list[Measure]] = {}
     for measure in (measure for run in runs for measure in run):
         known.setdefault(measure.name, []).append(measure)

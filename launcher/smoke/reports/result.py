@@ -62,7 +62,6 @@ class Result:
 
 
 def worst(codes: Sequence[ExitCode]) -> ExitCode:
-    """The exit code of several runs."""
     order = (
         ExitCode.INTERRUPTED,
         ExitCode.TERMINATED,

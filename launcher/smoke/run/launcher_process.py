@@ -53,11 +53,11 @@ class LauncherProcess:
         """Its exit code; None while it runs, or if it had to be killed."""
         return None if self._was_killed else self._process.poll()
 
-    def stop(self, patience_s: float) -> None:
-        """SIGINT, then SIGTERM, then SIGKILL; returns when it has exited."""
+    def stop(self, grace_s: float) -> None:
+        """SIGINT, after `grace_s` SIGTERM, then SIGKILL; returns when it has exited."""
         if self.is_alive:
             self._process.send_signal(signal.SIGINT)
-        if not _wait(self._process, patience_s):
+        if not _wait(self._process, grace_s):
             self._process.send_signal(signal.SIGCONT)  # it may have been suspended
             self._process.send_signal(signal.SIGTERM)
             if not _wait(self._process, KILL_S):
@@ -67,7 +67,6 @@ class LauncherProcess:
         self._watchdog.close()
 
     def last_lines(self, count: int) -> list[str]:
-        """The last lines of its output."""
         with contextlib.suppress(OSError):
             return self._output.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]
         return []

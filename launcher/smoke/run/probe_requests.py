@@ -39,7 +39,7 @@ def subscribed(probe: ProbeClient, expectations: Iterable[Expectation]) -> Itera
         key = (topic, type_, qos and tuple(sorted(qos.items())), str(depth))
         if key not in subs:
             subs[key] = f"{topic} {next(numbers)}"
-            probe.tell("subscribe", sub=subs[key], topic=topic, type=type_, qos=qos, **depth)
+            probe.send("subscribe", sub=subs[key], topic=topic, type=type_, qos=qos, **depth)
         yield replace(expectation, values={**expectation.values, "watch": subs[key]})
 
 
@@ -51,7 +51,6 @@ class AnswerPoller:
         self._is_over = is_over
 
     def begin(self, expectations: Iterable[Expectation]) -> None:
-        """Start one thread for each parameter and service."""
         for expectation in expectations:
             if expectation.kind in ("parameter", "service"):
                 threading.Thread(

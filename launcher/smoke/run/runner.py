@@ -18,7 +18,7 @@ from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
 from launcher.smoke.judges import judge
 from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.observe.facts import Facts
-from launcher.smoke.reports.picture import Picture
+from launcher.smoke.reports.graph_files import GraphFiles
 from launcher.smoke.reports.result import Judged, Result
 from launcher.smoke.run.probe_requests import AnswerPoller, subscribed
 from launcher.smoke.run.progress import Progress
@@ -28,7 +28,7 @@ from launcher.smoke.run.system import STOP_S, System
 POLL_S = 0.1
 JUDGE_S = 0.5  # judging all messages of a long run takes time
 JUDGE_SHARE = 4  # judge again after at least so many times what the last judging took
-PICTURE_S = 1.0  # before the end, the graph is recorded if there is no probe
+GRAPH_RECORD_S = 1.0  # before the end, the graph is recorded if there is no probe
 STOP_ROOM_S = 15.0  # the launcher times out this long after it should have been stopped
 EMPTY_STOP_S = 5.0  # a launcher without processes has nothing to wait for
 PROBE_ANSWER_S = 5.0
@@ -95,7 +95,7 @@ class Runner:
             longest_s=self._run_time_s + self._script.ready_limit_s() + STOP_ROOM_S,
         )
         self._scenario = Scenario(self._script, self._system, progress, self._is_over)
-        self._picture = Picture(self._system, folder, always=keeps_graph)
+        self._graph_files = GraphFiles(self._system, folder, always=keeps_graph)
 
     def run(self) -> Result:
         """Start, observe, stop, judge. Ctrl-C stops the system, too."""
@@ -105,11 +105,11 @@ class Runner:
             self._progress.started(self._system)
             self._observe()
             self._check_probe()
-            self._picture.begin()
+            self._graph_files.begin()
         except KeyboardInterrupt as interrupt:
             self._interrupted = code_of(interrupt)
             self._say("interrupted: stopping the system")
-            self._picture.begin()
+            self._graph_files.begin()
         finally:
             self._is_over.set()
             self._stop()
@@ -146,8 +146,8 @@ class Runner:
             self._check_ready(facts)
             self._scenario.run_due(facts)
             self._judge(facts, end_s)
-            if self._now_s >= end_s - PICTURE_S:
-                self._picture.begin()
+            if self._now_s >= end_s - GRAPH_RECORD_S:
+                self._graph_files.begin()
             self._is_over.wait(POLL_S)
         self._check_ready(system.facts())
 
@@ -213,7 +213,7 @@ class Runner:
     def _stop(self) -> None:
         """The system is stopped in any case; a second Ctrl-C kills it."""
         try:
-            self._picture.finish_look()
+            self._graph_files.finish_recording()
             self._say("stopping")
             has_children = bool(self._system.facts().processes())
             ending = self._system.stop(STOP_S if has_children else EMPTY_STOP_S)
@@ -222,7 +222,7 @@ class Runner:
             ending = self._system.stop(0.0)
         self._progress.ended(self._now_s, ending, self._system.facts())
         try:
-            fault = self._picture.draw()
+            fault = self._graph_files.draw()
         except KeyboardInterrupt as interrupt:
             self._interrupted = code_of(interrupt)
         else:
@@ -247,7 +247,7 @@ class Runner:
             domain_id=self._system.domain_id,
             gave_up=self._gave_up,
             interrupted=self._interrupted,
-            last_lines=() if facts.processes() else tuple(self._system.last_words(LAST_LINES)),
+            last_lines=() if facts.processes() else tuple(self._system.last_lines(LAST_LINES)),
             trouble=self._trouble(facts),
         )
 
@@ -260,7 +260,7 @@ class Runner:
         if ending.left_processes:
             return f"left behind and killed: {', '.join(ending.left_processes)}"
         if not facts.processes():
-            lines = self._system.last_words(LAST_LINES)
+            lines = self._system.last_lines(LAST_LINES)
             errors = [line for line in lines if line.startswith("error: ")]
             reason = f": {errors[0].removeprefix('error: ')}" if errors else ""
             return f"no process was started{reason}"

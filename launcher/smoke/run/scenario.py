@@ -101,7 +101,7 @@ class Scenario:
         while time.monotonic() < end_s and not self._is_over.is_set():
             time.sleep(min(POLL_S, max(0.0, end_s - time.monotonic())))
         try:
-            self._system.resume(command.words["name"])
+            self._system.control("resume", command.words["name"])
         except LauncherError:
             return  # it has exited meanwhile
         on_over()
@@ -120,7 +120,7 @@ class Scenario:
             case "call":
                 system.call(words["service"], words["type"], words.get("value"))
             case verb:
-                system.steer(verb, words["name"])
+                system.control(verb, words["name"])
 
 
 def _failure(step: Step, seen: str) -> Judged:

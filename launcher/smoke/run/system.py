@@ -1,4 +1,4 @@
-"""System: a launched system, started and observed from outside, in a ROS domain of its own."""
+"""A launched system, started and observed from outside, in a ROS domain of its own."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from launcher.smoke.observe.recorder import Recorder
 from launcher.smoke.run.launcher_process import LauncherProcess
 from launcher.smoke.run.waits import Waits
 
-LISTEN_S = 10.0  # until the launcher has started its first process, on a busy machine
+LISTEN_S = 10.0  # until the control socket is open, on a busy machine
 STOP_S = 30.0  # SIGINT, SIGTERM and SIGKILL of every process, and what they left behind
 SET_S = 5.0  # until a node has set a parameter
 REST_S = 3.0  # to read what is still in the sockets
 MAX_RUN_S = 3600.0  # after this the launcher stops by itself
-# They lead out of the domain or the machine, or to the folder of another run.
+# These would connect the system to other machines, or to the log folder of another run.
 _NOT_INHERITED = ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "LAUNCHER_RUN_ID")
 
 
@@ -102,8 +102,8 @@ class System(Waits):
         except ProbeError as error:
             self.recorder.add_trouble(f"{error.message}: {error.hint or 'no output'}")
 
-    def stop(self, patience_s: float = STOP_S) -> Ending:
-        """Stop the system and release everything; may be called more than once."""
+    def stop(self, grace_s: float = STOP_S) -> Ending:
+        """Stop the system, with SIGTERM after `grace_s`; may be called more than once."""
         if self._ending is not None:
             return self._ending
         asked_s = None
@@ -111,12 +111,12 @@ class System(Waits):
             self._memory.note(self._launcher.pid)
             self.recorder.step(STOP)
             asked_s = self.recorder.now_s
-        self._launcher.stop(patience_s)
+        self._launcher.stop(grace_s)
         down_s = self.recorder.now_s
         self._followers.join(REST_S)
         left = end_processes(self._launcher.pid)
         self._read_files()
-        self._stack.close()  # the probe, which has memory mapped, and the lease
+        self._stack.close()  # ends the probe, which has shared memory mapped, and the lease
         self._ending = Ending(
             asked_s=asked_s,
             down_s=down_s,
@@ -158,14 +158,12 @@ class System(Waits):
         """The log folder of the run, once there is one."""
         return log_files.folder_of(self.log_root, self._launcher.pid)
 
-    def last_words(self, count: int = 15) -> list[str]:
-        """The last lines of the launcher's output."""
+    def last_lines(self, count: int = 15) -> list[str]:
         return self._launcher.last_lines(count)
 
     # ---- messages
 
     def watch(self, topic: str, type: str | None = None) -> None:
-        """Record the messages of a topic from now on."""
         sub = f"{topic} {next(self._subs)}"
         self._probed().ask("subscribe", sub=sub, topic=topic, type=type, qos=None)
 
@@ -182,7 +180,7 @@ class System(Waits):
             self.watch(topic)
 
         def found(facts: Facts) -> Message | None:
-            later = (m for m in facts.heard(topic) if m.at_s >= since_s)
+            later = (m for m in facts.received(topic) if m.at_s >= since_s)
             return next((m for m in later if where is None or where(m.content)), None)
 
         def guess(facts: Facts) -> str | None:
@@ -193,8 +191,7 @@ class System(Waits):
     # ---- commands
 
     def ps(self) -> list[dict[str, Any]]:
-        """The rows of `ps`."""
-        found: list[dict[str, Any]] = self._control("ps")["processes"]
+        found: list[dict[str, Any]] = self._request("ps")["processes"]
         return found
 
     def kill(self, process: str, signum: str = "SIGKILL") -> None:
@@ -231,46 +228,27 @@ class System(Waits):
             raise ControlError(f"no process '{process}' is running", hint=f"there are: {known}")
         return alive
 
-    def stop_process(self, process: str) -> None:
-        """Through the launcher, which keeps it stopped."""
-        self.steer("stop", process)
-
-    def start_process(self, process: str) -> None:
-        self.steer("start", process)
-
-    def restart_process(self, process: str) -> None:
-        self.steer("restart", process)
-
-    def pause(self, process: str) -> None:
-        self.steer("pause", process)
-
-    def resume(self, process: str) -> None:
-        self.steer("resume", process)
-
     def send(self, process: str, text: str) -> None:
-        """Write a line to its standard input."""
-        self._control("send", process, text=text)
+        self._request("send", process, text=text)
 
-    def steer(self, verb: str, process: str) -> None:
+    def control(self, verb: str, process: str) -> None:
         """`stop`, `start`, `restart`, `pause` or `resume` through the launcher."""
         if verb in ("stop", "restart"):
             for name in self.facts().named(process):
                 self.recorder.expect_exit(name)
-        self._control(verb, process)
+        self._request(verb, process)
 
-    def _control(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
+    def _request(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
         run = self._followers.wait_for_run(LISTEN_S)
         with run.connect() as connection:
             return connection.ask(verb, names, timeout_s=STOP_S, **options).result
 
     def publish(self, topic: str, type: str | None, value: Any) -> None:
-        """Publish one message, once there is a subscription."""
         self._probed().ask("publish", topic=topic, type=type, values=value)
 
     def call(
         self, service: str, type: str | None = None, request: Any = None, timeout_s: float = 5.0
     ) -> Any:
-        """The response of a service."""
         values = {} if request is None else request
         fields = {"service": service, "type": type, "values": values}
         return self._probed().ask("call", timeout_s=timeout_s, **fields)["values"]

@@ -26,7 +26,6 @@ class Waits:
         self.recorder = recorder
 
     def facts(self) -> Facts:
-        """Everything observed up to now."""
         return self.recorder.facts()
 
     def wait_for(
@@ -48,8 +47,6 @@ class Waits:
         return found
 
     def wait_for_expectation(self, expectation: Expectation, within_s: float) -> Verdict:
-        """Until it is met."""
-
         def if_met(facts: Facts) -> Verdict | None:
             verdict = judge(expectation, facts)
             return verdict if verdict.outcome is Outcome.MET else None

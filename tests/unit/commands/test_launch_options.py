@@ -6,8 +6,13 @@ import signal
 import pytest
 
 from launcher.command_line import Command, option
-from launcher.commands.launch.options import RUN_OPTIONS, parse_restart, run_options
-from launcher.commands.launch.process_options import parse_cpus, parse_limit, parse_stop
+from launcher.commands.launch.options import RUN_OPTIONS, run_options
+from launcher.commands.launch.process_options import (
+    parse_cpus,
+    parse_limit,
+    parse_restart,
+    parse_stop,
+)
 from launcher.engine.monitor.housekeeping import judge_for
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions, matches

@@ -2,10 +2,11 @@
 
 import pytest
 
-from launcher.commands.launch.ros_domain import is_domain, refuse
+from launcher.commands.launch.checks import refuse_domain
 from launcher.errors import UsageError
 from launcher.model.events import StartProcess
 from launcher.model.spec import ProcessSpec, RosIdentity
+from launcher.ros.discovery.domains import is_domain
 
 GOOD = ["", "0", "00", "-0", "232", " 7", "+7", "0x10", "010", "5abc"]
 BAD = ["abc", " ", "233", "-1", "0 ", "08", "0xg", "0x", ".5", "4294967301", "٣"]
@@ -32,11 +33,11 @@ NODE = RosIdentity(node_name="x")
 def test_nodes_with_an_invalid_domain_are_named():
     effects = [start(f"node-{number}", "abc", NODE) for number in range(1, 6)]
     with pytest.raises(UsageError, match="ROS_DOMAIN_ID is 'abc'") as caught:
-        refuse("abc", effects)
+        refuse_domain("abc", effects)
     assert "(node-1, node-2, node-3 and 2 more)" in caught.value.message
     assert "export ROS_DOMAIN_ID=0" in str(caught.value.hint)
 
 
 def test_processes_with_their_own_domain_and_non_nodes_are_not_refused():
-    refuse("abc", [start("node-1", "5", NODE), start("sh-2", "abc", None)])
-    refuse("7", [start("node-1", "7", NODE)])
+    refuse_domain("abc", [start("node-1", "5", NODE), start("sh-2", "abc", None)])
+    refuse_domain("7", [start("node-1", "7", NODE)])

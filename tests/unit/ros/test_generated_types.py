@@ -19,7 +19,8 @@ from launcher import cli
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.from_yaml import fill, parse
 from launcher.ros.messages.interfaces import load_message
-from launcher.ros.messages.to_yaml import Style, to_csv, to_json_plain, to_plain, to_yaml
+from launcher.ros.messages.to_yaml import Style, to_csv, to_plain, to_yaml
+from launcher.ros.verb import to_json_plain
 from tests.support.any_message import messages, same
 from tests.support.examples import examples
 from tests.support.interfaces import PACKAGE, install

@@ -41,9 +41,9 @@ def test_a_question_is_answered_until_the_end(path: Path):
 def test_a_removed_socket_is_made_anew_and_one_that_is_there_stays(path: Path):
     server = GraphServer(path, echo)
     path.unlink()
-    server.look_after()
+    server.restore()
     made = path.stat().st_ino
-    server.look_after()
+    server.restore()
     assert path.stat().st_ino == made
     assert asked(path) == {"asked": {"domain_id": 7}}
     server.close()
@@ -53,5 +53,5 @@ def test_a_removed_socket_is_made_anew_and_one_that_is_there_stays(path: Path):
 def test_the_socket_is_not_created_again_after_the_end(path: Path):
     server = GraphServer(path, echo)
     server.close()
-    server.look_after()
+    server.restore()
     assert not path.exists()

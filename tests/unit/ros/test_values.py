@@ -78,5 +78,5 @@ def test_a_number_that_is_too_large_does_not_become_a_string():
 def test_a_section_of_a_parameter_file_that_holds_itself(tmp_path):
     path = tmp_path / "endless.yaml"
     path.write_text("/n:\n  ros__parameters: &a\n    b: *a\n", encoding="utf-8")
-    with pytest.raises(VerbError, match="holds itself"):
+    with pytest.raises(VerbError, match="contains itself"):
         parameters.file_values(str(path), "/n", use_wildcard=False)

@@ -281,4 +281,6 @@ def test_an_excepted_or_requested_exit_is_no_failure():
     wanted = expectation("no_deaths: '*'")
     announced = replace(wanted, values={"but": ("robot_1",)})
     assert judge(announced, seen(events=events)).outcome is MET
-    assert judge(wanted, seen(events=events, asked=frozenset({"robot_1-1"}))).outcome is MET
+    assert (
+        judge(wanted, seen(events=events, ended_by_steps=frozenset({"robot_1-1"}))).outcome is MET
+    )

@@ -1,7 +1,7 @@
 """Write the ROS graph of a run to `graph.json` and `graph.svg`.
 
 The graph is recorded while the system runs and drawn afterwards: drawing takes seconds.
-`python -m launcher.smoke.reports.picture JSON SVG` draws in a process of its own, which can be
+`python -m launcher.smoke.reports.graph_files JSON SVG` draws in a process of its own, which can be
 killed if a graph takes too long.
 """
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from launcher.smoke.run.system import System
 
 # Limits for a busy machine and a graph of many nodes; usually it takes a second or two.
-LOOK_S = 20.0
+RECORD_S = 20.0
 DRAW_S = 60.0
-_LOOK = ("-m", "launcher", "graph", "--json", "--debug-topics", "--hidden")
-_DRAW = ("-m", "launcher.smoke.reports.picture")
+_RECORD = ("-m", "launcher", "graph", "--json", "--debug-topics", "--hidden")
+_DRAW = ("-m", "launcher.smoke.reports.graph_files")
 
 
-class Picture:
+class GraphFiles:
     """The graph of a system, from its probe or, without one, from `launcher graph --json`.
 
     `always`: even without a probe.
@@ -41,16 +41,16 @@ class Picture:
         self._json = folder / "graph.json"
         self._svg = folder / "graph.svg"
         self._always = always
-        self._look: subprocess.Popen[bytes] | None = None
+        self._recording: subprocess.Popen[bytes] | None = None
 
     def begin(self) -> None:
         """Record the graph in the background, unless the probe does; only the first call counts."""
-        if not self._always or self._look is not None or self._system.probe is not None:
+        if not self._always or self._recording is not None or self._system.probe is not None:
             return
         if self._system.is_alive and self._system.domain_id in busy_domains():
             with self._json.open("wb") as file:
-                self._look = subprocess.Popen(
-                    [sys.executable, *_LOOK],
+                self._recording = subprocess.Popen(
+                    [sys.executable, *_RECORD],
                     stdin=subprocess.DEVNULL,
                     stdout=file,
                     stderr=subprocess.DEVNULL,
@@ -58,15 +58,15 @@ class Picture:
                     start_new_session=True,
                 )
 
-    def finish_look(self) -> None:
+    def finish_recording(self) -> None:
         """Wait until the graph is recorded; afterwards the system may be stopped."""
-        if self._look is None:
+        if self._recording is None:
             return
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._look.wait(LOOK_S)
-        if self._look.poll() is None:
-            self._look.kill()
-            self._look.wait()
+            self._recording.wait(RECORD_S)
+        if self._recording.poll() is None:
+            self._recording.kill()
+            self._recording.wait()
 
     def draw(self) -> str | None:
         """Write the files; returns why one is missing."""
@@ -75,17 +75,17 @@ class Picture:
         snapshot = self._snapshot()
         if snapshot is None:
             self._json.unlink(missing_ok=True)
-            return f"no picture of the ROS graph: {self._why()}"
+            return f"no drawing of the ROS graph: {self._why()}"
         text = json.dumps(to_document(snapshot), indent=2, ensure_ascii=False)
         try:
             save(self._json, f"{text}\n")
         except OSError as error:
-            return f"no picture of the ROS graph: {error.strerror}"
+            return f"no drawing of the ROS graph: {error.strerror}"
         return self._draw_svg()
 
     def _snapshot(self) -> TopicGraph | None:
         """The last graph with live nodes before the stop."""
-        if self._look is not None:
+        if self._recording is not None:
             with contextlib.suppress(VerbError):
                 return load(str(self._json))
             return None
@@ -97,7 +97,7 @@ class Picture:
         return None
 
     def _why(self) -> str:
-        if self._look is not None:
+        if self._recording is not None:
             return "it could not be recorded in time"
         facts = self._system.facts()
         if self._system.probe is None and any(facts.node_names.values()):

@@ -1,4 +1,4 @@
-"""Verbs of ros2cli that do not exist here, and their alternatives."""
+"""The error for a verb of ros2cli that does not exist here, with an alternative."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Redirection of standard output while a launch file is evaluated."""
+"""Redirects standard output at the level of descriptors, and prints text to it safely."""
 
 from __future__ import annotations
 
@@ -55,10 +55,10 @@ def _duplicate_stderr() -> None:
         os.close(nowhere)
 
 
-def say(text: str) -> None:
-    """Print a text; a closed pipe (`| head`) is no error.
+def print_text(text: str) -> None:
+    """Print a text; a closed pipe (`| head`) is ignored.
 
-    What the terminal's encoding does not have is replaced.
+    Characters that the encoding of the output lacks are replaced.
     """
     encoding = sys.stdout.encoding or "utf-8"
     try:
