@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from launcher.command_line import Command
 from launcher.commands import VERBS
@@ -15,7 +16,12 @@ from launcher.commands.launch.target import (
 )
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import ExitCode
+from launcher.language.substitution import describe_substitutions
 from launcher.stdio import print_text, stdout_to_stderr
+
+if TYPE_CHECKING:
+    from launcher.language.actions.arguments import DeclareLaunchArgument
+
 
 COMMAND = Command(
     "args",
@@ -37,7 +43,6 @@ def show(request: LaunchRequest) -> int:
     from launcher import frontends
     from launcher.language.compat import vocabulary
     from launcher.language.diagnostics import faults
-    from launcher.render.arguments import describe_arguments
 
     path = request.path
     with stdout_to_stderr(), limited(request.time_limit, path), vocabulary([path]):
@@ -48,3 +53,21 @@ def show(request: LaunchRequest) -> int:
             raise faults.explain(error, path) from error
     print_text(text)
     return ExitCode.OK
+
+
+def describe_arguments(arguments: Sequence[DeclareLaunchArgument]) -> str:
+    blocks = ["Arguments (pass arguments as '<name>:=<value>'):"]
+    blocks += [_describe(argument) for argument in arguments]
+    if not arguments:
+        blocks.append("  No arguments.")
+    if any(argument._conditionally_included for argument in arguments):
+        blocks.append("* argument(s) which are only used if specific conditions occur")
+    return "\n\n".join(blocks)
+
+
+def _describe(argument: DeclareLaunchArgument) -> str:
+    star = "*" if argument._conditionally_included else ""
+    lines = [f"    '{argument.name}':{star}", f"        {argument.description}"]
+    if argument.default_value is not None:
+        lines.append(f"        (default: {describe_substitutions(argument.default_value)})")
+    return "\n".join(lines)

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from launcher.commands.args import describe_arguments
 from launcher.model.spec import ProcessSpec
 from launcher.planner import make_plan
-from launcher.render.arguments import describe_arguments
 from launcher.render.command_line import ParameterFiles, command_line
 from launcher.render.entities import short_path
 from launcher.render.plan_tree import plan_tree
