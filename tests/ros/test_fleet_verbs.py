@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import re
+import shlex
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +18,8 @@ from tests.ros.conftest import ros_domain
 from tests.support.domain import private_domain
 from tests.support.verbs import PATIENCE_S, eventually, launcher
 from tests.support.waiting import wait_until
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "ros-verbs.md"
 
 
 @pytest.mark.thorough
@@ -65,6 +70,15 @@ def test_the_verbs_work_on_a_running_system_as_documented(tmp_path):
         eventually(lambda: launcher(env, *hz), lambda rate: rate.code == 0)
         graph = ("graph", "--mode", "active")
         eventually(lambda: launcher(env, *graph), lambda tree: "/fleet/tasks" in tree.out)
+        assert launcher(env, *documented("topic pub")).code == 0
+
+
+def documented(verb: str) -> list[str]:
+    """The example of a verb in docs/ros-verbs.md."""
+    pattern = rf"^python -m launcher ({verb} .*)$"
+    found = re.search(pattern, PAGE.read_text(encoding="utf-8"), re.M)
+    assert found is not None
+    return shlex.split(found[1])
 
 
 def topics_of(env: Mapping[str, str]) -> set[str]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import uuid
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -74,6 +76,9 @@ talker.destroy_node()
 
 # A busy machine takes longer than 2 s to refuse a launch file.
 LATE_REFUSAL = "import launcher.pytest_plugin\nlauncher.pytest_plugin.REFUSAL_S = 60\n"
+
+
+SMOKE_PAGE = Path(__file__).resolve().parents[2] / "docs" / "smoke.md"
 
 
 @pytest.fixture
@@ -293,3 +298,12 @@ def test_a_run_without_launched_systems_imports_nothing_of_them(folder: pytest.P
 def test_pytest_finds_the_plugin_by_itself(folder: pytest.Pytester):
     result = folder.runpytest_subprocess("--fixtures")
     result.stdout.fnmatch_lines(["launched_system -- *launcher/pytest_plugin.py:*"])
+
+
+@pytest.mark.thorough
+def test_the_example_of_the_documentation_passes(launched_system):
+    example = re.search(r"```python\n(.*?)```", SMOKE_PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert example is not None
+    names: dict[str, Any] = {}
+    exec(example[1], names)
+    names["test_the_monitor_misses_a_stopped_robot"](launched_system)

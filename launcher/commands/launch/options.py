@@ -38,7 +38,12 @@ RUN_OPTIONS = (
         _later("parse_stop"),
     ),
     option("--nice NAME=N", "niceness", _later("parse_nice"), name="limits"),
-    option("--cpus NAME=0,2-3", "processors to run on", _later("parse_cpus"), name="limits"),
+    option(
+        "--cpus NAME=0-1",
+        "processors to run on: numbers and ranges, separated by commas",
+        _later("parse_cpus"),
+        name="limits",
+    ),
     option(
         "--limit NAME:nofile=256,as=1G,core=0",
         "resource limits, with the names of `ulimit`",

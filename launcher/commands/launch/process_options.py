@@ -135,7 +135,7 @@ def parse_nice(text: str) -> Limits:
     return Limits(nice=nice)
 
 
-@for_pattern("=", "--cpus 'robot_*=0,2-3'")
+@for_pattern("=", "--cpus 'robot_*=0'")
 def parse_cpus(text: str) -> Limits:
     """The processors that it may run on, as in `0,2-3`."""
     cpus: set[int] = set()

@@ -18,7 +18,7 @@ The file may also say how a process is restarted, stopped and limited, in the wo
       restart: on-failure,max=5
       stop: int:2,term:1
       nice: 5
-      cpus: 0,2-3
+      cpus: 0-1
       limit: nofile=256,core=0
 
 cpu is percent of one core; memory is bytes, K, M and G are powers of 1024; threads and fds are

@@ -69,11 +69,21 @@ def _await_subscriptions(observer: Observer, publisher: Any, wanted: int, own: E
             print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
             printed_s = now
             there = [e for e in observer.endpoints(own.topic) if not e.is_publisher]
-            text = explain([*there, own]) if mismatches([*there, own]) else None
+            text = _why_unmatched([*there, own])
             if text and text != explained:
                 warn(text)
                 explained = text
         time.sleep(_POLL_S)
+
+
+def _why_unmatched(endpoints: list[Endpoint]) -> str | None:
+    """The mismatches, with the options of ours that repair them; None if there are none."""
+    found = mismatches(endpoints)
+    if not found:
+        return None
+    options = qos.publisher_options(found)
+    hint = f"\nhint: {' '.join(options)}" if options else ""
+    return explain(endpoints) + hint
 
 
 def _loop(

@@ -9,6 +9,7 @@ from launcher.command_line import Parsed, count, option
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.interfaces import full_type
 from launcher.ros.snapshot.graph import INFINITE_NS, Direction, Endpoint
+from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.verb import seconds
 
 if TYPE_CHECKING:
@@ -79,6 +80,17 @@ def from_options(options: Parsed, base: QoSProfile) -> QoSProfile:
     if lease_s is not None:
         profile.liveliness_lease_duration = Duration(nanoseconds=int(lease_s * 1e9))
     return profile
+
+
+def publisher_options(found: Iterable[Mismatch]) -> list[str]:
+    """The options with which a publisher offers what these subscriptions request."""
+    faults = (fault for mismatch in found for fault in mismatch.faults)
+    options = {
+        f"--qos-{fault.policy.lower()} {fault.requested.lower()}": None
+        for fault in faults
+        if fault.policy.lower() in POLICIES
+    }
+    return list(options)
 
 
 def from_words(words: Mapping[str, Any], depth: int) -> QoSProfile:

@@ -5,7 +5,13 @@ import pytest
 from launcher.ros.discovery.ports import participants_of
 from launcher.ros.draw.dot import to_dot
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
-from launcher.ros.snapshot.qos_matching import explain, mismatched_policy, silent_subscriptions
+from launcher.ros.snapshot.qos_matching import (
+    explain,
+    mismatched_policy,
+    mismatches,
+    silent_subscriptions,
+)
+from launcher.ros.topics.qos import publisher_options
 
 
 def endpoint(node: str, direction: str, **changes: str) -> Endpoint:
@@ -33,6 +39,19 @@ def test_a_subscription_may_not_ask_for_more_than_is_offered(offered, asked, pol
     publisher = endpoint("/a", "publisher", **offered)
     subscription = endpoint("/b", "subscription", **asked)
     assert mismatched_policy(publisher, subscription) == policy
+
+
+@pytest.mark.parametrize(
+    ("asked", "options"),
+    [
+        ({}, []),
+        ({"durability": "TRANSIENT_LOCAL"}, ["--qos-durability transient_local"]),
+        ({"type": "std_msgs/msg/Bool"}, []),
+    ],
+)
+def test_the_options_for_a_publisher_offer_what_the_subscription_asks_for(asked, options):
+    pair = endpoint("/a", "publisher"), endpoint("/b", "subscription", **asked)
+    assert publisher_options(mismatches(pair)) == options
 
 
 def test_a_subscription_is_silent_only_if_no_publisher_suits_it():
