@@ -138,6 +138,7 @@ def overview() -> str:
     lines = [
         f"usage: {name} TARGET [name:=value ...] [options]",
         f"       {name} VERB ...",
+        f"       {name} help [VERB] | -h, --help | -V, --version",
         "",
         "TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or",
         f"PACKAGE FILE as with `ros2 launch`. {name} VERB --help lists the options of a verb.",

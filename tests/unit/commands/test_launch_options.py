@@ -55,9 +55,9 @@ def test_a_whole_restart_policy_is_read():
 @pytest.mark.parametrize(
     ("word", "says"),
     [
-        ("robot_2", "it is not NAME=..."),
+        ("robot_2", "expected NAME=..."),
         ("robot_2=sometimes", "never, on-failure, always"),
-        ("=always", "it is not NAME=..."),
+        ("=always", "expected NAME=..."),
         ("a=always,maximum=3", "unknown setting 'maximum'"),
         ("a=always,max=three", "'max=three' is not a whole number"),
         ("a=always,max=1e9", "'max=1e9' is not a whole number"),
