@@ -78,13 +78,6 @@ class Verb(Record):
         )
 
 
-def _period(text: str) -> float:
-    value = command_line.seconds(text)
-    if not value:
-        raise ValueError(f"'{text}' is not a number of seconds above 0")
-    return value
-
-
 FOLLOW = option("-f, --follow", "keep printing new entries until the run ends")
 SIGNAL = option(
     "-s, --signal SIGNAL",
@@ -97,7 +90,7 @@ LINES = option(
 PERIOD = option(
     "-p, --period S",
     "seconds between two samples (default: 1)",
-    _period,
+    command_line.positive_seconds,
     name="period_s",
     kind="seconds",
 )

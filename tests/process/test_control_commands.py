@@ -69,7 +69,8 @@ def test_failures_exit_with_1_and_usage_errors_with_2(steering: SteeringBench):
         assert unknown.stderr == (
             "error: unknown process 'cta'\nhint: did you mean 'cat-1'? known: cat-1\n"
         )
-        for words in (["stop"], ["kill", "cat", "-s", "NO"], ["ps", "-x"], ["ps", "--run"]):
+        bad_values = ["kill", "cat", "-s", "NO"], ["level", "foo"], ["grep", "("]
+        for words in (["stop"], *bad_values, ["ps", "-x"], ["ps", "--run"]):
             wrong = run.shell(*words)
             assert wrong.returncode == 2, words
             assert wrong.stderr.startswith("error: ")

@@ -101,7 +101,9 @@ def test_options_are_taken_wherever_they_stand():
     assert not options.exit_when_any_dies
 
 
-@pytest.mark.parametrize("words", [["--timeout"], ["--timeout", "soon"], ["--restart"]])
+@pytest.mark.parametrize(
+    "words", [["--timeout"], ["--timeout", "soon"], ["--timeout=0"], ["--restart"]]
+)
 def test_an_option_without_a_good_value_is_refused(words):
     with pytest.raises(UsageError):
         read(words)
