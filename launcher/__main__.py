@@ -41,8 +41,10 @@ def flushed(code: int) -> int:
             stream.flush()
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-        except OSError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        except OSError as error:
+            from launcher.stdio import report_lost_output
+
+            report_lost_output(error, stream)
             code = code or 1
     return code
 

@@ -29,11 +29,6 @@ def main(words: Sequence[str]) -> int:
     debug = _wants_traceback(words)
     try:
         return _dispatch(words)
-    except HelpRequested as asked:
-        from launcher.command_help import help_text
-
-        print(help_text(asked.command))
-        return ExitCode.OK
     except LauncherError as error:
         if debug:
             raise
@@ -47,7 +42,12 @@ def main(words: Sequence[str]) -> int:
             gone = UsageError("the current directory does not exist any more")
             print(gone.render(), file=sys.stderr)
             return gone.exit_code
-        print(f"error: {error.strerror}: {error.filename or 'output'}", file=sys.stderr)
+        if error.filename is None:
+            from launcher.stdio import report_lost_output
+
+            report_lost_output(error, sys.stdout)
+        else:
+            print(f"error: {error.strerror}: {error.filename}", file=sys.stderr)
         return ExitCode.PROCESS_FAILED
 
 
@@ -98,7 +98,13 @@ def _dispatch(words: list[str]) -> int:
 def _run(module: str, words: list[str]) -> int:
     if module != "launch":
         gc.enable()
-    code: int = importlib.import_module(f"launcher.commands.{module}").main(words)
+    try:
+        code: int = importlib.import_module(f"launcher.commands.{module}").main(words)
+    except HelpRequested as requested:
+        from launcher.command_help import help_text
+
+        print(help_text(requested.command))
+        return requested.exit_code
     return code
 
 
@@ -120,6 +126,8 @@ _WITH_VERBS = ("topic", "node", "param", "service", "interface")  # that have ve
 
 def _suggest_verb(word: str, error: LauncherError) -> None:
     """Add a hint to an error about the target if it looks like a misspelt verb."""
+    if os.sep in word or "." in word:
+        return  # a path
     verb = suggest(word, (*VERBS, *CONTROL_VERBS))
     if verb is not None and f"'{word}'" in error.message:
         meant = f"did you mean `{_program()} {verb}`?"
@@ -138,6 +146,7 @@ def overview() -> str:
     lines = [
         f"usage: {name} TARGET [name:=value ...] [options]",
         f"       {name} VERB ...",
+        f"       {name} help [VERB] | -h, --help | -V, --version",
         "",
         "TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or",
         f"PACKAGE FILE as with `ros2 launch`. {name} VERB --help lists the options of a verb.",

@@ -18,12 +18,14 @@ def help_text(command: Command) -> str:
     if command.commands:
         rows = [(one.name.rpartition(" ")[2], one.help) for one in command.commands]
         parts.append(_section("verbs", rows))
-        parts.append(f"{command.usage.removesuffix(' ...')} --help lists the options of one.")
+        parts.append(f"{command.usage.removesuffix(' ...')} --help lists the options of a verb.")
     explained = [(one.metavar, explanation(one)) for one in command.arguments if one.help]
     if explained:
         parts.append(_section("arguments", explained))
-    if not command.commands:
-        parts.append(option_section("options", (*command.options, HELP)))
+    # In the console, `help VERB` is how help is asked for.
+    options = (*command.options, HELP) if command.in_shell else command.options
+    if options and not command.commands:
+        parts.append(option_section("options", options))
     parts += [option_section(title, options) for title, options in command.groups]
     return "\n\n".join([*parts, *([command.epilog] if command.epilog else [])])
 

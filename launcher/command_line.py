@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from types import SimpleNamespace
 
-from launcher.errors import LauncherError, UsageError
+from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.model.record import Record
 from launcher.text import did_you_mean
 
@@ -149,7 +149,7 @@ class Command(Record):
         if not self.commands:
             return _Reader(self, words).result()
         if not words or words[0] in HELP.flags:
-            raise HelpRequested(self)
+            raise HelpRequested(self, ExitCode.OK if words else ExitCode.USAGE)
         for command in self.commands:
             if command.name == f"{self.name} {words[0]}":
                 return command.read(words[1:])
@@ -171,11 +171,12 @@ class Parsed(SimpleNamespace):
 
 
 class HelpRequested(Exception):
-    """Raised by --help: print the help of `command` instead of running it."""
+    """Raised by --help, or by a command without its verb: print the help of `command`."""
 
-    def __init__(self, command: Command) -> None:
+    def __init__(self, command: Command, exit_code: ExitCode = ExitCode.OK) -> None:
         super().__init__(command.name)
         self.command = command
+        self.exit_code = exit_code
 
 
 class _Reader:
@@ -386,6 +387,14 @@ def seconds(text: str) -> float:
         value = -1.0
     if not 0.0 <= value < float("inf"):
         raise ValueError(f"'{text}' is not a number of seconds")
+    return value
+
+
+def positive_seconds(text: str) -> float:
+    """As `seconds`, but not 0; ValueError."""
+    value = seconds(text)
+    if not value:
+        raise ValueError(f"'{text}' is not a number of seconds above 0")
     return value
 
 

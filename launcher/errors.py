@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from launcher.text import escape
 
@@ -45,8 +45,11 @@ _MEANINGS = {
 }
 
 
-def exit_code_table() -> list[str]:
-    return ["exit codes:", *(f"  {code.value:<8} {code.meaning}" for code in ExitCode)]
+def exit_code_table(codes: Iterable[ExitCode] = ExitCode) -> list[str]:
+    return ["exit codes:", *(f"  {code.value:<8} {code.meaning}" for code in codes)]
+
+
+OF_SMOKE = (ExitCode.NOT_MET, ExitCode.NOT_READY)
 
 
 class LauncherError(Exception):

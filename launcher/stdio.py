@@ -7,6 +7,10 @@ import os
 import sys
 from collections.abc import Iterator
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TextIO
+
 STDOUT, STDERR = 1, 2
 
 
@@ -53,6 +57,14 @@ def _duplicate_stderr() -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, STDOUT)
         os.close(nowhere)
+
+
+def report_lost_output(error: OSError, stream: TextIO) -> None:
+    """Say that output was lost, unless it was that of stderr, and discard what follows."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    if stream.fileno() == STDOUT:
+        with contextlib.suppress(OSError):  # the same full disk
+            print(f"error: cannot write the output: {error.strerror or error}", file=sys.stderr)
 
 
 def print_text(text: str) -> None:

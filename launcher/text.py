@@ -13,12 +13,14 @@ _CUTOFF, _CUTOFF_SHORT, _SHORT = 0.6, 0.7, 6
 
 
 def suggest(word: str, known: Iterable[str]) -> str | None:
-    """The most similar known word; None if none is similar."""
+    """The most similar known word; None if none is similar, or several equally."""
     import difflib  # only mistakes need it
 
-    words = list(known)
+    words = list(dict.fromkeys(known))
     cutoff = _CUTOFF_SHORT if len(word) < _SHORT else _CUTOFF
-    similar = difflib.get_close_matches(word, words, n=1, cutoff=cutoff)
+    similar = difflib.get_close_matches(word, words, n=2, cutoff=cutoff)
+    if len({difflib.SequenceMatcher(None, one, word).ratio() for one in similar}) < len(similar):
+        return None
     anagrams = (one for one in words if sorted(one) == sorted(word))  # `cta` for `cat`
     return similar[0] if similar else next(anagrams, None)
 

@@ -44,7 +44,7 @@ CONTROL_VERBS = (
 ABSENT_VERBS = {
     "action": "topic list and service list list the parts of an action, "
     "with --include-hidden-topics and --include-hidden-services",
-    "bag": "PROGRAM topic echo TOPIC --json > FILE saves messages, one a line",
+    "bag": "PROGRAM topic echo TOPIC --json > FILE saves messages, one per line",
     "component": "a launch file loads components (ComposableNodeContainer, LoadComposableNodes)",
     "control": None,
     "daemon": "there is no daemon; every verb reads the graph itself",

@@ -28,7 +28,7 @@ COMMAND = Command(
     VERBS["args"],
     arguments=(TARGET,),
     synopsis="TARGET [options]",
-    about=f"Lists the arguments of the launch file and of what it includes.\n\n{ABOUT_TARGET}",
+    about=f"List the arguments of the launch file and of what it includes.\n\n{ABOUT_TARGET}",
     options=(EVALUATION_TIMEOUT, DEBUG),
 )
 

@@ -32,10 +32,10 @@ def _run_id(text: str) -> str:
 
 COMMON = (
     option("--run ID", "id, pid or target of the run, or the beginning of one of these", _run_id),
-    option("--json", "print one JSON object, or one a line"),
+    option("--json", "print one JSON object, or one per line"),
     DEBUG,
 )
-RUNS = Command("runs", "list the running launches", options=COMMON, synopsis="[--json]")
+RUNS = Command("runs", "list the running launches", options=COMMON[1:], synopsis="[--json]")
 
 
 def command_of(verb: Verb) -> Command:

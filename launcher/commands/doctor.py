@@ -18,8 +18,8 @@ COMMAND = Command(
     "doctor",
     VERBS["doctor"],
     about="""\
-Checks the wheels and their environment, the limits of the system, and what killed runs have
-left. It changes nothing without --fix.""",
+Check the wheels and their environment, the limits of the system, and what killed runs have
+left. Nothing is changed without --fix.""",
     options=(
         option(
             "--fix",

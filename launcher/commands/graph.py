@@ -132,7 +132,7 @@ COMMAND = ros_command(
     _graph,
     option(
         "--mode MODE",
-        "only nodes, topics that connect two sides, or all topics",
+        "draw no topics, those with both a publisher and a subscription, or all",
         default="all",
         choices=("nodes", "active", "all"),
     ),

@@ -94,7 +94,7 @@ COMMAND = Command(
             "show the process of each node, and whether the node answers",
             _ps,
             ALL,
-            option("--patience S", "wait S seconds for the answer of a node", seconds, 1.0),
+            option("--patience S", "wait up to S seconds for each node to answer", seconds, 1.0),
         ),
     ),
 )

@@ -31,7 +31,7 @@ COMMAND = Command(
     arguments=(TARGET,),
     synopsis=SYNOPSIS,
     about=f"""\
-Shows which processes would be started when, with which command line, and why. Functions and
+Show which processes would be started when, with which command line, and why. Functions and
 commands of the launch file are executed, as when it is launched.
 
 {ABOUT_TARGET}""",

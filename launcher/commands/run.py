@@ -24,7 +24,9 @@ COMMAND = Command(
         option("[ARG ...]", default=(), name="words", count="..."),
     ),
     synopsis="PACKAGE EXECUTABLE [ARG ...]",
-    about="All words after EXECUTABLE are its arguments, --ros-args included.",
+    about="""\
+Run one executable of a package in this terminal. All words after EXECUTABLE are its arguments,
+--ros-args included.""",
     options=(DEBUG,),
 )
 

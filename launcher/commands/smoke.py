@@ -82,7 +82,7 @@ COMMAND = Command(
     arguments=(TARGET,),
     synopsis=SYNOPSIS,
     about=f"""\
-Starts the launch file in a ROS domain of its own, checks the expectations, stops it, and checks
+Start the launch file in a ROS domain of its own, check the expectations, stop it, and check
 what is left behind. Expectations are described in docs/smoke.md.
 
 {ABOUT_TARGET}""",

@@ -62,7 +62,9 @@ class WordCompleter(Completer):
 
     def _names(self) -> list[tuple[str, str]]:
         found = self._processes()
-        return [(word, "") for word in sorted({*names_of(found), *globs_of(found)})]
+        names, globs = names_of(found), globs_of(found)
+        # Tab inserts the first one: never several processes where one is meant.
+        return [(word, "") for word in (*sorted(names), *sorted(globs - names))]
 
     def _expanded(self, word: str) -> Iterable[Completion]:
         names = [p["name"] for p in self._processes() if fnmatch.fnmatchcase(p["name"], word)]

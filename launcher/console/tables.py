@@ -58,11 +58,11 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "up", _text(one["uptime_s"], duration)
     yield "nodes", list(one["node_names"]) or "-"
     yield "command", shlex.join(one["command"])
-    yield "folder", one["cwd"] or "that of the launcher"
+    yield "folder", one["cwd"] or "same as the launcher"
     yield "restarts", f"{one['restarts']}; policy: {one['restart_policy']}"
     yield "stop", one["stop_policy"]
     last = one["last_exit"]
-    asked = " (asked)" if last and last["asked"] else ""
+    asked = " (requested)" if last and last["asked"] else ""
     yield "last exit", f"{last['text']}{asked}" if last else "-"
     yield "cpu", _text(one["cpu_percent"], cpu)
     resident = _text(one["rss_bytes"], memory)
@@ -72,7 +72,10 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "shown", filters(one) or "all"
     yield "log", _text(one["log_file"])
     unset = [f"{name} is not set" for name in one["environment_unset"]]
-    yield "environment", [f"{k}={v}" for k, v in one["environment_set"].items()] + unset or "-"
+    yield (
+        "environment",
+        [f"{k}={v}" for k, v in one["environment_set"].items()] + unset or "unchanged",
+    )
 
 
 def _text(value: Any, form: Any = str) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 
 from launcher.control.protocol import VERSION
 from launcher.control.socket_directory import ControlError
+from launcher.errors import ExitCode
 from launcher.model.record import Record
 
 HELLO_TIMEOUT_S = 5.0
@@ -33,6 +34,8 @@ class RefusedError(ControlError):
     def __init__(self, code: str, message: str, hint: str | None) -> None:
         super().__init__(message, hint=hint)
         self.code = code
+        if code in ("bad-option", "bad-request", "unknown-verb"):
+            self.exit_code = ExitCode.USAGE
 
 
 class NoRunError(ControlError):

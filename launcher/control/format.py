@@ -20,6 +20,9 @@ def log_line(item: Mapping[str, Any]) -> str:
     return str(item["text"]) if name is None else f"[{name}] {item['text']}"
 
 
+_EVENTS = {"asked": "requested"}  # the name in the document, the word in the line
+
+
 def event_line(item: Mapping[str, Any]) -> str:
     """An item of `events`."""
     if "dropped" in item:
@@ -30,7 +33,7 @@ def event_line(item: Mapping[str, Any]) -> str:
     event, process = details.pop("event"), details.pop("process", None)
     if event == "resources":
         details = {name: _used(sample) for name, sample in details["processes"].items()}
-    words = [clock, event, *([process] if process else [])]
+    words = [clock, _EVENTS.get(event, event), *([process] if process else [])]
     return " ".join([*words, *(f"{key}={value}" for key, value in details.items())])
 
 
@@ -46,8 +49,9 @@ def filters(row: Mapping[str, Any]) -> str:
         parts.append(f"{row['level']} and above")
     if row.get("grep"):
         parts.append(f"lines with {row['grep']!r}")
-    if parts:
-        parts.append(f"{count(row.get('muted_lines', 0), 'line')} not shown")
+    hidden = row.get("muted_lines", 0)
+    if parts and hidden:
+        parts.append(f"{count(hidden, 'line')} not shown")
     return ", ".join(parts)
 
 
@@ -83,14 +87,14 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
 def info_lines(row: Mapping[str, Any]) -> list[str]:
     """`info` of one process."""
     last = row["last_exit"]
-    asked = " (asked)" if last is not None and last["asked"] else ""
+    asked = " (requested)" if last is not None and last["asked"] else ""
     facts = {
         "state": f"{row['state']}{', paused' if row['paused'] else ''}",
         "pid": _or_dash(row["pid"]),
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",
         "command": " ".join(row["command"]),
-        "folder": row["cwd"] or "that of the launcher",
+        "folder": row["cwd"] or "same as the launcher",
         "restarts": f"{row['restarts']}; policy: {row['restart_policy']}",
         "stop": row["stop_policy"],
         "last exit": "-" if last is None else f"{last['text']}{asked}",

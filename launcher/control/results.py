@@ -108,11 +108,11 @@ def _shown(shown: Shown) -> str:
             return "is shown alone; `unmute` shows all"
         case Change.LEVEL:
             level = f"{LEVELS[shown.level]} and above" if shown.level else "all levels"
-            return f"is shown with {level}"
+            return f"shows {level}"
         case Change.PATTERN:
             if shown.pattern is None:
-                return "is shown with every line"
-            return f"is shown with only those lines that match {shown.pattern!r}"
+                return "shows all lines"
+            return f"shows only lines that match {shown.pattern!r}"
 
 
 def shown_sentences(changes: Sequence[Shown], *, is_everyone: bool) -> list[str]:

@@ -92,8 +92,8 @@ def _unknown(word: str, processes: Sequence[ProcessNames]) -> list[int]:
         hint = f"did you mean '{word}*'? "
     else:
         hint = "" if similar is None else f"did you mean '{spellings[similar]}'? "
-    known = _listed([one.name for one in processes], "and") or "no processes yet"
-    raise BadCallError("unknown-name", f"unknown process '{word}'", f"{hint}there are {known}")
+    known = _listed([one.name for one in processes], "and") or "none yet"
+    raise BadCallError("unknown-name", f"unknown process '{word}'", f"{hint}known: {known}")
 
 
 def _listed(names: Sequence[str], word: str) -> str:

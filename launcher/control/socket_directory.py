@@ -19,7 +19,7 @@ class ControlError(LauncherError):
 
 
 def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
-    """Folders for sockets of this user, in the order in which a new run tries them."""
+    """Directories for sockets of this user, in the order in which a new run tries them."""
     found = []
     runtime = env.get("XDG_RUNTIME_DIR", "")
     if runtime.startswith("/") and _is_ours(Path(runtime), uid):
@@ -30,7 +30,7 @@ def candidates(env: Mapping[str, str], uid: int) -> list[Path]:
 
 
 def preferred(env: Mapping[str, str], uid: int) -> Path:
-    """The folder that a run started from this shell would use."""
+    """The directory that a run started from this shell would use."""
     found = candidates(env, uid)
     longest = f".{2**22}-{'0' * 12}{SUFFIX}"
     fitting = (one for one in found if len(os.fsencode(one / longest)) <= PATH_LIMIT)
@@ -45,13 +45,13 @@ def _is_ours(path: Path, uid: int) -> bool:
 
 
 def problem_of(path: Path, uid: int) -> str | None:
-    """Why this folder cannot be trusted; None if other users have no access. Raises OSError.
+    """Why this directory cannot be trusted; None if other users have no access. Raises OSError.
 
     A symbolic link is not followed: in /tmp another user may have made it.
     """
     found = os.lstat(path)
     if not stat.S_ISDIR(found.st_mode):
-        return f"{path} is not a folder"
+        return f"{path} is not a directory"
     if found.st_uid != uid:
         return f"{path} belongs to another user"
     if stat.S_IMODE(found.st_mode) & 0o077:
@@ -60,23 +60,23 @@ def problem_of(path: Path, uid: int) -> str | None:
 
 
 def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
-    """Path for the socket of a run, whose folder is created; ControlError."""
+    """Path for the socket of a run, whose directory is created; ControlError."""
     problems = []
-    for folder in candidates(env, uid):
-        path = folder / f"{run_id}{SUFFIX}"
+    for directory in candidates(env, uid):
+        path = directory / f"{run_id}{SUFFIX}"
         if len(os.fsencode(temporary(path))) > PATH_LIMIT:
-            problems.append(f"{folder} is too long for the path of a socket")
+            problems.append(f"{directory} is too long for the path of a socket")
             continue
         try:
-            if not os.path.lexists(folder):
-                folder.mkdir(mode=0o700, exist_ok=True)
-            problem = problem_of(folder, uid)
+            if not os.path.lexists(directory):
+                directory.mkdir(mode=0o700, exist_ok=True)
+            problem = problem_of(directory, uid)
         except OSError as error:
-            problem = f"{folder}: {error.strerror}"
+            problem = f"{directory}: {error.strerror}"
         if problem is None:
             return path
         problems.append(problem)
-    raise ControlError("; ".join(problems) or "no folder for a socket")
+    raise ControlError("; ".join(problems) or "no directory for a socket")
 
 
 def temporary(path: Path) -> Path:
@@ -85,12 +85,12 @@ def temporary(path: Path) -> Path:
 
 
 def sockets(env: Mapping[str, str], uid: int) -> list[Path]:
-    """Sockets in trusted folders, the oldest run first."""
+    """Sockets in trusted directories, the oldest run first."""
     found = []
-    for folder in candidates(env, uid):
+    for directory in candidates(env, uid):
         try:
-            if problem_of(folder, uid) is None:
-                paths = (path for path in folder.iterdir() if path.suffix == SUFFIX)
+            if problem_of(directory, uid) is None:
+                paths = (path for path in directory.iterdir() if path.suffix == SUFFIX)
                 found += [path for path in paths if not path.name.startswith(".")]
         except OSError:
             continue  # it does not exist, or was removed just now

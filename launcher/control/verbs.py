@@ -63,8 +63,7 @@ class Verb(Record):
         if self.names != "none":
             arguments.append(option("[NAME]" if self.text else "[NAME ...]", name="names"))
         if self.text:
-            # A shell's options may stand between the words of a text.
-            arguments.append(option("TEXT", count="text" if in_shell else "..."))
+            arguments.append(_TEXT_IN_SHELL if in_shell else option("TEXT", count="..."))
         usage = f"{self.usage} [--run ID] [--json]" if in_shell else self.usage
         return Command(
             self.name,
@@ -79,22 +78,19 @@ class Verb(Record):
         )
 
 
-def _period(text: str) -> float:
-    value = command_line.seconds(text)
-    if not value:
-        raise ValueError(f"'{text}' is not a number of seconds above 0")
-    return value
-
-
-FOLLOW = option("-f, --follow", "print new entries until the run ends")
-SIGNAL = option("-s, --signal SIGNAL", "send exactly this signal, once", kind="signal")
+FOLLOW = option("-f, --follow", "keep printing new entries until the run ends")
+SIGNAL = option(
+    "-s, --signal SIGNAL",
+    "send exactly this signal, once; also as -9 or -TERM; 0 only tests whether it is running",
+    kind="signal",
+)
 LINES = option(
     "-n, --lines N", "print the last N lines (default: 100)", command_line.count, kind="count"
 )
 PERIOD = option(
     "-p, --period S",
     "seconds between two samples (default: 1)",
-    _period,
+    command_line.positive_seconds,
     name="period_s",
     kind="seconds",
 )
@@ -103,6 +99,10 @@ LEVEL = option("LEVEL", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
 PATTERN = option("PATTERN", "a regular expression")
 TEXT = option("TEXT", "a line for its standard input")
 TOPIC = option("TOPIC", "a verb")
+# A shell's options may stand between the words of a text.
+_TEXT_IN_SHELL = option(
+    "TEXT", f"{TEXT.help}; put -- before words that begin with --", count="text"
+)
 
 VERBS = (
     Verb("ps [NAME ...]", "list processes with state, restarts, CPU and memory"),
@@ -113,7 +113,7 @@ VERBS = (
     Verb("restart NAME ...", "stop processes and start them again"),
     Verb("pause NAME ...", "suspend processes (SIGSTOP)"),
     Verb("resume NAME ...", "resume suspended processes (SIGCONT)"),
-    Verb("mute NAME ...", "hide the output of processes; log files still get it"),
+    Verb("mute NAME ...", "hide the output of processes; it is still written to the log files"),
     Verb("unmute [NAME ...]", "show the output of processes again, and end `solo`"),
     Verb("solo NAME ...", "show the output of these processes only"),
     Verb(
@@ -177,7 +177,7 @@ def known(name: str) -> Verb:
     verb = find(name)
     if verb is None:
         names = [one.name for one in VERBS]
-        hint = did_you_mean(name, names) or f"there are {', '.join(names)}"
+        hint = did_you_mean(name, names) or f"known: {', '.join(names)}"
         raise BadCallError("unknown-verb", f"unknown verb '{name}'", hint)
     return verb
 
@@ -260,7 +260,7 @@ def signal_number(word: str) -> int:
             return int(signal.Signals[spelling])
     names = [one.name for one in signal.Signals]
     hint = did_you_mean(name, names) or did_you_mean(f"SIG{name}", names)
-    known = f"there are {', '.join(names)}"
+    known = f"known: {', '.join(names)}"
     raise BadCallError("bad-option", f"unknown signal '{word}'", hint or known)
 
 

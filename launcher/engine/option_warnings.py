@@ -14,12 +14,12 @@ from launcher.text import did_you_mean
 
 
 def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[str, str]]:
-    """(`--required 'dispacher' fits no process`, a suggestion) for each."""
+    """(`--required 'dispacher' matches no process`, a suggestion) for each."""
     found = {}
     for place, pattern in _patterns(options):
         if not any(matches(pattern, spec) for spec in specs):
             found[f"{place} '{pattern}'"] = nearest(pattern, specs)
-    return [(f"{what} fits no process", meant) for what, meant in found.items()]
+    return [(f"{what} matches no process", meant) for what, meant in found.items()]
 
 
 def warn_of_unmatched(

@@ -63,9 +63,9 @@ def _parser_class(extension: str) -> Any:
 
 
 def _parse(key: str, *args: Any, **kwargs: Any) -> Any:
-    from launcher.frontends import parsers
+    from launcher.frontends.parsers import tables
 
-    return parsers.parse_function(key)(*args, **kwargs)
+    return tables.parse_function(key)(*args, **kwargs)
 
 
 def _parse_substitution(text: str) -> list[Substitution]:

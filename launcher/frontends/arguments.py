@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 
 from launcher.errors import UsageError
 
+_EMPTY_VALUE = "a value cannot be empty; omit the argument to use its default"
+
 
 def split_words(words: Iterable[str]) -> tuple[list[str], list[tuple[str, str]]]:
     """(the words that name the launch file, the arguments in order); UsageError.
@@ -23,7 +25,7 @@ def split_words(words: Iterable[str]) -> tuple[list[str], list[tuple[str, str]]]
         if not name or not value:
             raise UsageError(
                 f"malformed launch argument '{word}', expected format '<name>:=<value>'",
-                hint="a value cannot be empty; omit the argument to use its default",
+                hint=_EMPTY_VALUE if name else "the name is missing",
             )
         arguments.append((name, value))
     return targets, arguments

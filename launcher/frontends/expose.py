@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from launcher.frontends import parsers
 from launcher.frontends.entity import Entity
 from launcher.frontends.errors import StructureError
+from launcher.frontends.parsers import tables
 from launcher.language import frontend_registry
 from launcher.text import did_you_mean
 
@@ -57,22 +57,22 @@ def instantiate_substitution(type_name: str, args: Iterable[Any] | None = None) 
 
 def action_parser(name: str) -> _ParseMethod | None:
     """The parse method for entities of this name."""
-    return _find(name, frontend_registry.action_parse_methods, parsers.builtin_action)
+    return _find(name, frontend_registry.action_parse_methods, tables.builtin_action)
 
 
 def substitution_parser(name: str) -> _ParseMethod | None:
     """The parse method for substitutions of this name."""
-    return _find(name, frontend_registry.substitution_parse_methods, parsers.builtin_substitution)
+    return _find(name, frontend_registry.substitution_parse_methods, tables.builtin_substitution)
 
 
 def action_names() -> list[str]:
     """All tags that are known now."""
-    return sorted({*parsers.ACTIONS, *frontend_registry.action_parse_methods})
+    return sorted({*tables.ACTIONS, *frontend_registry.action_parse_methods})
 
 
 def substitution_names() -> list[str]:
     """All substitutions that are known now."""
-    return sorted({*parsers.SUBSTITUTIONS, *frontend_registry.substitution_parse_methods})
+    return sorted({*tables.SUBSTITUTIONS, *frontend_registry.substitution_parse_methods})
 
 
 def load_extensions() -> list[str]:
@@ -104,7 +104,7 @@ def _find(
     if not isinstance(name, str):
         return None
     method = exposed.get(name)
-    if method is None and name not in parsers.NEWER:
+    if method is None and name not in tables.NEWER:
         method = builtin(name)
     if method is None:
         load_extensions()

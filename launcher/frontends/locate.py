@@ -6,9 +6,9 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from launcher.errors import UsageError
+from launcher.errors import PackageNotFoundError, UsageError
 from launcher.packages import search_prefixes, share_directory
-from launcher.text import did_you_mean
+from launcher.text import did_you_mean, suggest
 
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
@@ -34,14 +34,23 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         raise UsageError(f"'{_shown(target)}' {what}")
     if path.suffix or os.sep in target:
         folder = path.parent
-        names = sorted(p.name for p in folder.glob("*.launch.*")) if folder.is_dir() else []
-        raise UsageError(f"launch file '{_shown(target)}' not found", hint=_near(path.name, names))
+        files = sorted(folder.glob("*.launch.*")) if folder.is_dir() else []
+        stem = suggest(_stem(path), map(_stem, files))  # the suffixes alone make names similar
+        near = [file.name for file in files if _stem(file) == stem]
+        hint = f"did you mean '{near[0]}'?" if near else _near("", [file.name for file in files])
+        raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
     found = _by_name(target, env)
     if not found:
+        here = [path for suffix in SUFFIXES if _is_file(path := Path(f"{target}{suffix}"))]
         known = sorted({_stem(file) for file in _all_launch_files(env)})
-        hint = _near(target, known) or (
-            "names are searched in launch/ here and in parent directories, and in installed "
-            "packages; or give a path"
+        hint = (
+            f"did you mean '{here[0]}'?"
+            if here
+            else _near(target, known)
+            or (
+                "names are searched in launch/ here and in parent directories, and in installed "
+                "packages; or give a path"
+            )
         )
         raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
     return _only(target, found)
@@ -100,7 +109,15 @@ def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
             f"malformed launch argument '{_shown(file)}', expected format '<name>:=<value>'",
             hint=f"did you mean {name}:={value}?",
         )
-    share = share_directory(package, env)
+    try:
+        share = share_directory(package, env)
+    except PackageNotFoundError:
+        if not _is_file(Path(package)) and not _by_name(package, env):
+            raise
+        raise UsageError(
+            f"malformed launch argument '{_shown(file)}', expected format '<name>:=<value>'",
+            hint=f"did you mean {_shown(file)}:=VALUE?",
+        ) from None
     found = sorted(share.rglob(file)) if os.sep not in file else []
     if not found:
         names = sorted({p.name for suffix in SUFFIXES for p in share.rglob(f"*{suffix}")})

@@ -180,8 +180,13 @@ def read_text(file: Any) -> SourceText:
         with open(file, encoding="utf-8") as stream:
             return SourceText(path, stream.read())
     except UnicodeDecodeError as problem:
-        message = f"{path} is not valid UTF-8 at byte {problem.start}"
-        raise FrontendError(message, ros_type="UnicodeDecodeError") from problem
+        wrong = problem.object[problem.start]
+        raise FrontendError(
+            f"the byte 0x{wrong:02x} is not UTF-8",
+            place=Place(path, problem.object.count(b"\n", 0, problem.start) + 1),
+            hint="save the file as UTF-8",
+            ros_type="UnicodeDecodeError",
+        ) from problem
     except OSError as problem:
         message = f"cannot read {path}: {problem.strerror}"
         raise FrontendError(message, ros_type=type(problem).__name__) from problem

@@ -49,6 +49,9 @@ def parse_xml(source: SourceText) -> XmlElement:
     """The root element; FrontendError with the line if the text is not well-formed."""
     if len(source.text) > MAX_TEXT:
         raise FrontendError("the file is too large for a launch file", ros_type="ParseError")
+    if not source.text.strip():
+        place = Place(source.path, 1)
+        raise FrontendError("the file is empty", place=place, ros_type="ParseError")
     builder = _TreeBuilder(source)
     try:
         return builder.parse()

@@ -45,6 +45,8 @@ class Condition:
 class InvalidConditionExpressionError(Exception):
     """The text of a condition is neither true nor false."""
 
+    _launcher_hint: str | None = None  # see launcher.language.diagnostics.hints
+
 
 def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bool:
     """True for `true` and `1`, False for `false` and `0`; ignores case and outer whitespace."""
@@ -55,10 +57,14 @@ def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bo
         return False
     valid = ", ".join(VALID_TRUE_EXPRESSIONS + VALID_FALSE_EXPRESSIONS)
     given = ", ".join(str(item) for item in expression)
-    raise InvalidConditionExpressionError(
+    error = InvalidConditionExpressionError(
         f"invalid condition expression, expected one of [{valid}] but got '{expanded}', "
         f"expanded from '{given}'"
     )
+    source = describe_substitutions(expression)
+    if source != f"'{expanded}'":
+        error._launcher_hint = f"{source} is '{expanded}'"
+    raise error
 
 
 class _ExpressionCondition(Condition):

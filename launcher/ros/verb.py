@@ -39,7 +39,7 @@ DOMAIN_OPTIONS = (
     option("--json", "print JSON"),
     DEBUG,
     option("--no-observer", "do not ask the observer of a run with --ros"),
-    option("--no-daemon", "accepted as by ros2, without effect"),
+    option("--no-daemon", "ignored, for compatibility with ros2"),
 )
 
 

@@ -66,16 +66,18 @@ EXPECTATIONS = (
     _expectation("--expect-node NAME[=WITHIN]", "a node exists", _keys("node", "within")),
     _expectation("--expect-topic TOPIC[=TYPE]", "a topic exists", _keys("topic", "type")),
     _expectation(
-        "--expect-publishers TOPIC=COUNT", "its publishers", _keys("topic", "publishers", _number)
+        "--expect-publishers TOPIC=COUNT",
+        "number of publishers",
+        _keys("topic", "publishers", _number),
     ),
     _expectation(
         "--expect-subscriptions TOPIC=COUNT",
-        "its readers",
+        "number of subscriptions",
         _keys("topic", "subscriptions", _number),
     ),
     _expectation(
         "--expect-qos TOPIC=POLICY:VALUE,...",
-        "QoS of all its publishers",
+        "QoS of all publishers",
         _keys("qos", "publishers", _policies),
     ),
     _expectation(
@@ -101,8 +103,8 @@ EXPECTATIONS = (
     ),
     _expectation("--expect-parameter NODE:NAME=VALUE", "value of a parameter", _parameter),
     _expectation("--expect-service SERVICE[=TYPE]", "a service exists", _keys("service", "type")),
-    _expectation("--max-cpu PROCESS=PERCENT", "CPU", _keys("cpu", "below")),
-    _expectation("--max-memory PROCESS=SIZE", "memory", _keys("memory", "below")),
+    _expectation("--max-cpu PROCESS=PERCENT", "highest average CPU", _keys("cpu", "below")),
+    _expectation("--max-memory PROCESS=SIZE", "highest memory", _keys("memory", "below")),
     _expectation("--max-start-up S", "time until all is ready", lambda s: {"start_up": s}),
     _expectation("--max-shutdown S", "time to stop", lambda s: {"clean_shutdown": s}),
     _expectation(
@@ -111,5 +113,7 @@ EXPECTATIONS = (
     _expectation(
         "--no-tracebacks[=PROCESS]", "no traceback", lambda s: {"no_tracebacks": s or "*"}
     ),
-    _expectation("--clean-shared-memory", "none is left", lambda _: {"shared_memory": "clean"}),
+    _expectation(
+        "--clean-shared-memory", "nothing is left in /dev/shm", lambda _: {"shared_memory": "clean"}
+    ),
 )

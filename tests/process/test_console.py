@@ -83,7 +83,7 @@ def test_tab_completes_verbs_names_and_signals(bench: Bench):
     glass.type("\x15kill -s SIGTE\t")
     glass.wait_until(lambda: "> kill -s SIGTERM" in glass.text, "the whole signal")
     glass.type("\x15stop rob\t")
-    glass.wait_until(lambda: "robot_*  robot_1  robot_2" in glass.text, "names and the glob")
+    glass.wait_until(lambda: "robot_1  robot_2  robot_*" in glass.text, "names and the glob")
     glass.type("*\t")
     glass.wait_until(lambda: "> stop robot_1-1 robot_2-2" in glass.text, "what it stands for")
     glass.ctrl_c()

@@ -144,7 +144,7 @@ def test_lines_typed_ahead_are_answered_in_their_order(bench: Bench):
         "unknown verb 'bogus'",
         "> unmute",
         "> grep tock robot_2",
-        "robot_2-2 is shown with",
+        "robot_2-2 shows",
     ]
     glass.wait_for(*expected)
     rows = glass.scrolled

@@ -175,12 +175,10 @@ def test_one_verb_is_explained(run: Steered):
 
 
 def test_level_alone_prints_the_current_filter(run: Steered):
-    assert run.tell("level") == "cat-1 is shown with all levels"
+    assert run.tell("level") == "cat-1 shows all levels"
     run.tell("level", level="WARN")
-    assert run.tell("level") == "cat-1 is shown with WARN and above"
-    assert (
-        run.tell("grep", pattern="task") == "cat-1 is shown with only those lines that match 'task'"
-    )
+    assert run.tell("level") == "cat-1 shows WARN and above"
+    assert run.tell("grep", pattern="task") == "cat-1 shows only lines that match 'task'"
 
 
 def test_unmuting_without_a_muted_process_says_so(steering: SteeringBench):

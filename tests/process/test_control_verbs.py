@@ -266,7 +266,7 @@ def test_an_unknown_and_an_ambiguous_name_say_what_there_is(steering: SteeringBe
         with pytest.raises(RefusedError, match="unknown process 'slepper'") as unknown:
             run.tell("stop", "slepper")
         assert unknown.value.code == "unknown-name"
-        hint = "did you mean 'sleeper-1'? there are sleeper-1, twin-2 and twin-3"
+        hint = "did you mean 'sleeper-1'? known: sleeper-1, twin-2 and twin-3"
         assert unknown.value.hint == hint
         with pytest.raises(
             RefusedError, match="'twin' is ambiguous: twin-2 or twin-3"

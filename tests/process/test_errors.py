@@ -313,6 +313,8 @@ def test_each_warning_is_printed_once_at_launch(desk: Desk):
         (["tpoic", "list"], "hint: did you mean `python -m launcher topic`?"),
         (["docter"], "hint: did you mean `python -m launcher doctor`?"),
         (["kil", "robot_1"], "hint: did you mean `python -m launcher kill`?"),
+        (["./plan"], "error: launch file './plan' not found\n"),
+        (["plan.py"], "error: launch file 'plan.py' not found\n"),
         (["warehouse"], "hint: names are searched in launch/ here and in parent directories"),
     ],
 )
@@ -320,6 +322,24 @@ def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(desk: 
     done = desk.call(*words, AMENT_PREFIX_PATH="")
     assert done.returncode == 2
     assert said in done.stderr
+    assert "did you mean" in said or "did you mean" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], ["ps", "--help"], ["plan", "system"], ["runs"], ["interface", "list"]]
+)
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_output_that_cannot_be_written_is_reported_once(words: list[str], unbuffered: str):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "launcher", *words],
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+            stdout=full,
+            stderr=subprocess.PIPE,
+            timeout=60,
+        )
+    said = b"error: cannot write the output: No space left on device\n"
+    assert (done.returncode, done.stderr) == (1, said)
 
 
 def test_words_behind_two_dashes_are_no_options(desk: Desk):

@@ -127,16 +127,16 @@ def test_a_name_without_a_matching_process_is_reported_at_start_and_end(bench: B
     assert done.returncode == 0
     for when in ("so far", "of the whole run"):
         meant = "(did you mean 'sleep'?)"
-        assert f"--restart 'slept' fits no process {when} {meant}" in text
-        assert f"--budget 'nosuch' fits no process {when}" in text
-        assert f"{file}:2: 'slep' fits no process {when} {meant}" in text
+        assert f"--restart 'slept' matches no process {when} {meant}" in text
+        assert f"--budget 'nosuch' matches no process {when}" in text
+        assert f"{file}:2: 'slep' matches no process {when} {meant}" in text
     assert "--nice" not in text and "'sl*'" not in text
 
 
 def test_a_required_process_that_can_never_start_is_an_immediate_error(bench: Bench):
     done = bench.run('sh("echo started", name="dispatcher")', "--required", "dispacher")
     assert done.returncode == 2
-    assert b"--required 'dispacher' fits no process (did you mean 'dispatcher'?)" in done.stderr
+    assert b"--required 'dispacher' matches no process (did you mean 'dispatcher'?)" in done.stderr
     assert b"started" not in done.stdout
 
 
@@ -152,7 +152,10 @@ def test_nodes_with_an_invalid_domain_are_not_started(bench: Bench):
     bench.env["ROS_DOMAIN_ID"] = "233"
     node = "__import__('launch_ros.actions').actions.Node(executable='true'{})"
     done = bench.run(f"sh('echo ran'), {node.format('')}")
-    assert b"error: ROS_DOMAIN_ID is '233', with which no node can start (true-2)\n" in done.stderr
+    said = (
+        b"error: ROS_DOMAIN_ID is '233', which is not a valid domain id: no node can start (true-2)"
+    )
+    assert said + b"\n" in done.stderr
     assert (done.returncode, done.stdout) == (2, b"")
     of_its_own = node.format(", additional_env={'ROS_DOMAIN_ID': '7'}")
     done = bench.run(f"sh('echo ran'), {of_its_own}")

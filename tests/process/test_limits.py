@@ -111,7 +111,7 @@ def test_restarts_have_the_limits_too_and_leave_no_descriptor(bench: Bench):
 
 @pytest.mark.thorough
 def test_a_stop_during_the_stage_ends_the_process(bench: Bench):
-    done = bench.run('sh("exec sleep 1000")', "--nice", "*=1", "--timeout", "0")
+    done = bench.run('sh("exec sleep 1000")', "--nice", "*=1", "--timeout", "0.001")
     assert done.returncode == 0
     assert bench.survivors() == []
 

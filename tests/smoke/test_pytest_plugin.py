@@ -233,9 +233,7 @@ def test_a_misspelt_name_is_reported_with_the_existing_names(folder: pytest.Pyte
     )
     result = folder.runpytest_subprocess("-q")
     result.assert_outcomes(failed=3)
-    result.stdout.fnmatch_lines(
-        ["*no process 'tellr' is running", "there are: teller-1, counter-2"]
-    )
+    result.stdout.fnmatch_lines(["*no process 'tellr' is running", "running: teller-1, counter-2"])
     result.stdout.fnmatch_lines(["*maybe: teller-1 printed such a line, at *"])
     result.stdout.fnmatch_lines(["*maybe: no process is named tellr; there are: teller-1, *"])
 

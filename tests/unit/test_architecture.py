@@ -166,7 +166,7 @@ def test_no_modules_import_each_other():
 
 
 def test_names_in_strings_count_as_imports():
-    assert "launcher.language.ros.node" in imports("launcher.frontends.parsers")
+    assert "launcher.language.ros.node" in imports("launcher.frontends.parsers.tables")
     assert "launcher.commands" in imports("launcher.cli")
     assert "launcher.frontends.xml" in imports("launcher.language.compat.table")
 

@@ -6,7 +6,7 @@ import pytest
 
 from launcher import text
 
-VERBS = ["kill", "logs", "restart", "cat"]
+VERBS = ["kill", "logs", "restart", "cat", "robot_1", "robot_1", "robot_2"]
 
 
 @pytest.mark.parametrize(
@@ -17,6 +17,8 @@ VERBS = ["kill", "logs", "restart", "cat"]
         ("cta", "cat"),
         ("bogus", None),
         ("", None),
+        ("robot_9", None),
+        ("robot_11", "robot_1"),
     ],
 )
 def test_only_a_similar_word_is_suggested(word: str, expected: str | None):

@@ -19,7 +19,7 @@ from launcher.commands.launch.target import (
     LaunchRequest,
 )
 from launcher.commands.launch.time_limit import limited
-from launcher.errors import ExitCode, LaunchFileError, exit_code_table
+from launcher.errors import OF_SMOKE, ExitCode, LaunchFileError, exit_code_table
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
@@ -65,7 +65,7 @@ again to skip a wait.""",
         *READING_OPTIONS,
     ),
     groups=(("options about the run", RUN_OPTIONS),),
-    epilog="\n".join(exit_code_table()),
+    epilog="\n".join(exit_code_table(code for code in ExitCode if code not in OF_SMOKE)),
 )
 
 

@@ -53,7 +53,8 @@ def refuse_domain(word: str, effects: Iterable[Effect]) -> None:
     names = ", ".join(nodes[:_MOST_NAMES])
     more = f" and {len(nodes) - _MOST_NAMES} more" if len(nodes) > _MOST_NAMES else ""
     raise UsageError(
-        f"ROS_DOMAIN_ID is '{word}', with which no node can start ({names}{more})",
+        f"ROS_DOMAIN_ID is '{word}', which is not a valid domain id: "
+        f"no node can start ({names}{more})",
         hint=f"a domain is a number from 0 to {MAX_DOMAIN}: export ROS_DOMAIN_ID=0, or unset it",
     )
 
@@ -71,6 +72,6 @@ def refuse_missing(
         if not any(matches(pattern, spec) for spec in specs):
             names = ", ".join(spec.name for spec in specs) or "none"
             raise UsageError(
-                f"--required '{pattern}' fits no process{nearest(pattern, specs)}",
+                f"--required '{pattern}' matches no process{nearest(pattern, specs)}",
                 hint=f"processes: {names}",
             )

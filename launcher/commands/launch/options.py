@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from launcher.command_line import Parsed, count, option, seconds
+from launcher.command_line import Parsed, count, option, positive_seconds, seconds
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions
 
@@ -58,7 +58,7 @@ RUN_OPTIONS = (
     ),
     option("--required NAME", "end the run when this process ends"),
     option("--exit-when-any-dies", "end the run when a process fails and is not restarted"),
-    option("--timeout S", "end the run after S seconds", seconds, name="timeout_s"),
+    option("--timeout S", "end the run after S seconds", positive_seconds, name="timeout_s"),
     option(
         "--budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,action=warn|restart|stop-run",
         "limit what a process may use, checked once a second",

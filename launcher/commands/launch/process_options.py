@@ -38,7 +38,7 @@ def for_pattern(mark: str, example: str) -> Callable[[Callable[[str], Any]], Cal
             pattern, _, text = word.partition(mark)
             try:
                 if not pattern or not text:
-                    raise ValueError(f"it is not NAME{mark}...")
+                    raise ValueError(f"expected NAME{mark}...")
                 return pattern, parse(text, **more)
             except ValueError as error:
                 hint = f"for example: {example}"

@@ -27,10 +27,12 @@ GOODBYE_S = 2.0  # a console that does not exit with the run is killed after thi
 # Cursor visible, lines wrap, no bracketed paste, no colour; erase everything below the cursor.
 RESET = b"\x1b[?25h\x1b[?7h\x1b[?2004l\x1b[0m\r\x1b[J"
 
+_NO_TERMINAL = (None, "", "dumb")  # values of TERM; programs treat an empty one as none
+
 
 def is_at_terminal() -> bool:
     """Whether standard input and output are terminals, and we are in the foreground."""
-    if not (os.isatty(0) and os.isatty(1)) or os.environ.get("TERM", "dumb") == "dumb":
+    if not (os.isatty(0) and os.isatty(1)) or os.environ.get("TERM") in _NO_TERMINAL:
         return False
     return _in_foreground()
 

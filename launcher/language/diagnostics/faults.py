@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 _LAUNCH_ENDINGS = ("launch.py", "launch.xml", "launch.yaml", "launch.yml")
+_NULL_BYTES = "source code string cannot contain null bytes"
 _QUOTED = re.compile(r"['\"]([^'\"]+)['\"]")
 
 
@@ -125,11 +126,13 @@ def _column(error: BaseException, message: str, line: str) -> int:
 
 
 def _undecodable(error: BaseException, path: str) -> LaunchFileError | None:
-    """The error about a file that is not UTF-8, at that line; None if it is UTF-8."""
+    """The error about a file that is not UTF-8, at that line, or no text; None if it is UTF-8."""
+    name = getattr(error, "filename", None) or path
+    if isinstance(error, (SyntaxError, ValueError)) and _NULL_BYTES in str(error):
+        return LaunchFileError("the launch file is not a text file", where=name)
     is_coding = isinstance(error, SyntaxError) and "codec can't decode" in str(error.msg)
     if not is_coding and not isinstance(error, UnicodeDecodeError):
         return None
-    name = getattr(error, "filename", None) or path
     try:
         with open(name, "rb") as file:
             data = file.read()

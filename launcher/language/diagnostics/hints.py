@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 _UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
 _MISSING_CONFIGURATION = re.compile(r"launch configuration '(.*)' does not exist")
 _MISSING_VARIABLE = re.compile(r"environment variable '(.*)' does not exist")
+_EXPANDED = re.compile(r"(^invalid condition expression, .*), expanded from '.*'$")
 _NOT_PROVIDED = re.compile(r" \((did you mean \w+\?)? ?provided: (.*)\)$")
 
 
@@ -36,8 +37,8 @@ def hint(error: BaseException, message: str, context: LaunchContext | None) -> s
 
 
 def without_hint(message: str) -> str:
-    """The message; for a NameNotProvidedError without the names, which the hint lists."""
-    return _NOT_PROVIDED.sub("", message)
+    """The message without what the hint says: known names, the source of a condition."""
+    return _EXPANDED.sub(r"\1", _NOT_PROVIDED.sub("", message))
 
 
 def _near_keyword(name: str, context: LaunchContext | None) -> str | None:

@@ -1,4 +1,4 @@
-"""The other entries of an expectation file, and the JSON Schema of the whole file."""
+"""The top-level and scenario entries of an expectation file, and its JSON Schema."""
 
 from __future__ import annotations
 

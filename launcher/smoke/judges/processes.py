@@ -134,7 +134,7 @@ def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         and not any(facts.is_named(event.process, pattern) for pattern in expected_exits)
     ]
     if not bad:
-        return when.so_far(seen="none did")
+        return when.so_far(seen="none")
     first = bad[0]
     names = [event.process for event in bad if event.process]
     return when.violated(

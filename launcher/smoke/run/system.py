@@ -225,7 +225,7 @@ class System(Waits):
         ]
         if not alive:
             known = ", ".join(row["name"] for row in rows if row["pid"] is not None) or "none"
-            raise ControlError(f"no process '{process}' is running", hint=f"there are: {known}")
+            raise ControlError(f"no process '{process}' is running", hint=f"running: {known}")
         return alive
 
     def send(self, process: str, text: str) -> None:

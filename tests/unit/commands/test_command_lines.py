@@ -107,7 +107,7 @@ ONCE = ("x", RestartMode.ALWAYS)
         ),
         (f"{F} --ros", {}, {}, {"ros": True}),
         (f"--timeout 2.5 {F}", {}, {}, {"timeout_s": 2.5}),
-        (f"--timeout=1 {F} --timeout=0", {}, {}, {"timeout_s": 0.0}),
+        (f"--timeout=1 {F} --timeout=0.5", {}, {}, {"timeout_s": 0.5}),
         (f"{F} --stagger .5 --max-starting 3", {}, {}, {"stagger_s": 0.5, "max_starting": 3}),
         (f"{F} --required a --required=b*", {}, {}, {"required": ("a", "b*")}),
         (f"{F} --budget x:fds=9 --budget=y:cpu=1", {}, {}, {"budgets": ("x:fds=9", "y:cpu=1")}),
@@ -795,5 +795,5 @@ def test_words_that_no_ros_verb_takes(line):
 
 @pytest.mark.parametrize("verb", ["topic", "node", "param", "service", "interface"])
 def test_a_ros_verb_alone_prints_its_help(verb, capsys):
-    assert cli.main([verb]) == 0
+    assert cli.main([verb]) == 2
     assert capsys.readouterr().out.startswith(f"usage: python -m launcher {verb}")

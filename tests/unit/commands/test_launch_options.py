@@ -55,9 +55,9 @@ def test_a_whole_restart_policy_is_read():
 @pytest.mark.parametrize(
     ("word", "says"),
     [
-        ("robot_2", "it is not NAME=..."),
+        ("robot_2", "expected NAME=..."),
         ("robot_2=sometimes", "never, on-failure, always"),
-        ("=always", "it is not NAME=..."),
+        ("=always", "expected NAME=..."),
         ("a=always,maximum=3", "unknown setting 'maximum'"),
         ("a=always,max=three", "'max=three' is not a whole number"),
         ("a=always,max=1e9", "'max=1e9' is not a whole number"),
@@ -101,7 +101,9 @@ def test_options_are_taken_wherever_they_stand():
     assert not options.exit_when_any_dies
 
 
-@pytest.mark.parametrize("words", [["--timeout"], ["--timeout", "soon"], ["--restart"]])
+@pytest.mark.parametrize(
+    "words", [["--timeout"], ["--timeout", "soon"], ["--timeout=0"], ["--restart"]]
+)
 def test_an_option_without_a_good_value_is_refused(words):
     with pytest.raises(UsageError):
         read(words)

@@ -136,8 +136,8 @@ def test_a_blank_follows_what_was_completed():
     ("typed", "offered"),
     [
         ("un", ["unmute"]),
-        ("kill r", ["robot_*", "robot_1", "robot_2"]),
-        ("kill robot_1 r", ["robot_*", "robot_2"]),
+        ("kill r", ["robot_1", "robot_2", "robot_*"]),
+        ("kill robot_1 r", ["robot_2", "robot_*"]),
         ("kill -s SIGTE", ["SIGTERM"]),
         ("kill -", ["-s", "--signal"]),
         ("level W", ["WARN"]),
@@ -157,7 +157,7 @@ def test_what_fits_at_the_cursor_is_offered(typed: str, offered: list[str]):
 
 def test_nodes_and_namespaces_are_offered():
     fleet = [process("talker-1", node_names=["/east/talker"], namespace="/east")]
-    assert completed("info /e", fleet) == ["/east", "/east/talker"]
+    assert completed("info /e", fleet) == ["/east/talker", "/east"]
 
 
 # ---- what is typed

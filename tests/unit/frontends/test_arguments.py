@@ -20,10 +20,14 @@ def test_words_are_split_as_ros2_launch_splits_them(words, targets, arguments):
     assert split_words(words) == (targets, arguments)
 
 
-@pytest.mark.parametrize("word", ["a:=", ":=1", ":="])
-def test_half_an_argument_is_refused(word):
-    with pytest.raises(UsageError, match="malformed launch argument"):
+@pytest.mark.parametrize(
+    ("word", "hint"),
+    [("a:=", "a value cannot be empty"), (":=1", "the name is missing"), (":=", "the name is")],
+)
+def test_half_an_argument_is_refused(word, hint):
+    with pytest.raises(UsageError, match="malformed launch argument") as caught:
         split_words(["system", word])
+    assert caught.value.hint.startswith(hint)
 
 
 @pytest.mark.parametrize("word", ["debug=true", "debug:true"])

@@ -53,6 +53,7 @@ def test_package_and_file_are_looked_up_as_ros2_launch_does(project, prefix):
     [
         (["plnat"], "did you mean 'plant'?"),
         (["../launch/plan.launch.py"], "did you mean 'plant.launch.py'?"),
+        (["../launch/shop.launch.py"], "available: plant.launch.py"),
         (["shop", "til.launch.xml"], "did you mean 'till.launch.xml'?"),
     ],
 )
@@ -60,6 +61,22 @@ def test_a_misspelt_target_gets_the_nearest_one(project, prefix, words, hint):
     with pytest.raises(UsageError) as caught:
         locate(words, prefix)
     assert caught.value.hint == hint
+
+
+def test_a_launch_file_here_is_offered_for_its_name(project, prefix):
+    Path("demo.launch.py").touch()
+    with pytest.raises(UsageError) as caught:
+        locate(["demo"], prefix)
+    assert caught.value.hint == "did you mean 'demo.launch.py'?"
+
+
+@pytest.mark.parametrize("target", ["plant", "till", "../launch/plant.launch.py"])
+def test_a_word_behind_a_launch_file_is_taken_for_an_argument_without_a_value(
+    project, prefix, target
+):
+    with pytest.raises(UsageError, match="malformed launch argument 'debug'") as caught:
+        locate([target, "debug"], prefix)
+    assert caught.value.hint == "did you mean debug:=VALUE?"
 
 
 def test_a_misspelt_package_gets_the_nearest_one(project, prefix):

@@ -205,7 +205,7 @@ def test_tag_becomes_an_action(text: str) -> None:
 
 def test_every_tag_is_tested() -> None:
     tested = {re.match(r"<?([\w-]+)", text)[1] for text in CASES}  # type: ignore[index]
-    assert tested == set(expose.parsers.ACTIONS)
+    assert tested == set(expose.tables.ACTIONS)
 
 
 REFUSED = {
@@ -332,7 +332,7 @@ def test_substitution_is_made(text: str) -> None:
 
 def test_every_substitution_is_tested() -> None:
     tested = {text[2:].rstrip(")").split()[0] for text in SUBSTITUTIONS}
-    assert set(expose.parsers.SUBSTITUTIONS) - tested == {"any", "all"}  # ROS 2 rejects them
+    assert set(expose.tables.SUBSTITUTIONS) - tested == {"any", "all"}  # ROS 2 rejects them
 
 
 @pytest.mark.parametrize(

@@ -204,6 +204,28 @@ def test_a_file_that_is_no_utf_8_is_a_fault_with_its_line(tmp_path: Path):
     assert str(error.fault.where).endswith(":2")
 
 
+def test_a_binary_file_is_a_fault(tmp_path: Path):
+    error = planned(tmp_path, b"\x7fELF\0\0").error
+
+    assert error is not None
+    where = tmp_path / "broken.launch.py"
+    assert error.fault.render() == f"error: {where}: the launch file is not a text file"
+
+
+def test_a_condition_that_is_no_truth_value_names_the_argument(tmp_path: Path):
+    error = planned(
+        tmp_path,
+        "    from launch.conditions import IfCondition\n"
+        "    return LaunchDescription([\n"
+        "        DeclareLaunchArgument('debug', default_value='ja'),\n"
+        "        LogInfo(msg='x', condition=IfCondition(LaunchConfiguration('debug')))])\n",
+    ).error
+
+    assert error is not None
+    assert error.fault.message.endswith("but got 'ja'")
+    assert error.fault.hint == "LaunchConfig('debug') is 'ja'"
+
+
 def test_an_unknown_name_is_reported_with_the_existing_ones(tmp_path: Path):
     error = planned(tmp_path, b"from launch.actions import LogInf\n").error
 
