@@ -87,10 +87,11 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
     fleet.ctrl_c()
     assert fleet.exit_code() == 0
 
-    # what smoke and the probe read besides code
+    # what is read besides code
     share = home / "share" / "group_gp1" / "launch"
     assert (share / "system.expect.yaml").is_file()
-    assert list(home.rglob("graph/probe/participant.xml"))
+    for file in ("ros/probe/participant.xml", "ros/draw/page.html", "py.typed"):
+        assert list(home.rglob(f"launcher/{file}")), file
 
     node = world.terminal(str(home / "bin" / "dispatcher"), cwd=elsewhere)
     node.wait_for("Assigned task pick_shelf_A3 to robot_1")
