@@ -2,8 +2,8 @@
 
 import pytest
 
+from launcher.commands.launch.target import split_words
 from launcher.errors import UsageError
-from launcher.frontends.arguments import split_words
 
 
 @pytest.mark.parametrize(
