@@ -30,7 +30,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.event import BaseEventHandler
 
 _STREAMS = {
     "stdout": process_events.ProcessStdout,
@@ -89,10 +88,6 @@ class Interpreter:
         self.context._host = self.host
         self.context.register_event_handler(OnIncludeLaunchDescription())
         self.context.register_event_handler(OnShutdown(on_shutdown=self._on_shutdown))
-
-    @property
-    def event_handlers(self) -> Sequence[BaseEventHandler]:
-        return tuple(self.context._event_handlers)
 
     @property
     def warnings(self) -> Sequence[Quirk]:

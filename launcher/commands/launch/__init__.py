@@ -147,7 +147,8 @@ def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> N
     from launcher.commands.launch import checks
 
     checks.refuse_domain(domain, core.effects)
-    checks.refuse_missing(options.required, core.effects, interpreter.event_handlers)
+    if not interpreter.may_start_more:
+        checks.refuse_missing(options.required, core.effects)
 
 
 class LaunchCore:

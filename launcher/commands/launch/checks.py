@@ -13,8 +13,6 @@ from launcher.commands.launch.known_names import known_names
 from launcher.commands.launch.target import LaunchRequest
 from launcher.engine.option_warnings import nearest
 from launcher.errors import UsageError
-from launcher.language.actions.process import TargetedHandler
-from launcher.language.event_handlers import OnIncludeLaunchDescription, OnShutdown
 from launcher.model.events import Effect, LogMessage, StartProcess
 from launcher.model.options import matches
 from launcher.planner import make_plan
@@ -23,8 +21,6 @@ from launcher.ros.discovery.ports import MAX_DOMAIN
 from launcher.stdio import silence
 
 _MOST_NAMES = 3
-# Handlers that start no process.
-_HARMLESS = (OnIncludeLaunchDescription, OnShutdown, TargetedHandler)
 
 
 def refuse_unknown_arguments(request: LaunchRequest) -> None:
@@ -59,14 +55,10 @@ def refuse_domain(word: str, effects: Iterable[Effect]) -> None:
     )
 
 
-def refuse_missing(
-    required: Sequence[str], effects: Sequence[Effect], event_handlers: Iterable[object]
-) -> None:
-    """Refuse a required process that is not started, and that nothing could start later."""
+def refuse_missing(required: Sequence[str], effects: Sequence[Effect]) -> None:
+    """Refuse a required process that these effects neither start nor could start later."""
     if not all(isinstance(effect, (StartProcess, LogMessage)) for effect in effects):
         return  # a timer, a component
-    if any(type(one) not in _HARMLESS for one in event_handlers):
-        return
     specs = [one.spec for one in effects if isinstance(one, StartProcess)]
     for pattern in required:
         if not any(matches(pattern, spec) for spec in specs):
