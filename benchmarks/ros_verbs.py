@@ -26,7 +26,7 @@ from launcher.domain_lease import leased_domain
 PROCESSES, NODES_EACH = 4, 5
 NODES = PROCESSES * NODES_EACH
 MESSAGES, RATE_HZ = 20000, 5000
-MOST_STREAMS = 3  # turns, of 40 s each
+MAX_STREAMS = 3  # turns, of 40 s each
 
 CROWD = f"""
 import sys, rclpy
@@ -200,7 +200,7 @@ def topic_stream(runs: int) -> list[Row]:
     }
     with ros_domain():
         measures = {name: partial(_listen, *w) for name, w in words.items()}
-        found = interleaved(min(runs, MOST_STREAMS), measures)
+        found = interleaved(min(runs, MAX_STREAMS), measures)
     base = [cost.cpu_s for cost in found.pop("bare")]
     return [row for name, costs in found.items() for row in _stream_rows(name, costs, base)]
 

@@ -20,7 +20,7 @@ from rich.terminal_theme import DIMMED_MONOKAI
 
 from launcher.domain_lease import leased_domain
 from tests.support.drill import drill
-from tests.support.glass import Glass
+from tests.support.screen_terminal import ScreenTerminal
 
 COLUMNS, ROWS = 126, 30
 TITLE = "python -m launcher system"
@@ -42,20 +42,20 @@ def main(target: str) -> int:
         for name in ("NO_COLOR", "FORCE_COLOR", "ROS_LOG_DIR", "ROS_HOME", "XDG_STATE_HOME"):
             env.pop(name, None)
         command = [sys.executable, "-m", "launcher", "system"]
-        with Glass(command, env=env, columns=COLUMNS, rows=ROWS) as glass:
-            drill(glass)
-            picture = draw(glass)
-            glass.enter("quit")
-            code = glass.exit_code()
+        with ScreenTerminal(command, env=env, columns=COLUMNS, rows=ROWS) as terminal:
+            drill(terminal)
+            picture = draw(terminal)
+            terminal.enter("quit")
+            code = terminal.exit_code()
     Path(target).write_text(picture, encoding="utf-8")
     print(f"wrote {target}")
     return code
 
 
-def draw(glass: Glass) -> str:
+def draw(terminal: ScreenTerminal) -> str:
     """The screen as SVG without references to other files."""
     console = Console(record=True, width=COLUMNS, file=io.StringIO(), force_terminal=True)
-    for row in glass.cells():
+    for row in terminal.cells():
         console.print(Segments([*_segments(row), Segment.line()]), end="")
     svg = console.export_svg(title=TITLE, theme=DIMMED_MONOKAI, unique_id=FORMAT_ID)
     return FONT_FACE.sub("", svg)

@@ -51,7 +51,7 @@ def main(words: Sequence[str]) -> int:
         return _runs(RUNS.parse(rest))
     options = command_of(verb).parse(rest)
     call = verbs.call_of(verb, options)
-    with find_run(options.run, _warn, looks=name in verbs.LOOKING).connect() as connection:
+    with find_run(options.run, _warn, read_only=name in verbs.READ_ONLY).connect() as connection:
         try:
             return _PRINT.get(name, _print_reply)(connection, call, options)
         except KeyboardInterrupt:
@@ -141,7 +141,7 @@ def _quit(connection: Connection, call: Call, options: Parsed) -> int:
 
 
 def _ps(connection: Connection, call: Call, options: Parsed) -> int:
-    from launcher.console.tables import about, process_table, several
+    from launcher.console.tables import details, process_table, stacked
 
     result = connection.ask(call.verb.name, call.names).result
     found = result["processes"]
@@ -150,7 +150,7 @@ def _ps(connection: Connection, call: Call, options: Parsed) -> int:
     elif call.verb.name == "ps":
         _print_table(process_table(found, _width()))
     else:
-        _print_table(several([about(one) for one in found]))
+        _print_table(stacked([details(one) for one in found]))
     return ExitCode.OK
 
 

@@ -113,15 +113,15 @@ def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
     from launcher.ros.snapshot.diff import difference
     from launcher.ros.topics.streams import until_interrupted
 
-    say: Callable[[str], None] = lambda text: print(text, flush=True)  # noqa: E731
+    print_line: Callable[[str], None] = lambda text: print(text, flush=True)  # noqa: E731
     with until_interrupted():
         before = chosen.apply(observer.topic_graph())
-        say(to_tree(before, chosen.mode))
+        print_line(to_tree(before, chosen.mode))
         while True:
             time.sleep(options.period)
             after = chosen.apply(observer.topic_graph())
             for line in difference(before, after):
-                say(f"{time.strftime('%H:%M:%S')} {line}")
+                print_line(f"{time.strftime('%H:%M:%S')} {line}")
             before = after
     return ExitCode.OK
 

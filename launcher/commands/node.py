@@ -64,7 +64,7 @@ def _ps(options: Parsed) -> int:
     # Read before our own participant is created: the bridge does not answer while one is new.
     before = None if options.no_observer else snapshot_of_run(domain_option(options))
     with settled_observer(options) as observer, ServiceCaller(observer) as caller:
-        found = rows(caller, hidden=options.all, timeout_s=options.patience)
+        found = rows(caller, hidden=options.all, timeout_s=options.answer_timeout)
     if before is not None:
         found = with_ghosts(found, before.ghosts)
     show(options, [asdict(row) for row in found], [to_table(found)])
@@ -94,7 +94,9 @@ COMMAND = Command(
             "show the process of each node, and whether the node answers",
             _ps,
             ALL,
-            option("--patience S", "wait up to S seconds for each node to answer", seconds, 1.0),
+            option(
+                "--answer-timeout S", "wait up to S seconds for each node to answer", seconds, 1.0
+            ),
         ),
     ),
 )

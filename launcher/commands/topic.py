@@ -20,7 +20,7 @@ from launcher.ros.verb import (
     show,
 )
 
-_MOST = 2**31 - 1
+_MAX = 2**31 - 1
 
 
 def _positive(word: str) -> int:
@@ -34,7 +34,7 @@ def _natural(word: str) -> int:
 def _number(word: str, least: int, problem: str) -> int:
     """A whole number; ValueError with the text of ros2cli."""
     try:
-        return count(word, least, _MOST)
+        return count(word, least, _MAX)
     except ValueError:
         raise ValueError(problem) from None
 

@@ -16,7 +16,7 @@ Line = list[Fragment]
 SEPARATOR = ("class:bar.quiet", " | ")
 CUT = "..."
 LONG_NAME, SHORT_NAME = 20, 12  # columns of names, before counts replace them
-LEAST_FOLDER = 10  # characters; what is shorter is not shown
+MIN_FOLDER = 10  # characters; what is shorter is not shown
 _STYLES = {
     "RUNNING": "class:bar.running",
     "STARTING": "class:bar.waiting",
@@ -74,7 +74,7 @@ def folder_line(folder: str, columns: int) -> Line:
     """A hint for newcomers and the log folder, whose end says most."""
     hint = "help | Ctrl-C stops the run"
     text = f"{hint} | {folder}"
-    while get_cwidth(text) > columns and len(folder) > LEAST_FOLDER:
+    while get_cwidth(text) > columns and len(folder) > MIN_FOLDER:
         folder = folder[1:]
         text = f"{hint} | {CUT}{folder}"
     return fitted([("class:bar.quiet", text if get_cwidth(text) <= columns else hint)], columns)

@@ -18,11 +18,11 @@ from prompt_toolkit.output.vt100 import Vt100_Output
 from launcher.console.terminal import Terminal
 from launcher.text import drop_controls
 
-LITTLE_HEIGHT = 8  # rows; below it the status bar has one line instead of two
+SHORT_ROWS = 8  # rows; below it the status bar has one line instead of two
 
 # Marks of the console's own lines, in the colour of the prompt.
 SIGN, GUTTER = "> ", "| "
-_OURS, _PLAIN = "\x1b[1;36m", "\x1b[0m"
+_COLOUR, _PLAIN = "\x1b[1;36m", "\x1b[0m"
 
 
 class FooterOutput(Vt100_Output):
@@ -74,21 +74,21 @@ class Display:
         else:
             self._terminal.write(lines)
 
-    def say(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         """Show a text, which may hold output of processes or a pasted line."""
         if text:
             self.show(drop_controls(text.rstrip("\n")).encode(errors="replace") + b"\n")
 
     def echo(self, line: str) -> None:
-        self.say(self._ours(SIGN) + line)
+        self.show_text(self._coloured(SIGN) + line)
 
     def answer(self, text: str) -> None:
         """Show an answer, with a mark before each line that sets it off from other output."""
-        gutter = self._ours(GUTTER)
-        self.say("\n".join(gutter + line for line in text.rstrip("\n").split("\n")))
+        gutter = self._coloured(GUTTER)
+        self.show_text("\n".join(gutter + line for line in text.rstrip("\n").split("\n")))
 
-    def _ours(self, mark: str) -> str:
-        return f"{_OURS}{mark}{_PLAIN}" if self.colour else mark
+    def _coloured(self, mark: str) -> str:
+        return f"{_COLOUR}{mark}{_PLAIN}" if self.colour else mark
 
     def footer_changed(self) -> None:
         """Draw the footer again with the next lines."""

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 
 # Bytes per read: what the terminal writes in about 0.1 s, since the echo of a key waits for it.
-LEAST_BYTES, FIRST_BYTES, MOST_BYTES = 8 * 1024, 64 * 1024, 512 * 1024
+MIN_BYTES, INITIAL_BYTES, MAX_BYTES = 8 * 1024, 64 * 1024, 512 * 1024
 SLOW_S = 0.1
 # The footer is drawn again after each block: at most 60 times a second, unless blocks are large.
 FRAME_S = 1 / 60
@@ -37,7 +37,7 @@ class Feed:
         self._waiting: asyncio.TimerHandle | None = None
         self._slow = False
         self._slow_since_s = 0.0
-        self._most_bytes = FIRST_BYTES
+        self._max_bytes = INITIAL_BYTES
         self._pausing = False
         self._ended = False
         os.set_blocking(fd, False)
@@ -49,7 +49,7 @@ class Feed:
         if slow:
             self._slow_since_s = self._loop.time()
         elif self._loop.time() - self._slow_since_s > SLOW_S:
-            self._most_bytes = max(LEAST_BYTES, self._most_bytes // 2)
+            self._max_bytes = max(MIN_BYTES, self._max_bytes // 2)
         self._listen()
 
     def catch_up(self) -> None:
@@ -74,10 +74,10 @@ class Feed:
 
     def _readable(self) -> None:
         block, self._ended = self._read()
-        was_full = len(block) >= self._most_bytes
+        was_full = len(block) >= self._max_bytes
         self._take(block)
         if was_full and not self._slow:
-            self._most_bytes = min(MOST_BYTES, 2 * self._most_bytes)
+            self._max_bytes = min(MAX_BYTES, 2 * self._max_bytes)
         if self._ended:
             self._listen()
             self._on_end()
@@ -94,9 +94,9 @@ class Feed:
         """(contents of the pipe, whether it has ended)."""
         parts: list[bytes] = []
         size = 0
-        while size < self._most_bytes:
+        while size < self._max_bytes:
             try:
-                part = os.read(self._fd, self._most_bytes - size)
+                part = os.read(self._fd, self._max_bytes - size)
             except BlockingIOError:
                 break
             if not part:

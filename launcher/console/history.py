@@ -9,7 +9,7 @@ from pathlib import Path
 
 from prompt_toolkit.history import History, InMemoryHistory
 
-MOST_LINES = 1000
+MAX_LINES = 1000
 
 
 def history_path(env: Mapping[str, str]) -> Path:
@@ -24,13 +24,13 @@ def open_history(path: Path) -> History:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600), "r+") as file:
             lines = file.read().splitlines()
-            if len(lines) > 2 * MOST_LINES:
+            if len(lines) > 2 * MAX_LINES:
                 file.seek(0)
                 file.truncate()
-                file.writelines(f"{line}\n" for line in lines[-MOST_LINES:])
+                file.writelines(f"{line}\n" for line in lines[-MAX_LINES:])
     except (OSError, UnicodeDecodeError):
         return InMemoryHistory()
-    return _LinesInFile(path, lines[-MOST_LINES:])
+    return _LinesInFile(path, lines[-MAX_LINES:])
 
 
 class _LinesInFile(History):

@@ -26,9 +26,9 @@ from prompt_toolkit.utils import get_cwidth
 from prompt_toolkit.widgets import SearchToolbar
 
 from launcher.console.bar import Line
-from launcher.console.display import LITTLE_HEIGHT, SIGN, FooterOutput
+from launcher.console.display import SHORT_ROWS, SIGN, FooterOutput
 
-MOST_CANDIDATE_ROWS = 4
+MAX_CANDIDATE_ROWS = 4
 FOUND, NOT_FOUND = "search: ", "no line has: "
 ALL = 1_000_000  # more than the history has lines
 # NUL would set a mark, and all keys after it would edit the region.
@@ -106,7 +106,7 @@ def _rows(buffer: Buffer, host: Host, output: FooterOutput) -> HSplit:
     search = search_row(buffer)
     sign = BeforeInput(SIGN, style="class:prompt")
     above = Condition(lambda: bool(host.above()))
-    few = Condition(lambda: output.get_size().rows < LITTLE_HEIGHT)
+    few = Condition(lambda: output.get_size().rows < SHORT_ROWS)
 
     def status() -> StyleAndTextTuples:
         lines = host.status(output.get_size().columns, few=few())
@@ -158,11 +158,11 @@ def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
     cell = max(map(get_cwidth, texts)) + 2
     per_row = max(1, columns // cell)
     chosen = state.complete_index
-    first_row = (chosen or 0) // per_row // MOST_CANDIDATE_ROWS * MOST_CANDIDATE_ROWS
+    first_row = (chosen or 0) // per_row // MAX_CANDIDATE_ROWS * MAX_CANDIDATE_ROWS
     pieces: StyleAndTextTuples = []
     for index, text in enumerate(texts):
         row, column = divmod(index, per_row)
-        if not first_row <= row < first_row + MOST_CANDIDATE_ROWS:
+        if not first_row <= row < first_row + MAX_CANDIDATE_ROWS:
             continue
         if column == 0 and row > first_row:
             pieces.append(("", "\n"))

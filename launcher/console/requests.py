@@ -7,7 +7,7 @@ import shlex
 from rich.console import RenderableType
 from rich.text import Text
 
-from launcher.console.tables import about, pairs, process_table, render, several
+from launcher.console.tables import details, pairs, process_table, render, stacked
 from launcher.control.client import Reply
 from launcher.control.format import event_line
 from launcher.control.runs import Run
@@ -75,5 +75,5 @@ def _table(call: Call, reply: Reply, columns: int) -> RenderableType | None:
     if call.verb.name == "ps" and found is not None:
         return process_table(found, columns)
     if call.verb.name == "info" and found:
-        return several([about(one) for one in found])
+        return stacked([details(one) for one in found])
     return None

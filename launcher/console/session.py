@@ -274,7 +274,7 @@ class ConsoleSession:
         if signum == signal.SIGINT and self._watch is not None and self.is_watching():
             self._watch.close()
             return
-        self._display.say("^C" if signum == signal.SIGINT else "^\\")
+        self._display.show_text("^C" if signum == signal.SIGINT else "^\\")
         with contextlib.suppress(ProcessLookupError):
             os.kill(self._run.pid, signum)
 

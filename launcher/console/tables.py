@@ -18,8 +18,8 @@ from launcher.control.format import filters
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
 GAP = 2  # blanks between two columns
-LEAST_REST = 10  # columns for a last exit; with fewer it is not shown
-LEAST_NAME, LEAST_STATE, LEAST_SHOWN = 14, 8, 16
+MIN_REST = 10  # columns for a last exit; with fewer it is not shown
+MIN_NAME, MIN_STATE, MIN_SHOWN = 14, 8, 16
 NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, if not all columns fit
 _STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}
 
@@ -42,7 +42,7 @@ def render(what: RenderableType, columns: int, *, colour: bool) -> str:
     return "\n".join(line.rstrip() for line in file.getvalue().splitlines())
 
 
-def about(process: Process) -> Table:
+def details(process: Process) -> Table:
     """`info` of one process."""
     rows: list[tuple[str, RenderableType]] = []
     for name, value in _facts(process):
@@ -82,7 +82,7 @@ def _text(value: Any, form: Any = str) -> str:
     return "-" if value is None else form(value)
 
 
-def several(parts: Sequence[RenderableType]) -> Group:
+def stacked(parts: Sequence[RenderableType]) -> Group:
     """The parts below each other, with an empty line between them."""
     return Group(*[piece for part in parts for piece in (part, "")][:-1])
 
@@ -163,9 +163,9 @@ def _widths(cells: Mapping[Column, Sequence[Text]], columns: int) -> dict[Column
     if _total(widths) > columns:
         name, state, *_, shown = COLUMNS
         for column, least, part in (
-            (name, LEAST_NAME, NAME_PART),
-            (state, LEAST_STATE, STATE_PART),
-            (shown, LEAST_SHOWN, SHOWN_PART),
+            (name, MIN_NAME, NAME_PART),
+            (state, MIN_STATE, STATE_PART),
+            (shown, MIN_SHOWN, SHOWN_PART),
         ):
             widths[column] = min(widths[column], max(least, int(columns * part)))
     for column in sorted((c for c in COLUMNS if c.dropped), key=lambda c: c.dropped):
@@ -184,7 +184,7 @@ def _adjusted(
     name, state = COLUMNS[:2]
     excess = _total(widths) - columns
     if excess > 0:
-        widths[name] = max(min(widths[name], LEAST_NAME // 2), widths[name] - excess)
+        widths[name] = max(min(widths[name], MIN_NAME // 2), widths[name] - excess)
     if _total(widths) > columns:
         del widths[state]
         widths[name] = max(1, min(wanted[name], columns))
@@ -203,6 +203,6 @@ def _cut(column: Column, cell: Text, width: int) -> Text:
     if column is COLUMNS[0]:
         return Text(middle_cut(text, width), cell.style)
     word, _, rest = text.partition(":")
-    if rest and cell_len(word) <= width < cell_len(word) + LEAST_REST:
+    if rest and cell_len(word) <= width < cell_len(word) + MIN_REST:
         return Text(word, cell.style)
     return Text(end_cut(text, width), cell.style)

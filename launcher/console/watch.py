@@ -8,7 +8,7 @@ from typing import Any
 
 from prompt_toolkit.data_structures import Size
 
-from launcher.console.display import GUTTER, LITTLE_HEIGHT, Display
+from launcher.console.display import GUTTER, SHORT_ROWS, Display
 from launcher.console.requests import problem
 from launcher.console.top import KEYS_HINT, Top
 from launcher.control.client import Connection
@@ -20,9 +20,9 @@ from launcher.control.verbs import Call
 
 def table_rows(rows: int) -> int:
     """How many rows of the terminal the table gets, beside prompt, bar and output."""
-    if rows < LITTLE_HEIGHT:
+    if rows < SHORT_ROWS:
         return max(1, rows - 2)
-    return rows - 3 - min(3, (rows - LITTLE_HEIGHT) // 4)
+    return rows - 3 - min(3, (rows - SHORT_ROWS) // 4)
 
 
 class Watch:

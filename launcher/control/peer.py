@@ -15,7 +15,7 @@ from launcher.control.verbs import BadCallError
 from launcher.engine.posix.reactor import Reactor
 
 OUTPUT_LIMIT = 256 * 1024  # unread bytes above which items of a stream are dropped
-MOST_OPEN = 64  # unanswered requests of one client
+MAX_OPEN = 64  # unanswered requests of one client
 HALF_CLOSED_CHECK_S = 1.0  # epoll does not report when a client closes the other half, too
 TOO_LONG = BadCallError("bad-request", f"a request is at most {REQUEST_LIMIT} bytes long")
 
@@ -207,8 +207,8 @@ class Peer:
             self.write(protocol.failure(error.id, error.cause))
             return
         exchange = Exchange(self, request.id)
-        if len(self._open) >= MOST_OPEN:
-            text = f"{MOST_OPEN} requests of this connection are not answered yet"
+        if len(self._open) >= MAX_OPEN:
+            text = f"{MAX_OPEN} requests of this connection are not answered yet"
             exchange.fail(BadCallError("bad-request", text))
             return
         self._open.append(exchange)

@@ -27,7 +27,7 @@ POLL_S = 0.02
 SUSPENDED_TIMEOUT_S = 0.2  # for the first line of a suspended launcher
 _SUSPENDED = ("T", "t")
 LAUNCH_SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
-Say = Callable[[str], None]
+Report = Callable[[str], None]
 
 
 class Run(Record):
@@ -106,8 +106,8 @@ def pid_of(path: Path) -> int:
 AnyRun = Run | SilentRun
 
 
-def all_runs(say: Say = lambda text: None) -> list[AnyRun]:
-    """All runs, the oldest first; `say` gets notes for users.
+def all_runs(report: Report = lambda text: None) -> list[AnyRun]:
+    """All runs, the oldest first; `report` gets notes for users.
 
     Removes the sockets of launchers that were killed.
     """
@@ -126,26 +126,28 @@ def all_runs(say: Say = lambda text: None) -> list[AnyRun]:
         except SilentError:
             runs.append(SilentRun.at(path))
         except (ControlError, KeyError, TypeError) as error:
-            say(f"{path}: {error}")
+            report(f"{path}: {error}")
     if len(removed) == 1:
-        say(f"removed the socket of a run that was killed: {removed[0]}")
+        report(f"removed the socket of a run that was killed: {removed[0]}")
     elif removed:
-        say(f"removed the sockets of {len(removed)} runs that were killed")
+        report(f"removed the sockets of {len(removed)} runs that were killed")
     return runs
 
 
-def find_run(which: str | None = None, say: Say = lambda text: None, *, looks: bool = False) -> Run:
+def find_run(
+    which: str | None = None, report: Report = lambda text: None, *, read_only: bool = False
+) -> Run:
     """The run whose id, pid or target is or starts with `which`.
 
     None: the run that this process belongs to, else the only run in the socket directory of this
-    shell; for a caller that only `looks`, the only run in any of them. Raises ControlError if
+    shell; for a `read_only` caller, the only run in any of them. Raises ControlError if
     there is no such run, if there are several, or if it does not answer.
     """
-    runs = all_runs(say)
+    runs = all_runs(report)
     if not runs:
         hint = f"start one with `{program()} TARGET` (without --no-control)"
         raise ControlError("no active run", hint=hint)
-    found = _ours(runs, looks=looks) if which is None else _matching(runs, which)
+    found = _ours(runs, read_only=read_only) if which is None else _matching(runs, which)
     if len(found) == 1:
         (run,) = found
         if isinstance(run, SilentRun):
@@ -161,14 +163,14 @@ def find_run(which: str | None = None, say: Say = lambda text: None, *, looks: b
     raise ControlError(what, hint=f"choose one with --run ID:\n{listed}")
 
 
-def _ours(runs: Sequence[AnyRun], *, looks: bool) -> list[AnyRun]:
+def _ours(runs: Sequence[AnyRun], *, read_only: bool) -> list[AnyRun]:
     """The run that this process belongs to, else those in the socket directory of this shell."""
     ours = [run for run in runs if run.run_id == os.environ.get(RUN_ID_VARIABLE)]
     if ours:
         return ours
     here = socket_directory.preferred(os.environ, os.getuid())
     near = [run for run in runs if run.path.parent == here]
-    return near or (list(runs) if looks else [])
+    return near or (list(runs) if read_only else [])
 
 
 def _matching(runs: Sequence[AnyRun], which: str) -> list[AnyRun]:

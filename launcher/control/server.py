@@ -20,7 +20,7 @@ from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.posix.spawn import keep_free
 
 BACKLOG = 128
-MOST_PEERS = 512
+MAX_PEERS = 512
 RESERVE = 32  # file descriptors left free by clients, more than by processes and log files
 CHECK_S = 2.0  # between two checks that the socket file still exists
 REST_S = 0.5  # without accepting clients, if there are no file descriptors left
@@ -105,8 +105,8 @@ class Server:
             peer.refuse(BadCallError("refused", "this run belongs to another user"))
             return
         self._peers.append(peer)
-        if len(self._peers) > MOST_PEERS:
-            peer.refuse(BadCallError("refused", f"{MOST_PEERS} clients are connected already"))
+        if len(self._peers) > MAX_PEERS:
+            peer.refuse(BadCallError("refused", f"{MAX_PEERS} clients are connected already"))
             return
         peer.write(protocol.encode(self._hello()))
 

@@ -105,7 +105,7 @@ class Service:
             # A bug in a verb must not end the run.
             import traceback
 
-            self._control.log.say("ERROR", "launch", traceback.format_exc().rstrip())
+            self._control.log.log("ERROR", "launch", traceback.format_exc().rstrip())
             exchange.fail(BadCallError("internal", f"'{verb}' failed; the log has more"))
 
     def _chosen(self, call: Call) -> list[Process]:

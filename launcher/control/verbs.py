@@ -145,7 +145,7 @@ VERBS = (
 
 
 ALIASES = {"exit": "quit", "?": "help"}  # as in other prompts
-LOOKING = frozenset({"ps", "top", "logs", "info", "events"})  # read-only
+READ_ONLY = frozenset({"ps", "top", "logs", "info", "events"})
 
 
 class Call(Record):

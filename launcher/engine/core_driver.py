@@ -105,7 +105,7 @@ class CoreDriver:
                     if timer_id in self._timers:
                         self._timers.pop(timer_id).cancel()
                 case events.LogMessage(logger=logger, level=level, text=text):
-                    self._log.say(level, logger, text)
+                    self._log.log(level, logger, text)
                 case events.LoadComponent() | events.ChangeState() | events.WatchLifecycle():
                     self._ask_ros(effect)
                 case events.RequestShutdown(reason=reason):

@@ -102,8 +102,8 @@ class Shutdown:
 
     def _do(self, action: rules.ShutdownAction) -> None:
         match action:
-            case rules.Say(level=level, text=text):
-                self._log.say(level, "launch", text)
+            case rules.Log(level=level, text=text):
+                self._log.log(level, "launch", text)
             case rules.Notify(event=event):
                 self._core.feed(event)
             case rules.StopAll(reason=reason):
@@ -116,7 +116,7 @@ class Shutdown:
             case rules.Order.REPORT_WAITING:
                 now = self._reactor.now()
                 waiting = messages.waiting_for(self._processes, now)
-                self._log.say("INFO", "launch", waiting)
+                self._log.log("INFO", "launch", waiting)
             case rules.EndLeftovers(skipped=skipped):
                 self._end_leftovers(skipped)
             case rules.Order.FINISH:
@@ -169,7 +169,7 @@ class Shutdown:
         ).check()
 
     def log(self, level: str, text: str) -> None:
-        self._log.say(level, "launch", text)
+        self._log.log(level, "launch", text)
 
     def killing(self) -> None:
         self._handle(rules.Occurrence.LEFTOVERS_KILLED)
@@ -188,7 +188,7 @@ class _SessionListener:
         self._by_user = process.machine.is_held
 
     def log(self, level: str, text: str) -> None:
-        self._log.say(level, self._name, text)
+        self._log.log(level, self._name, text)
 
     def killing(self) -> None:
         if not self._by_user:

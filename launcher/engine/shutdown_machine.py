@@ -108,7 +108,7 @@ ShutdownEvent = (
 # ---- actions
 
 
-class Say(Record):
+class Log(Record):
     """Log this as a line of the launcher."""
 
     level: str
@@ -141,7 +141,7 @@ class Order(enum.Enum):
     FINISH = enum.auto()
 
 
-ShutdownAction = Say | Notify | StopAll | EndLeftovers | Order
+ShutdownAction = Log | Notify | StopAll | EndLeftovers | Order
 
 
 class ShutdownMachine:
@@ -214,7 +214,7 @@ class ShutdownMachine:
         how = "ctrl-c (SIGINT)" if signum == signal.SIGINT else name
         if not self.is_stopping:
             return self._announce(
-                Say("WARNING", f"user interrupted with {how}"),
+                Log("WARNING", f"user interrupted with {how}"),
                 SignalReceived(signum=signum),
                 now,
                 reason=how,
@@ -223,7 +223,7 @@ class ShutdownMachine:
             return []  # a closed terminal whose closed output was noticed first
         self._skipped += 1
         text = f"user interrupted with {how} again, not waiting any longer"
-        return [Say("WARNING", text), Order.SKIP_GRACE_PERIODS]
+        return [Log("WARNING", text), Order.SKIP_GRACE_PERIODS]
 
     def _ended(self, event: ProcessEnded, now: float) -> None:
         if event.end.has_died and self.first_failure is None:
@@ -239,7 +239,7 @@ class ShutdownMachine:
             self._reason, self.deadline = reason, now
 
     def _announce(
-        self, said: Say, event: Event, now: float, *, reason: str
+        self, said: Log, event: Event, now: float, *, reason: str
     ) -> list[ShutdownAction]:
         # RUNNING -> NOTIFIED
         self.phase, self._reason, self.deadline = Phase.NOTIFIED, reason, now
@@ -253,7 +253,7 @@ class ShutdownMachine:
     def _due(self, now: float) -> list[ShutdownAction]:
         reason = self._reason or ""
         if self.phase is Phase.RUNNING:
-            said = Say("INFO", f"{reason}: shutting down")
+            said = Log("INFO", f"{reason}: shutting down")
             return self._announce(said, ShutdownAsked(reason=reason), now, reason=reason)
         if self.phase is Phase.NOTIFIED:  # the interpreter has not answered
             return self._stop(reason, now)

@@ -1,7 +1,7 @@
 """A queue of processes to start, so that many nodes do not overload a small machine.
 
 A process counts as starting until it neither ran nor waited for a processor for more than a quarter
-of the time since the last poll (`TreeCpuUsage`), until it exits, or at most for `MOST_S`.
+of the time since the last poll (`TreeCpuUsage`), until it exits, or at most for `MAX_S`.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 
 POLL_S = 0.1
-LEAST_S = 0.3  # before that, an interpreter that waits for its disk looks idle
-MOST_S = 10.0
+MIN_S = 0.3  # before that, an interpreter that waits for its disk looks idle
+MAX_S = 10.0
 SETTLE_S = 2.0  # if the CPU usage is not available
 IDLE_SHARE = 0.25
 
@@ -106,8 +106,8 @@ class _StartingProcess:
         used_s = self._usage.used_s(process.child.pid)
         if used_s is None:
             return age_s >= SETTLE_S
-        is_idle = age_s >= LEAST_S and used_s < IDLE_SHARE * elapsed_s
-        return is_idle or age_s >= MOST_S
+        is_idle = age_s >= MIN_S and used_s < IDLE_SHARE * elapsed_s
+        return is_idle or age_s >= MAX_S
 
 
 class TreeCpuUsage:

@@ -160,12 +160,12 @@ class Supervisor:
         try:
             if self._directory.path is not None:
                 path = self._directory.path
-                self._log.say("INFO", "launch", f"All log files can be found below {path}")
+                self._log.log("INFO", "launch", f"All log files can be found below {path}")
             self._begin()
             self._shutdown.idle()
             self._reactor.run()
             if self._shutdown.first_failure is not None:
-                self._log.say("ERROR", "launch", self._shutdown.first_failure)
+                self._log.log("ERROR", "launch", self._shutdown.first_failure)
         finally:
             self._clean_up()
         return self._shutdown.exit_code()
@@ -304,7 +304,7 @@ class Supervisor:
     def over_budget(self, process: Process, verdict: Verdict) -> None:
         from launcher.engine.monitor.budgets import BudgetAction
 
-        self._log.say("WARNING", process.name, str(verdict))
+        self._log.log("WARNING", process.name, str(verdict))
         self._log.note("over budget", process, action=verdict.action.value)
         if verdict.action is BudgetAction.RESTART:
             self._driver.advance(process, Command.RESTART)

@@ -122,7 +122,7 @@ def test_a_killed_launcher_leaves_no_process_behind(world: World):
 
 def test_make_run_ends_with_exit_code_0_on_ctrl_c(world: World):
     terminal = world.terminal("make", "run", f"ARGS=enable_debug:=true {' '.join(LONG_STOP_WORDS)}")
-    terminal.wait_for_all("[debug_logger]: /fleet/tasks: ", patience_s=120.0)
+    terminal.wait_for_all("[debug_logger]: /fleet/tasks: ", timeout_s=120.0)
     terminal.ctrl_c()
     assert terminal.exit_code() == 0, terminal.text
     assert world.survivors() == []

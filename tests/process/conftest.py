@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import subprocess
 import sys
 import tempfile
+import textwrap
 import uuid
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,8 +17,8 @@ import psutil
 import pytest
 
 from launcher.control.runs import wait_for_run
-from tests.support.glass import Glass
-from tests.support.steered import Steered
+from tests.support.controlled_run import ControlledRun
+from tests.support.screen_terminal import ScreenTerminal
 from tests.support.terminal import Terminal, marked_processes
 
 MARK = "LAUNCHER_TEST_MARK"
@@ -58,7 +60,7 @@ class Bench:
         }
         for name in ("NO_COLOR", "FORCE_COLOR"):
             self.env.pop(name, None)
-        self.terminals: list[Terminal | Glass] = []
+        self.terminals: list[Terminal | ScreenTerminal] = []
 
     def command(self, actions: str, *words: str) -> Sequence[str]:
         file = self.folder / "bench.launch.py"
@@ -90,11 +92,15 @@ class Bench:
         self.terminals.append(terminal)
         return terminal
 
-    def glass(self, actions: str, *words: str, columns: int = 100, rows: int = 24) -> Glass:
+    def screen_terminal(
+        self, actions: str, *words: str, columns: int = 100, rows: int = 24
+    ) -> ScreenTerminal:
         """Start in a terminal whose screen can be read."""
-        glass = Glass(self.command(actions, *words), env=self.env, columns=columns, rows=rows)
-        self.terminals.append(glass)
-        return glass
+        terminal = ScreenTerminal(
+            self.command(actions, *words), env=self.env, columns=columns, rows=rows
+        )
+        self.terminals.append(terminal)
+        return terminal
 
     def ask_run(self, run: int, *words: str) -> None:
         """Ask something of the run of this launcher, as from another shell."""
@@ -122,16 +128,16 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     one.close()
 
 
-class SteeringBench(Bench):
+class ControlBench(Bench):
     """Runs launch files whose sockets are in a folder of their own."""
 
     def __init__(self, folder: Path, runtime: Path) -> None:
         super().__init__(folder)
         self.runtime = runtime
-        self.runs: list[Steered] = []
+        self.runs: list[ControlledRun] = []
 
-    def steer(self, actions: str, *words: str, files: int | None = None) -> Steered:
-        run = Steered(
+    def launch(self, actions: str, *words: str, files: int | None = None) -> ControlledRun:
+        run = ControlledRun(
             self.command(actions, *words),
             env=self.env,
             runtime=self.runtime,
@@ -148,16 +154,65 @@ class SteeringBench(Bench):
 
 
 @pytest.fixture
-def steering(tmp_path: Path) -> Iterator[SteeringBench]:
+def control_bench(tmp_path: Path) -> Iterator[ControlBench]:
     # pytest's own folders have paths that are too long for sockets.
     with tempfile.TemporaryDirectory(prefix="run-") as runtime:
-        one = SteeringBench(tmp_path, Path(runtime))
+        one = ControlBench(tmp_path, Path(runtime))
         yield one
         one.close()
 
 
+class Workspace:
+    """Writes launch files and calls the launcher; `started` exists if anything was started."""
+
+    HEAD = """
+import os, subprocess, sys
+from launch import LaunchDescription
+from launch.actions import *
+from launch.conditions import *
+from launch.substitutions import *
+
+def generate_launch_description():
+    return LaunchDescription([
+"""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.started = folder / "started"
+        self.env = {**os.environ, "ROS_LOG_DIR": str(folder / "log"), "TMPDIR": str(folder)}
+        self.env.pop("FORCE_COLOR", None)
+
+    def write(self, actions: str, name: str = "a.launch.py") -> Path:
+        start = f'ExecuteProcess(cmd=["touch", "{self.started}"]),'
+        body = textwrap.indent(textwrap.dedent(actions), "        ")
+        (self.folder / name).write_text(f"{self.HEAD}        {start}\n{body}\n    ])\n")
+        return self.folder / name
+
+    def call(self, *words: str | Path, **env: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-m", "launcher", *map(str, words)],
+            env={**self.env, **env},
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT_S,
+            check=False,
+        )
+
+    def document(self, *words: str | Path) -> dict:
+        done = self.call("plan", "--json", *words)
+        assert done.returncode == 0, done.stderr
+        document: dict = json.loads(done.stdout)
+        return document
+
+
 @pytest.fixture
-def run(steering: SteeringBench) -> Iterator[Steered]:
+def workspace(tmp_path: Path) -> Workspace:
+    return Workspace(tmp_path)
+
+
+@pytest.fixture
+def run(control_bench: ControlBench) -> Iterator[ControlledRun]:
     """A run with one process, `cat-1`, which echoes its input."""
-    with steering.steer('sh("exec cat", name="cat")') as one:
+    with control_bench.launch('sh("exec cat", name="cat")') as one:
         yield one

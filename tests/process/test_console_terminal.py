@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 from tests.process.conftest import Bench
-from tests.support.glass import Glass
+from tests.support.screen_terminal import ScreenTerminal
 from tests.support.waiting import wait_until
 
 TICKS = """
@@ -39,22 +39,22 @@ def console_of(launcher: int) -> psutil.Process:
 
 
 def test_no_console_is_started_if_it_is_disabled(bench: Bench):
-    glass = bench.glass(TICKS + LATER, "--no-console")
-    glass.wait_for("later than a console would start")
-    assert consoles_of(glass.pid) == []
-    assert glass.settings() == glass.untouched
-    glass.ctrl_c()
-    assert glass.exit_code() == 0
+    terminal = bench.screen_terminal(TICKS + LATER, "--no-console")
+    terminal.wait_for("later than a console would start")
+    assert consoles_of(terminal.pid) == []
+    assert terminal.settings() == terminal.untouched
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
 
 
 @pytest.mark.thorough
 def test_a_dumb_terminal_gets_no_console(bench: Bench):
     bench.env["TERM"] = "dumb"
-    glass = bench.glass(TICKS + LATER)
-    glass.wait_for("later than a console would start")
-    assert consoles_of(glass.pid) == []
-    glass.ctrl_c()
-    assert glass.exit_code() == 0
+    terminal = bench.screen_terminal(TICKS + LATER)
+    terminal.wait_for("later than a console would start")
+    assert consoles_of(terminal.pid) == []
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
 
 
 @pytest.mark.thorough
@@ -80,7 +80,7 @@ def test_without_a_terminal_on_both_sides_there_is_no_console(bench: Bench):
 @pytest.mark.thorough
 def test_a_run_in_the_background_leaves_the_terminal_alone(bench: Bench):
     words = " ".join(bench.command(TICKS + LATER))
-    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+    with ScreenTerminal(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words} &\n")
         shell.wait_for("later than a console would start")
         (launcher,) = psutil.Process(shell.pid).children()
@@ -93,23 +93,23 @@ def test_a_run_in_the_background_leaves_the_terminal_alone(bench: Bench):
 
 
 def test_a_killed_launcher_leaves_the_terminal_as_it_was_and_says_so(bench: Bench):
-    glass = bench.glass(TICKS)
-    glass.wait_for_prompt()
-    glass.type("half a li")
-    glass.wait_until(lambda: "> half a li" in glass.text, "what is typed")
-    glass.kill(signal.SIGKILL)
-    glass.wait_for("[ERROR] [console]: the launcher was killed")
+    terminal = bench.screen_terminal(TICKS)
+    terminal.wait_for_prompt()
+    terminal.type("half a li")
+    terminal.wait_until(lambda: "> half a li" in terminal.text, "what is typed")
+    terminal.kill(signal.SIGKILL)
+    terminal.wait_for("[ERROR] [console]: the launcher was killed")
     wait_until(lambda: bench.survivors() == [], "nothing is left")
-    glass.read(0.1)
-    assert glass.settings() == glass.untouched
-    assert not glass.cursor_is_hidden
-    assert "half a li" not in glass.text
+    terminal.read(0.1)
+    assert terminal.settings() == terminal.untouched
+    assert not terminal.cursor_is_hidden
+    assert "half a li" not in terminal.text
 
 
 @pytest.mark.thorough
 def test_a_shell_can_be_used_after_its_launcher_was_killed(bench: Bench):
     words = " ".join(bench.command(TICKS))
-    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+    with ScreenTerminal(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words}\n")
         shell.wait_for_prompt()
         (launcher,) = psutil.Process(shell.pid).children()
@@ -132,27 +132,29 @@ COUNTER = """
 def test_a_killed_console_causes_one_warning_and_loses_no_line(
     bench: Bench, signum: signal.Signals
 ):
-    glass = bench.glass(COUNTER)
-    glass.wait_for_prompt()
-    console = console_of(glass.pid)
+    terminal = bench.screen_terminal(COUNTER)
+    terminal.wait_for_prompt()
+    console = console_of(terminal.pid)
     console.suspend()  # what it has read and not shown would be lost
-    bench.ask_run(glass.pid, "send", "counter", "go")
+    bench.ask_run(terminal.pid, "send", "counter", "go")
     log = bench.folder / "log/latest/counter-1.log"
     wait_until(lambda: log.exists() and "] 99\n" in log.read_text(), "it counts")
     console.send_signal(signum)
     if signum != signal.SIGKILL:
         console.resume()  # it dies of the other one then, and before it does anything else
-    glass.wait_for(f"[launch]: the console died ({signum.name}); the run continues without one")
-    glass.wait_until(lambda: any(row.endswith("] 399") for row in glass.scrolled), "the last")
-    assert glass.settings() == glass.untouched
-    assert not glass.cursor_is_hidden
+    terminal.wait_for(f"[launch]: the console died ({signum.name}); the run continues without one")
+    terminal.wait_until(lambda: any(row.endswith("] 399") for row in terminal.scrolled), "the last")
+    assert terminal.settings() == terminal.untouched
+    assert not terminal.cursor_is_hidden
     numbers = [
-        row.rpartition(" ")[2] for row in glass.scrolled if "[counter" in row and "INFO" not in row
+        row.rpartition(" ")[2]
+        for row in terminal.scrolled
+        if "[counter" in row and "INFO" not in row
     ]
     assert [n for n in numbers if n.isdecimal()] == [str(n) for n in range(400)]
-    assert sum("the console died" in row for row in glass.scrolled) == 1
-    glass.ctrl_c()  # is the terminal's own again
-    assert glass.exit_code() == 0
+    assert sum("the console died" in row for row in terminal.scrolled) == 1
+    terminal.ctrl_c()  # is the terminal's own again
+    assert terminal.exit_code() == 0
     assert bench.survivors() == []
 
 
@@ -162,11 +164,11 @@ def test_a_console_that_cannot_start_causes_one_warning(bench: Bench, tmp_path: 
     broken.mkdir(parents=True)
     (broken / "__init__.py").write_text("raise ImportError('no such terminal')")
     bench.env["PYTHONPATH"] = str(broken.parent)
-    glass = bench.glass(TICKS)
-    glass.wait_for("the console died (exit code 1): ImportError: no such terminal")
-    assert glass.settings() == glass.untouched
-    glass.ctrl_c()
-    assert glass.exit_code() == 0
+    terminal = bench.screen_terminal(TICKS)
+    terminal.wait_for("the console died (exit code 1): ImportError: no such terminal")
+    assert terminal.settings() == terminal.untouched
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
 
 
 FLOOD = """
@@ -176,20 +178,20 @@ FLOOD = """
 
 @pytest.mark.thorough
 def test_a_stopped_console_holds_the_run_up_and_loses_nothing(bench: Bench):
-    glass = bench.glass(FLOOD)
-    glass.wait_for_prompt()
-    console = console_of(glass.pid)
-    (flood,) = (c for c in psutil.Process(glass.pid).children() if "input()" in c.cmdline()[-1])
-    glass.emulates = False
-    glass.enter("send flood go")
-    glass.wait_until(lambda: b" 00000 x" in glass.raw, "the first line")
+    terminal = bench.screen_terminal(FLOOD)
+    terminal.wait_for_prompt()
+    console = console_of(terminal.pid)
+    (flood,) = (c for c in psutil.Process(terminal.pid).children() if "input()" in c.cmdline()[-1])
+    terminal.emulates = False
+    terminal.enter("send flood go")
+    terminal.wait_until(lambda: b" 00000 x" in terminal.raw, "the first line")
     console.suspend()
     wait_until(lambda: flood.status() == psutil.STATUS_SLEEPING, "it waits for room")
     console.resume()
-    glass.wait_until(lambda: b" 24999 x" in glass.raw[-8192:], "the last line", 60.0)
-    glass.ctrl_c()
-    glass.exit_code()
-    numbers = re.findall(rb"\[flood-1\]\S* (\d{5}) x{60}\r\n", glass.raw)
+    terminal.wait_until(lambda: b" 24999 x" in terminal.raw[-8192:], "the last line", 60.0)
+    terminal.ctrl_c()
+    terminal.exit_code()
+    numbers = re.findall(rb"\[flood-1\]\S* (\d{5}) x{60}\r\n", terminal.raw)
     assert numbers == [b"%05d" % n for n in range(25000)]
 
 
@@ -213,22 +215,22 @@ def test_a_fault_in_the_console_gives_the_terminal_back(bench: Bench, tmp_path: 
     folder.mkdir()
     (folder / "sitecustomize.py").write_text(FAULT.replace("{go}", f"{folder}/go"))
     bench.env["PYTHONPATH"] = str(folder)
-    glass = bench.glass(TICKS)
-    glass.wait_for_prompt()
+    terminal = bench.screen_terminal(TICKS)
+    terminal.wait_for_prompt()
     (folder / "go").touch()
-    glass.wait_for("the console died (exit code 1): ZeroDivisionError: a broken bar")
-    assert glass.settings() == glass.untouched
-    assert glass.prompt_row == -1
-    glass.ctrl_c()
-    assert glass.exit_code() == 0
+    terminal.wait_for("the console died (exit code 1): ZeroDivisionError: a broken bar")
+    assert terminal.settings() == terminal.untouched
+    assert terminal.prompt_row == -1
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
 
 
 @pytest.mark.thorough
 def test_a_run_that_ends_before_its_console_is_ready_does_not_mention_it(bench: Bench):
-    glass = bench.glass('py("import time\\ntime.sleep(0.4)", name="short"),')
-    assert glass.exit_code() == 0
-    assert glass.settings() == glass.untouched
-    assert "console" not in glass.text
+    terminal = bench.screen_terminal('py("import time\\ntime.sleep(0.4)", name="short"),')
+    assert terminal.exit_code() == 0
+    assert terminal.settings() == terminal.untouched
+    assert "console" not in terminal.text
     assert bench.survivors() == []
 
 
@@ -239,10 +241,10 @@ def test_a_closed_window_stops_the_run_in_order(bench: Bench, tmp_path: Path):
         "except KeyboardInterrupt: "
         f"open('{said}', 'w').write('bye')\", name='polite', sigterm_timeout='600'),"
     )
-    glass = bench.glass(polite)
-    glass.wait_for_prompt()
-    glass.wait_for("[polite-1] ready")
-    glass.close_window()
+    terminal = bench.screen_terminal(polite)
+    terminal.wait_for_prompt()
+    terminal.wait_for("[polite-1] ready")
+    terminal.close_window()
     wait_until(lambda: bench.survivors() == [], "nothing is left")
     assert said.read_text() == "bye"
 
@@ -252,7 +254,7 @@ def test_a_closed_window_stops_the_run_in_order(bench: Bench, tmp_path: Path):
 
 def test_ctrl_z_gives_the_terminal_back_and_fg_takes_it_again(bench: Bench):
     words = " ".join(bench.command(TICKS))
-    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+    with ScreenTerminal(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words}\n")
         shell.wait_for_prompt()
         shell.type("\x1a")
@@ -277,7 +279,7 @@ ASKS = """
 @pytest.mark.thorough
 def test_unfinished_input_and_output_appear_once_after_ctrl_z_and_fg(bench: Bench):
     words = " ".join(bench.command(ASKS))
-    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+    with ScreenTerminal(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words}\n")
         shell.wait_for_prompt()
         shell.enter("send asker go")
@@ -305,7 +307,7 @@ def test_unfinished_input_and_output_appear_once_after_ctrl_z_and_fg(bench: Benc
 @pytest.mark.thorough
 def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
     words = " ".join(bench.command(TICKS))
-    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+    with ScreenTerminal(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words}\n")
         shell.wait_for_prompt()
         shell.type("\x1a")
@@ -324,7 +326,7 @@ def test_bg_goes_on_without_a_prompt_and_fg_brings_it_back(bench: Bench):
 @pytest.mark.thorough
 def test_a_job_stopped_from_outside_redraws_its_prompt_in_the_foreground(bench: Bench):
     words = " ".join(bench.command(TICKS))
-    with Glass(["bash", "--norc", "-i"], env=bench.env) as shell:
+    with ScreenTerminal(["bash", "--norc", "-i"], env=bench.env) as shell:
         shell.type(f"PS1='$ '; {words}\n")
         shell.wait_for_prompt()
         (launcher,) = psutil.Process(shell.pid).children()
@@ -349,16 +351,16 @@ SIZE = """
 
 
 def test_a_resized_window_is_redrawn_and_the_processes_are_notified(bench: Bench):
-    glass = bench.glass(SIZE, columns=100, rows=24)
-    glass.wait_for("size 90 24")  # less the prefix
-    glass.wait_for_prompt()
-    glass.type("half a li")
-    glass.resize(60, 15)
-    glass.wait_for("size 50 15")
-    glass.wait_until(lambda: "> half a li" in glass.text, "the prompt")
-    glass.wait_until(lambda: sum(r.startswith(">") for r in glass.rows) == 1, "one prompt")
-    glass.resize(120, 30)
-    glass.wait_for("size 110 30")
-    glass.wait_until(lambda: glass.below_prompt(1).startswith("sizer "), "the bar")
-    glass.ctrl_c()
-    assert glass.exit_code() == 0
+    terminal = bench.screen_terminal(SIZE, columns=100, rows=24)
+    terminal.wait_for("size 90 24")  # less the prefix
+    terminal.wait_for_prompt()
+    terminal.type("half a li")
+    terminal.resize(60, 15)
+    terminal.wait_for("size 50 15")
+    terminal.wait_until(lambda: "> half a li" in terminal.text, "the prompt")
+    terminal.wait_until(lambda: sum(r.startswith(">") for r in terminal.rows) == 1, "one prompt")
+    terminal.resize(120, 30)
+    terminal.wait_for("size 110 30")
+    terminal.wait_until(lambda: terminal.below_prompt(1).startswith("sizer "), "the bar")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 
 from launcher.control.client import Connection
 from launcher.control.protocol import REQUEST_LIMIT
-from tests.process.conftest import SteeringBench
+from tests.process.conftest import ControlBench
+from tests.support.controlled_run import TIMEOUT_S, ControlledRun
 from tests.support.examples import examples
-from tests.support.raw_client import Raw, error_of
-from tests.support.steered import PATIENCE_S, Steered
+from tests.support.raw_client import RawClient, error_of
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
@@ -63,29 +63,29 @@ REQUESTS = st.fixed_dictionaries(
     max_examples=examples(150),
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
-def test_no_request_harms_a_run(run: Steered, words: list[bytes]):
-    with contextlib.suppress(OSError), Raw(run.socket) as client:
+def test_no_request_harms_a_run(run: ControlledRun, words: list[bytes]):
+    with contextlib.suppress(OSError), RawClient(run.socket) as client:
         for data in words:
-            client.say(data)
+            client.send(data)
     assert run.row("cat")["state"] == "RUNNING"
     assert run.process.poll() is None
     assert "Traceback" not in run.screen
 
 
-def test_a_request_may_come_byte_by_byte_while_others_are_served(run: Steered):
-    with Raw(run.socket) as slow, Raw(run.socket) as other:
+def test_a_request_may_come_byte_by_byte_while_others_are_served(run: ControlledRun):
+    with RawClient(run.socket) as slow, RawClient(run.socket) as other:
         for byte in b'{"id": 1, "verb": "ps"}\n':
-            other.say(b'{"verb": "ps"}\n')
+            other.send(b'{"verb": "ps"}\n')
             assert other.read()["ok"]
-            slow.say(bytes([byte]))
+            slow.send(bytes([byte]))
         assert slow.read()["id"] == 1
 
 
-def test_a_line_without_an_end_is_refused_at_its_limit(run: Steered):
-    with Raw(run.socket) as client:
+def test_a_line_without_an_end_is_refused_at_its_limit(run: ControlledRun):
+    with RawClient(run.socket) as client:
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):
             for _ in range(1000):
-                client.say(b"x" * REQUEST_LIMIT)
+                client.send(b"x" * REQUEST_LIMIT)
         answer = client.read()
         assert error_of(answer) == "bad-request"
         assert "at most 65536 bytes" in answer["error"]["message"]
@@ -94,32 +94,32 @@ def test_a_line_without_an_end_is_refused_at_its_limit(run: Steered):
     assert run.row("cat")["state"] == "RUNNING"
 
 
-def test_a_client_that_shuts_down_its_sending_side_still_gets_its_answers(run: Steered):
+def test_a_client_that_shuts_down_its_sending_side_still_gets_its_answers(run: ControlledRun):
     run.ask("ps")
     before = run.open_files()
-    with Raw(run.socket) as client:
-        client.say(b'{"id": 1, "verb": "ps"}\n{"id": 2, "verb": "restart", "names": ["cat"]}\n')
+    with RawClient(run.socket) as client:
+        client.send(b'{"id": 1, "verb": "ps"}\n{"id": 2, "verb": "restart", "names": ["cat"]}\n')
         client.socket.shutdown(socket.SHUT_WR)
         assert [client.read()["id"], client.read()["id"]] == [1, 2]
         assert client.read() is None
-    with Raw(run.socket) as client:
-        client.say(b'{"id": 3, "verb": "events", "options": {"follow": true, "history": false}}\n')
+    with RawClient(run.socket) as client:
+        client.send(b'{"id": 3, "verb": "events", "options": {"follow": true, "history": false}}\n')
         client.socket.shutdown(socket.SHUT_WR)
-        run.tell("restart", "cat")
+        run.ask_text("restart", "cat")
         while client.read()["item"]["event"] != "ended":
             pass  # it is told what happens although it has nothing more to say
     wait_until(lambda: run.open_files() <= before, "the connection given back")
 
 
-def test_a_hundred_clients_are_served_while_the_output_flows(steering: SteeringBench):
+def test_a_hundred_clients_are_served_while_the_output_flows(control_bench: ControlBench):
     lines = 20_000
     writer = f'sh("read go; seq {lines}; echo over", name="writer")'
-    with steering.steer(f"{writer}, {CAT}") as run:
+    with control_bench.launch(f"{writer}, {CAT}") as run:
         path = run.socket
         answered = []
 
         def client(number: int) -> None:
-            with Connection(path, timeout_s=PATIENCE_S) as connection:
+            with Connection(path, timeout_s=TIMEOUT_S) as connection:
                 for verb in ("ps", "logs", "info", "events", "ps"):
                     names = ["writer"] if verb in ("logs", "info") else []
                     answer = connection.ask(verb, names, timeout_s=60)
@@ -127,7 +127,7 @@ def test_a_hundred_clients_are_served_while_the_output_flows(steering: SteeringB
                 answered.append(number)
 
         clients = [threading.Thread(target=client, args=(number,)) for number in range(100)]
-        run.tell("send", "writer", text="go")
+        run.ask_text("send", "writer", text="go")
         for thread in clients:
             thread.start()
         for thread in clients:
@@ -138,20 +138,20 @@ def test_a_hundred_clients_are_served_while_the_output_flows(steering: SteeringB
         assert shown == [*(f"[writer-1] {n}" for n in range(1, lines + 1)), "[writer-1] over"]
 
 
-def test_only_the_follower_that_does_not_read_loses_lines(steering: SteeringBench):
+def test_only_the_follower_that_does_not_read_loses_lines(control_bench: ControlBench):
     lines = 50_000
     writer = f'sh("read go; seq {lines}; echo over", name="writer")'
-    with steering.steer(f"{writer}, {CAT}") as run, run.connect() as lazy:
+    with control_bench.launch(f"{writer}, {CAT}") as run, run.connect() as lazy:
         request = lazy.send("logs", ["writer"], follow=True, lines=0)
         # Answered in turn, so after this the other one is served.
         lazy.ask("ps")
-        run.tell("send", "writer", text="go")
+        run.ask_text("send", "writer", text="go")
         run.wait_for("[writer-1] over\n")
         shown = [line for line in run.screen.splitlines() if line.startswith("[writer-1] ")]
         assert shown[:-1] == [f"[writer-1] {n}" for n in range(1, lines + 1)]
         got = dropped = 0
         while got + dropped < lines + 1:
-            answer = lazy.read(PATIENCE_S)
+            answer = lazy.read(TIMEOUT_S)
             assert answer["id"] == request
             if "dropped" in answer["item"]:
                 dropped += answer["item"]["dropped"]
@@ -161,20 +161,20 @@ def test_only_the_follower_that_does_not_read_loses_lines(steering: SteeringBenc
         assert got + dropped == lines + 1
 
 
-def test_a_client_that_asks_and_never_reads_is_not_served_for_ever(run: Steered):
-    with Raw(run.socket) as greedy:
+def test_a_client_that_asks_and_never_reads_is_not_served_for_ever(run: ControlledRun):
+    with RawClient(run.socket) as greedy:
         greedy.socket.settimeout(0.5)
         with contextlib.suppress(TimeoutError):
             for _ in range(100_000):
-                greedy.say(b'{"verb": "help"}\n')
+                greedy.send(b'{"verb": "help"}\n')
         memory = Path(f"/proc/{run.process.pid}/status").read_text()
         resident = next(line for line in memory.splitlines() if line.startswith("VmRSS"))
         assert int(resident.split()[1]) < 200_000  # kB: what waits for it is bounded
         assert run.row("cat")["state"] == "RUNNING"
 
 
-def test_clients_take_no_descriptors_that_processes_need(steering: SteeringBench):
-    with steering.steer(CAT, files=80) as run:
+def test_clients_take_no_descriptors_that_processes_need(control_bench: ControlBench):
+    with control_bench.launch(CAT, files=80) as run:
         path = run.socket
         clients = []
         for _ in range(100):

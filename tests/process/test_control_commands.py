@@ -12,9 +12,9 @@ import psutil
 import pytest
 
 from launcher.cli import CONTROL_VERBS
-from tests.process.conftest import SteeringBench
-from tests.support.glass import Glass
-from tests.support.steered import PATIENCE_S
+from tests.process.conftest import ControlBench
+from tests.support.controlled_run import TIMEOUT_S
+from tests.support.screen_terminal import ScreenTerminal
 from tests.support.waiting import wait_until
 
 CAT = 'sh("exec cat", name="cat")'
@@ -25,8 +25,8 @@ def words_of(table: str) -> list[list[str]]:
     return [line.split() for line in table.splitlines()]
 
 
-def test_ps_is_a_table_for_people_and_an_object_for_programs(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_ps_is_a_table_for_people_and_an_object_for_programs(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
         pid = str(run.row("cat")["pid"])
         head, row = words_of(run.shell("ps").stdout)
         assert head[:3] == ["name", "state", "pid"]
@@ -38,8 +38,8 @@ def test_ps_is_a_table_for_people_and_an_object_for_programs(steering: SteeringB
         assert "muted" in shown and "0 lines" not in shown
 
 
-def test_each_command_tells_what_happened(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_each_command_tells_what_happened(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
         done = run.shell("kill", "cat")
         assert re.fullmatch(r"cat-1 stopped in \d\.\d\d s \(SIGINT\)\n", done.stdout)
         assert run.shell("start", "cat").stdout.startswith("cat-1 started with pid ")
@@ -53,8 +53,8 @@ def test_each_command_tells_what_happened(steering: SteeringBench):
         assert run.exit_code() == 0
 
 
-def test_a_text_with_dashes_goes_to_the_process_as_it_is(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_a_text_with_dashes_goes_to_the_process_as_it_is(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
         assert run.shell("send", "cat", "-n", "--", "--json", "it's").returncode == 0
         run.wait_for("[cat-1] -n --json it's\n")
         pid = str(run.process.pid)
@@ -62,8 +62,8 @@ def test_a_text_with_dashes_goes_to_the_process_as_it_is(steering: SteeringBench
         run.wait_for("[cat-1] its own run\n")
 
 
-def test_failures_exit_with_1_and_usage_errors_with_2(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_failures_exit_with_1_and_usage_errors_with_2(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
         unknown = run.shell("stop", "cta")
         assert unknown.returncode == 1
         assert unknown.stderr == (
@@ -79,8 +79,8 @@ def test_failures_exit_with_1_and_usage_errors_with_2(steering: SteeringBench):
 
 
 @pytest.mark.thorough
-def test_commands_without_a_run_say_so(steering: SteeringBench):
-    with steering.steer('sh("true")', "--no-control") as run:
+def test_commands_without_a_run_say_so(control_bench: ControlBench):
+    with control_bench.launch('sh("true")', "--no-control") as run:
         run.exit_code()
         done = run.shell("ps")
         assert done.returncode == 1
@@ -89,67 +89,71 @@ def test_commands_without_a_run_say_so(steering: SteeringBench):
         assert json.loads(run.shell("runs", "--json").stdout) == {"runs": []}
 
 
-def test_logs_are_followed_until_ctrl_c(steering: SteeringBench):
-    with steering.steer(CAT) as run:
-        run.tell("send", "cat", text="before")
+def test_logs_are_followed_until_ctrl_c(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
+        run.ask_text("send", "cat", text="before")
         run.wait_for_log("cat", "before")
         follower = run.shell_start("logs", "-f", "-n", "1", "cat")
         assert follower.stdout.readline() == "[cat-1] before\n"
-        run.tell("send", "cat", text="after")
+        run.ask_text("send", "cat", text="after")
         assert follower.stdout.readline() == "[cat-1] after\n"
         follower.send_signal(signal.SIGINT)
-        assert follower.wait(PATIENCE_S) == 0
+        assert follower.wait(TIMEOUT_S) == 0
         assert follower.stderr.read() == ""
 
 
-def test_events_are_followed_to_the_end_of_the_run(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_events_are_followed_to_the_end_of_the_run(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
         follower = run.shell_start("events", "-f", "--json")
         assert json.loads(follower.stdout.readline())["event"] == "started"
-        run.tell("quit")
+        run.ask_text("quit")
         events = [json.loads(line)["event"] for line in follower.stdout]
         assert events[-1] == "finished"
-        assert follower.wait(PATIENCE_S) == 0
+        assert follower.wait(TIMEOUT_S) == 0
 
 
-def test_events_are_lines_for_people(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_events_are_lines_for_people(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
         pid = run.row("cat")["pid"]
         first = run.shell("events").stdout.splitlines()[0]
         assert re.fullmatch(rf"\d\d:\d\d:\d\d started cat-1 pid={pid} restarts=0", first)
 
 
-def test_top_is_drawn_again_scrolls_and_leaves_the_terminal_as_it_was(steering: SteeringBench):
+def test_top_is_drawn_again_scrolls_and_leaves_the_terminal_as_it_was(control_bench: ControlBench):
     many = "".join(f'sh("exec cat", name="cat_{n}"),' for n in range(12))
-    with steering.steer(many) as run:
+    with control_bench.launch(many) as run:
         assert run.socket
         env = {**run.env, "TERM": "xterm-256color"}
-        with Glass([*TOP, "-p", "0.1"], env=env, columns=60, rows=8) as glass:
-            glass.type("n")
-            glass.wait_until(lambda: "1-5 of 12 by name: 7 more below" in glass.rows, "a part")
-            glass.wait_until(lambda: glass.rows[1].startswith("cat_0-1"), "the first row")
-            glass.type("\x1b[F")
-            glass.wait_until(lambda: glass.rows[5].startswith("cat_11-12"), "the last")
-            run.tell("pause", "cat_11")
-            glass.wait_until(lambda: "paused" in glass.rows[5], "another look")
-            glass.resize(40, 12)
-            glass.wait_until(lambda: "4-12 of 12 by name: 3 more above" in glass.rows, "more")
-            glass.type("q")
-            assert glass.exit_code() == 0
-            assert glass.settings() == glass.untouched
-            assert not glass.cursor_is_hidden
-        with Glass(TOP, env=env) as glass:
-            glass.wait_until(lambda: "12 by cpu" in glass.rows, "the table")
-            glass.ctrl_c()
-            assert glass.exit_code() == 0
+        with ScreenTerminal([*TOP, "-p", "0.1"], env=env, columns=60, rows=8) as terminal:
+            terminal.type("n")
+            terminal.wait_until(
+                lambda: "1-5 of 12 by name: 7 more below" in terminal.rows, "a part"
+            )
+            terminal.wait_until(lambda: terminal.rows[1].startswith("cat_0-1"), "the first row")
+            terminal.type("\x1b[F")
+            terminal.wait_until(lambda: terminal.rows[5].startswith("cat_11-12"), "the last")
+            run.ask_text("pause", "cat_11")
+            terminal.wait_until(lambda: "paused" in terminal.rows[5], "another look")
+            terminal.resize(40, 12)
+            terminal.wait_until(lambda: "4-12 of 12 by name: 3 more above" in terminal.rows, "more")
+            terminal.type("q")
+            assert terminal.exit_code() == 0
+            assert terminal.settings() == terminal.untouched
+            assert not terminal.cursor_is_hidden
+        with ScreenTerminal(TOP, env=env) as terminal:
+            terminal.wait_until(lambda: "12 by cpu" in terminal.rows, "the table")
+            terminal.ctrl_c()
+            assert terminal.exit_code() == 0
 
 
 @pytest.mark.thorough
-def test_top_gives_the_terminal_back_when_it_is_suspended_or_terminated(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_top_gives_the_terminal_back_when_it_is_suspended_or_terminated(
+    control_bench: ControlBench,
+):
+    with control_bench.launch(CAT) as run:
         assert run.socket
         env = {**run.env, "TERM": "xterm-256color"}
-        with Glass(["bash", "--norc", "-i"], env=env) as shell:
+        with ScreenTerminal(["bash", "--norc", "-i"], env=env) as shell:
             shell.type(f"PS1='$ '; {' '.join(TOP)}\n")
             shell.wait_until(lambda: "1 by cpu" in shell.rows, "the table")
             shell.type("\x1a")
@@ -168,49 +172,49 @@ def test_top_gives_the_terminal_back_when_it_is_suspended_or_terminated(steering
 
 
 @pytest.mark.thorough
-def test_top_through_a_pipe_is_one_table_with_the_busiest_first(steering: SteeringBench):
+def test_top_through_a_pipe_is_one_table_with_the_busiest_first(control_bench: ControlBench):
     busy = 'sh("while :; do :; done", name="busy")'
-    with steering.steer(f"{CAT}, {busy}") as run:
+    with control_bench.launch(f"{CAT}, {busy}") as run:
         wait_until(lambda: run.row("busy")["cpu_percent"], "its share is known")
         _, first, second = words_of(run.shell("top").stdout)
         assert [first[0], second[0]] == ["busy-2", "cat-1"]
 
 
-def test_top_through_a_pipe_ends_with_the_run(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_top_through_a_pipe_ends_with_the_run(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
         follower = run.shell_start("top", "--json", "-p", "0.1")
         assert json.loads(follower.stdout.readline())["processes"][0]["name"] == "cat-1"
-        run.tell("quit")
+        run.ask_text("quit")
         follower.stdout.read()
-        assert follower.wait(PATIENCE_S) == 0
+        assert follower.wait(TIMEOUT_S) == 0
 
 
-def test_a_process_of_a_run_means_its_own_run(steering: SteeringBench):
-    with steering.steer('sh("exec cat", name="one")') as one:
+def test_a_process_of_a_run_means_its_own_run(control_bench: ControlBench):
+    with control_bench.launch('sh("exec cat", name="one")') as one:
         assert one.row("one")["pid"]
         asker = f'sh("read go; {sys.executable} -m launcher ps --json; exec cat", name="asker")'
-        with steering.steer(asker) as two:
-            two.tell("send", "asker", text="go")
+        with control_bench.launch(asker) as two:
+            two.ask_text("send", "asker", text="go")
             two.wait_for('"name": "asker-1"')
             assert '"name": "one-1"' not in two.screen
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("verb", CONTROL_VERBS)
-def test_every_command_has_help(steering: SteeringBench, verb: str):
+def test_every_command_has_help(control_bench: ControlBench, verb: str):
     done = subprocess.run(
         [sys.executable, "-m", "launcher", verb, "--help"],
         capture_output=True,
         text=True,
         check=True,
-        timeout=PATIENCE_S,
+        timeout=TIMEOUT_S,
     )
     assert done.stdout.startswith(f"usage: python -m launcher {verb}")
 
 
 @pytest.mark.thorough
-def test_help_explains_a_verb_and_typos_get_a_suggestion(steering: SteeringBench):
-    with steering.steer(CAT) as run:
+def test_help_explains_a_verb_and_typos_get_a_suggestion(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
         manual = run.shell("kill", "--help").stdout
         assert manual.startswith("usage: python -m launcher kill NAME")
         assert run.shell("help", "kill").stdout == manual

@@ -19,9 +19,9 @@ import pytest
 from launcher.control.client import Connection, ControlError, RefusedError
 from launcher.control.server import Server
 from launcher.engine.posix.reactor import Reactor
-from tests.process.conftest import SteeringBench
-from tests.support.raw_client import Raw, error_of
-from tests.support.steered import PATIENCE_S, Steered, state_of
+from tests.process.conftest import ControlBench
+from tests.support.controlled_run import TIMEOUT_S, ControlledRun, state_of
+from tests.support.raw_client import RawClient, error_of
 from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
@@ -32,7 +32,7 @@ NOBODY = 65534
 # ---- who gets in
 
 
-def test_the_socket_and_its_folder_are_for_their_user_alone(run: Steered):
+def test_the_socket_and_its_folder_are_for_their_user_alone(run: ControlledRun):
     assert stat.S_IMODE(run.socket.stat().st_mode) == 0o600
     assert stat.S_IMODE(run.socket.parent.stat().st_mode) == 0o700
     assert run.socket.stat().st_uid == os.getuid()
@@ -58,11 +58,11 @@ def ask_as_nobody(path: Path) -> subprocess.CompletedProcess[str]:
         capture_output=True,
         text=True,
         check=False,
-        timeout=PATIENCE_S,
+        timeout=TIMEOUT_S,
     )
 
 
-def check_that_nobody_is_refused(run: Steered) -> None:
+def check_that_nobody_is_refused(run: ControlledRun) -> None:
     """Only root can become another user."""
     path = run.socket
     assert "kept out" in ask_as_nobody(path).stderr
@@ -103,21 +103,21 @@ def connect_and_go(path: Path) -> None:
         client.connect(os.fspath(path))
 
 
-def test_another_user_is_refused(run: Steered):
+def test_another_user_is_refused(run: ControlledRun):
     if os.getuid() == 0:
         check_that_nobody_is_refused(run)
     else:
         check_that_we_are_refused_by_somebody_else(run.socket.with_name("other.sock"))
 
 
-def test_a_folder_that_is_open_to_others_is_not_used(steering: SteeringBench):
-    folder = steering.runtime / "ros-launcher"
+def test_a_folder_that_is_open_to_others_is_not_used(control_bench: ControlBench):
+    folder = control_bench.runtime / "ros-launcher"
     folder.mkdir(mode=0o755)
     folder.chmod(0o755)
-    spare = steering.runtime / "spare"
+    spare = control_bench.runtime / "spare"
     spare.mkdir()
-    steering.env["TMPDIR"] = str(spare)
-    with steering.steer(CAT) as run:
+    control_bench.env["TMPDIR"] = str(spare)
+    with control_bench.launch(CAT) as run:
         wanted = spare / f"ros-launcher-{os.getuid()}"
         wait_until(lambda: list(wanted.glob("*.sock")), "a socket in the other folder")
         assert not list(folder.iterdir())
@@ -145,14 +145,14 @@ def put_in_the_way(obstacle: str, root: Path) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("obstacle", OBSTACLES)
 def test_a_run_without_a_place_for_its_socket_says_so_once_and_goes_on(
-    steering: SteeringBench, obstacle: str
+    control_bench: ControlBench, obstacle: str
 ):
-    root = steering.runtime / ("x" * 100 if obstacle == "long" else "tmp")
+    root = control_bench.runtime / ("x" * 100 if obstacle == "long" else "tmp")
     root.mkdir()
     put_in_the_way(obstacle, root)
-    steering.env["TMPDIR"] = str(root)
-    steering.runtime = steering.runtime / "nowhere"
-    with steering.steer(CAT) as run:
+    control_bench.env["TMPDIR"] = str(root)
+    control_bench.runtime = control_bench.runtime / "nowhere"
+    with control_bench.launch(CAT) as run:
         run.wait_for("cannot open the control socket")
         run.process.send_signal(signal.SIGINT)
         assert run.exit_code() == 0
@@ -161,19 +161,19 @@ def test_a_run_without_a_place_for_its_socket_says_so_once_and_goes_on(
     assert not list(root.rglob("*.sock"))
 
 
-def test_a_run_without_control_has_no_socket(steering: SteeringBench):
-    steering.env["XDG_RUNTIME_DIR"] = str(steering.runtime)
-    done = steering.run('sh("sleep 0.5")', "--no-control")
+def test_a_run_without_control_has_no_socket(control_bench: ControlBench):
+    control_bench.env["XDG_RUNTIME_DIR"] = str(control_bench.runtime)
+    done = control_bench.run('sh("sleep 0.5")', "--no-control")
     assert done.returncode == 0
-    assert not list(steering.runtime.iterdir())
+    assert not list(control_bench.runtime.iterdir())
 
 
 # ---- what is said
 
 
-def test_the_first_line_says_which_run_it_is(steering: SteeringBench):
-    steering.env["ROS_DOMAIN_ID"] = "42"
-    with steering.steer(CAT) as run, Raw(run.socket) as client:
+def test_the_first_line_says_which_run_it_is(control_bench: ControlBench):
+    control_bench.env["ROS_DOMAIN_ID"] = "42"
+    with control_bench.launch(CAT) as run, RawClient(run.socket) as client:
         assert client.hello is not None
         assert client.hello["protocol"] == 1
         told = client.hello["run"]
@@ -181,17 +181,17 @@ def test_the_first_line_says_which_run_it_is(steering: SteeringBench):
         assert told["pid"] == run.process.pid
         assert told["domain_id"] == 42
         assert told["processes"] == ["cat-1"]
-        assert told["target"] == str(steering.folder / "bench.launch.py")
+        assert told["target"] == str(control_bench.folder / "bench.launch.py")
 
 
-def test_a_client_of_another_version_gets_the_supported_version(run: Steered):
-    with Raw(run.socket) as client:
-        client.say(b'{"protocol": 2, "id": "a", "verb": "ps"}\n')
+def test_a_client_of_another_version_gets_the_supported_version(run: ControlledRun):
+    with RawClient(run.socket) as client:
+        client.send(b'{"protocol": 2, "id": "a", "verb": "ps"}\n')
         answer = client.read()
         assert error_of(answer) == "version"
         assert answer["id"] == "a"
         assert ": this run uses 1" in answer["error"]["message"]
-        client.say(b'{"protocol": 1, "id": "b", "verb": "ps"}\n')
+        client.send(b'{"protocol": 1, "id": "b", "verb": "ps"}\n')
         assert client.read()["ok"]  # it may go on in ours
 
 
@@ -218,10 +218,10 @@ def test_a_client_of_another_version_gets_the_supported_version(run: Steered):
     ],
 )
 def test_an_invalid_request_is_answered_and_the_connection_stays_open(
-    run: Steered, line: bytes, code: str
+    run: ControlledRun, line: bytes, code: str
 ):
-    with Raw(run.socket) as client:
-        client.say(line + b"\n\n" + b'{"verb": "ps"}\n')
+    with RawClient(run.socket) as client:
+        client.send(line + b"\n\n" + b'{"verb": "ps"}\n')
         assert error_of(client.read()) == code
         assert client.read()["ok"]
 
@@ -229,7 +229,7 @@ def test_an_invalid_request_is_answered_and_the_connection_stays_open(
 # ---- which run
 
 
-def test_the_socket_of_a_killed_launcher_is_removed_with_a_message(run: Steered):
+def test_the_socket_of_a_killed_launcher_is_removed_with_a_message(run: ControlledRun):
     path = run.socket
     run.process.send_signal(signal.SIGKILL)
     run.process.wait()
@@ -241,10 +241,10 @@ def test_the_socket_of_a_killed_launcher_is_removed_with_a_message(run: Steered)
     assert not path.exists()
 
 
-def test_of_two_runs_one_has_to_be_picked(steering: SteeringBench):
-    one = steering.steer(CAT)
+def test_of_two_runs_one_has_to_be_picked(control_bench: ControlBench):
+    one = control_bench.launch(CAT)
     ids = [one.socket.stem]  # it listens, so it has read the launch file, which changes now
-    two = steering.steer('sh("exec cat", name="tac")')
+    two = control_bench.launch('sh("exec cat", name="tac")')
     ids.append(two.socket.stem)
     unclear = one.shell("ps")
     assert unclear.returncode == 1
@@ -262,7 +262,7 @@ def test_of_two_runs_one_has_to_be_picked(steering: SteeringBench):
 
 
 @pytest.mark.thorough
-def test_a_suspended_run_is_reported_as_not_answering(run: Steered):
+def test_a_suspended_run_is_reported_as_not_answering(run: ControlledRun):
     path = run.socket
     run.process.send_signal(signal.SIGSTOP)
     wait_until(lambda: state_of(run.process.pid) == "T", "it stands still")
@@ -281,7 +281,7 @@ def test_a_suspended_run_is_reported_as_not_answering(run: Steered):
 
 
 @pytest.mark.thorough
-def test_verbs_that_change_a_run_do_not_pick_one_of_another_folder(run: Steered):
+def test_verbs_that_change_a_run_do_not_pick_one_of_another_folder(run: ControlledRun):
     assert run.socket
     with tempfile.TemporaryDirectory(prefix="session-") as session:
         # For this shell, the run is in the folder that is looked at second.
@@ -300,7 +300,7 @@ def test_verbs_that_change_a_run_do_not_pick_one_of_another_folder(run: Steered)
 
 
 @pytest.mark.thorough
-def test_a_removed_socket_is_created_again_and_reported_once(run: Steered):
+def test_a_removed_socket_is_created_again_and_reported_once(run: ControlledRun):
     for _ in range(2):
         path = run.socket
         # In one step: it is made again as soon as it is missed.
@@ -308,6 +308,6 @@ def test_a_removed_socket_is_created_again_and_reported_once(run: Steered):
         wait_until(path.exists, "the socket made again")
         assert run.row("cat")["state"] == "RUNNING"
     assert run.screen.count("was removed and is created again") == 1
-    run.tell("quit")
+    run.ask_text("quit")
     assert run.exit_code() == 0
     assert not path.exists()

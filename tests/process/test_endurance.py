@@ -16,7 +16,7 @@ from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
 
-PATIENCE_S = 300.0  # tens of megabytes, perhaps on a busy machine
+TIMEOUT_S = 300.0  # tens of megabytes, perhaps on a busy machine
 MB = 1024 * 1024
 
 
@@ -49,7 +49,7 @@ def _bash(bench: Bench, script: str) -> subprocess.CompletedProcess[bytes]:
         ["bash", "-c", script],
         env=bench.env,
         capture_output=True,
-        timeout=PATIENCE_S,
+        timeout=TIMEOUT_S,
         check=False,
     )
 
@@ -65,7 +65,7 @@ def _read_until(process: subprocess.Popen[bytes], text: bytes) -> bytes:
 
 def _stop(process: subprocess.Popen[bytes]) -> int:
     process.terminate()
-    process.communicate(timeout=PATIENCE_S)
+    process.communicate(timeout=TIMEOUT_S)
     return process.returncode
 
 
@@ -115,7 +115,7 @@ def test_an_output_that_nobody_reads_for_10_s_costs_no_memory_and_no_line(bench:
         return time.monotonic() >= until
 
     wait_until(is_over, "10 s go by")
-    output, _ = process.communicate(timeout=PATIENCE_S)
+    output, _ = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0
     assert max(sizes) < 32 * MB < 8 * path.stat().st_size
     printed = _printed(output)

@@ -11,11 +11,9 @@ from pathlib import Path
 import pytest
 
 import launcher
-from tests.process.test_plan import Desk, desk
+from tests.process.conftest import Workspace
 
 pytestmark = pytest.mark.thorough
-
-__all__ = ["desk"]  # the fixture, for this module, too
 
 # name -> (text of the launch file, what is said, the suggestion)
 BROKEN = {
@@ -104,44 +102,44 @@ BROKEN = {
 NOT_UTF_8 = b"# fine\nx = '\xe4'\n"
 
 
-def assert_refused(desk: Desk, file: Path, said: str, suggestion: str) -> None:
+def assert_refused(workspace: Workspace, file: Path, said: str, suggestion: str) -> None:
     for words in ([file], ["plan", file]):
-        done = desk.call(*words)
+        done = workspace.call(*words)
         assert done.returncode == 2, done.stderr
         assert done.stderr.startswith("error: ")
         assert said in done.stderr
         assert suggestion in done.stderr
         assert "Traceback" not in done.stderr
-    assert not (desk.folder / "started").exists()
-    assert not (desk.folder / "log").exists()
+    assert not (workspace.folder / "started").exists()
+    assert not (workspace.folder / "log").exists()
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_launch_file_is_refused(desk: Desk, name: str):
+def test_a_broken_launch_file_is_refused(workspace: Workspace, name: str):
     text, said, suggestion = BROKEN[name]
-    file = desk.folder / "broken.launch.py"
+    file = workspace.folder / "broken.launch.py"
     file.write_text(textwrap.dedent(text))
-    assert_refused(desk, file, said, suggestion)
+    assert_refused(workspace, file, said, suggestion)
 
 
-def test_a_file_that_is_not_utf_8_is_refused_at_its_line(desk: Desk):
-    file = desk.folder / "latin.launch.py"
+def test_a_file_that_is_not_utf_8_is_refused_at_its_line(workspace: Workspace):
+    file = workspace.folder / "latin.launch.py"
     file.write_bytes(NOT_UTF_8)
-    assert_refused(desk, file, "latin.launch.py:2: the byte 0xe4 is not UTF-8", "as UTF-8")
+    assert_refused(workspace, file, "latin.launch.py:2: the byte 0xe4 is not UTF-8", "as UTF-8")
 
 
 @pytest.mark.parametrize("words", [["."], ["gone.launch.py"], ["no_such_target"], []])
-def test_a_file_that_is_not_a_launch_file_is_refused(desk: Desk, words: list[str]):
-    done = desk.call("plan", *words)
+def test_a_file_that_is_not_a_launch_file_is_refused(workspace: Workspace, words: list[str]):
+    done = workspace.call("plan", *words)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert "Traceback" not in done.stderr
 
 
-def test_a_dangling_link_is_refused(desk: Desk):
-    link = desk.folder / "link.launch.py"
-    link.symlink_to(desk.folder / "gone")
-    assert_refused(desk, link, "is not a file that can be read", "")
+def test_a_dangling_link_is_refused(workspace: Workspace):
+    link = workspace.folder / "link.launch.py"
+    link.symlink_to(workspace.folder / "gone")
+    assert_refused(workspace, link, "is not a file that can be read", "")
 
 
 @pytest.mark.parametrize("verb", ["launch", "plan", "args"])
@@ -150,36 +148,38 @@ def test_a_dangling_link_is_refused(desk: Desk):
     ["while True: pass", "import time\n    while True: time.sleep(0.05)"],
     ids=["computes", "waits"],
 )
-def test_a_launch_file_that_loops_is_interrupted_at_its_line(desk: Desk, verb: str, body: str):
-    file = desk.folder / "loop.launch.py"
+def test_a_launch_file_that_loops_is_interrupted_at_its_line(
+    workspace: Workspace, verb: str, body: str
+):
+    file = workspace.folder / "loop.launch.py"
     file.write_text(f"def generate_launch_description():\n    {body}\n")
-    done = desk.call(verb, file, "--evaluation-timeout", "5")
+    done = workspace.call(verb, file, "--evaluation-timeout", "5")
     assert done.returncode == 2
     line = 2 + body.count("\n")
     assert f"loop.launch.py:{line}: evaluating the launch file takes more than 5 s" in done.stderr
     assert "hint: --evaluation-timeout" in done.stderr
 
 
-def test_a_launch_file_that_catches_the_interruption_is_ended_all_the_same(desk: Desk):
-    file = desk.folder / "stubborn.launch.py"
+def test_a_launch_file_that_catches_the_interruption_is_ended_all_the_same(workspace: Workspace):
+    file = workspace.folder / "stubborn.launch.py"
     file.write_text("while True:\n    try:\n        while True: pass\n    except: pass\n")
-    done = desk.call(file, "--evaluation-timeout=5")
+    done = workspace.call(file, "--evaluation-timeout=5")
     assert done.returncode == 2
     assert "stubborn.launch.py:3: evaluating the launch file takes more than 5 s" in done.stderr
 
 
-def test_the_document_of_a_launch_file_that_loops_has_the_error(desk: Desk):
-    file = desk.folder / "loop.launch.py"
+def test_the_document_of_a_launch_file_that_loops_has_the_error(workspace: Workspace):
+    file = workspace.folder / "loop.launch.py"
     file.write_text("while True: pass\n")
-    document = desk.document(file, "--evaluation-timeout", "0.5")
+    document = workspace.document(file, "--evaluation-timeout", "0.5")
     assert document["error"]["type"] == "TimeoutError"
 
 
-def test_the_traceback_is_there_for_those_who_ask_for_it(desk: Desk):
-    file = desk.folder / "broken.launch.py"
+def test_the_traceback_is_there_for_those_who_ask_for_it(workspace: Workspace):
+    file = workspace.folder / "broken.launch.py"
     file.write_text("1 / 0\n")
     for option in ("--debug", "-d"):
-        done = desk.call("plan", file, option)
+        done = workspace.call("plan", file, option)
         assert "Traceback (most recent call last)" in done.stderr
         assert "ZeroDivisionError: division by zero" in done.stderr
 
@@ -187,10 +187,12 @@ def test_the_traceback_is_there_for_those_who_ask_for_it(desk: Desk):
 # ---- arguments
 
 
-def test_all_unknown_and_missing_arguments_are_reported_before_anything_starts(desk: Desk):
-    file = desk.write('DeclareLaunchArgument("map"), DeclareLaunchArgument("robot"),')
+def test_all_unknown_and_missing_arguments_are_reported_before_anything_starts(
+    workspace: Workspace,
+):
+    file = workspace.write('DeclareLaunchArgument("map"), DeclareLaunchArgument("robot"),')
     for words in ([file], ["plan", file]):
-        done = desk.call(*words, "mapp:=1", "speed:=2")
+        done = workspace.call(*words, "mapp:=1", "speed:=2")
         assert done.returncode == 2
         for text in (
             "unknown launch argument 'mapp'\nhint: did you mean 'map'?",
@@ -199,16 +201,16 @@ def test_all_unknown_and_missing_arguments_are_reported_before_anything_starts(d
             "the required argument 'robot' is not given",
         ):
             assert text in done.stderr
-    assert not desk.started.exists()
+    assert not workspace.started.exists()
 
 
-def test_lenient_accepts_unknown_names_as_ros_2_does(desk: Desk):
-    file = desk.write("")
-    assert desk.call(file, "bogus:=1").returncode == 2
-    assert not desk.started.exists()
-    assert desk.call("plan", file, "bogus:=1", "--lenient").returncode == 0
-    assert desk.call(file, "bogus:=1", "--lenient").returncode == 0
-    assert desk.started.exists()
+def test_lenient_accepts_unknown_names_as_ros_2_does(workspace: Workspace):
+    file = workspace.write("")
+    assert workspace.call(file, "bogus:=1").returncode == 2
+    assert not workspace.started.exists()
+    assert workspace.call("plan", file, "bogus:=1", "--lenient").returncode == 0
+    assert workspace.call(file, "bogus:=1", "--lenient").returncode == 0
+    assert workspace.started.exists()
 
 
 # Nothing of this is plainly declared in the file, and ROS 2 uses it all.
@@ -253,52 +255,52 @@ USED = {
 
 
 @pytest.mark.parametrize("name", USED)
-def test_an_argument_that_is_used_at_run_time_is_known(desk: Desk, name: str):
-    desk.write("DeclareLaunchArgument('x', default_value='1'),", "child.launch.py")
-    done = desk.call("plan", desk.write(USED[name]), "x:=2")
+def test_an_argument_that_is_used_at_run_time_is_known(workspace: Workspace, name: str):
+    workspace.write("DeclareLaunchArgument('x', default_value='1'),", "child.launch.py")
+    done = workspace.call("plan", workspace.write(USED[name]), "x:=2")
     assert done.returncode == 0, done.stderr
 
 
-def test_an_argument_that_a_function_declares_is_known_when_it_is_launched(desk: Desk):
-    done = desk.call(desk.write(USED["declared by a function"]), "x:=2")
+def test_an_argument_that_a_function_declares_is_known_when_it_is_launched(workspace: Workspace):
+    done = workspace.call(workspace.write(USED["declared by a function"]), "x:=2")
     assert done.returncode == 0, done.stderr
-    assert desk.started.exists()
+    assert workspace.started.exists()
 
 
 @pytest.mark.parametrize(
     "name",
     ["sigterm_timeout", "sigkill_timeout", "launch-prefix", "launch-prefix-filter", "emulate_tty"],
 )
-def test_arguments_that_ros_2_itself_reads_are_known(desk: Desk, name: str):
-    assert desk.call("plan", desk.write(""), f"{name}:=0").returncode == 0
+def test_arguments_that_ros_2_itself_reads_are_known(workspace: Workspace, name: str):
+    assert workspace.call("plan", workspace.write(""), f"{name}:=0").returncode == 0
 
 
-def test_the_dry_run_for_unknown_names_prints_nothing(desk: Desk):
-    file = desk.write("OpaqueFunction(function=lambda c: print('side effect')),")
-    done = desk.call(file, "bogus:=1")
+def test_the_dry_run_for_unknown_names_prints_nothing(workspace: Workspace):
+    file = workspace.write("OpaqueFunction(function=lambda c: print('side effect')),")
+    done = workspace.call(file, "bogus:=1")
     assert done.stdout == ""
     assert "side effect" not in done.stderr
 
 
-def test_there_is_no_dry_run_if_all_names_are_declared(desk: Desk):
-    file = desk.write(
+def test_there_is_no_dry_run_if_all_names_are_declared(workspace: Workspace):
+    file = workspace.write(
         """
         DeclareLaunchArgument("x", default_value="1"),
         OpaqueFunction(function=lambda c: open("evaluated", "a").write("once ") and None),
         """
     )
-    assert desk.call(file, "x:=2").returncode == 0
-    assert (desk.folder / "evaluated").read_text() == "once "
+    assert workspace.call(file, "x:=2").returncode == 0
+    assert (workspace.folder / "evaluated").read_text() == "once "
 
 
-def test_each_warning_is_printed_once_at_launch(desk: Desk):
-    file = desk.write(
+def test_each_warning_is_printed_once_at_launch(workspace: Workspace):
+    file = workspace.write(
         """
         GroupAction([SetLaunchConfiguration("x", "1"),
                      TimerAction(period=0.0, actions=[LogInfo(msg="later")])]),
         """
     )
-    done = desk.call(file)
+    done = workspace.call(file)
     assert done.returncode == 0
     assert done.stdout.count(f"[WARNING] [launch]: {file}:13: ") == 1
 
@@ -318,8 +320,10 @@ def test_each_warning_is_printed_once_at_launch(desk: Desk):
         (["warehouse"], "hint: names are searched in launch/ here and in parent directories"),
     ],
 )
-def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(desk: Desk, words, said):
-    done = desk.call(*words, AMENT_PREFIX_PATH="")
+def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(
+    workspace: Workspace, words, said
+):
+    done = workspace.call(*words, AMENT_PREFIX_PATH="")
     assert done.returncode == 2
     assert said in done.stderr
     assert "did you mean" in said or "did you mean" not in done.stderr
@@ -342,13 +346,13 @@ def test_output_that_cannot_be_written_is_reported_once(words: list[str], unbuff
     assert (done.returncode, done.stderr) == (1, said)
 
 
-def test_words_behind_two_dashes_are_no_options(desk: Desk):
-    file = desk.write('DeclareLaunchArgument("x"),')
-    file.rename(desk.folder / "--timeout.launch.py")
-    done = desk.call("--no-log-files", "--", "--timeout.launch.py", "x:=2")
+def test_words_behind_two_dashes_are_no_options(workspace: Workspace):
+    file = workspace.write('DeclareLaunchArgument("x"),')
+    file.rename(workspace.folder / "--timeout.launch.py")
+    done = workspace.call("--no-log-files", "--", "--timeout.launch.py", "x:=2")
     assert done.returncode == 0, done.stderr
-    assert desk.started.exists()
-    assert not (desk.folder / "log").exists()
+    assert workspace.started.exists()
+    assert not (workspace.folder / "log").exists()
 
 
 def test_a_removed_working_directory_is_reported_as_such(tmp_path: Path):

@@ -73,23 +73,23 @@ def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Proce
 
     with _pipe() as (read_end, write_end), Reactor() as reactor:
         screen = StdoutWriter(reactor, write_end, colour=False)
-        chronicle = RunLog(reactor, screen, RunDirectory(None, lambda text: None))
-        caretaker = Housekeeper(
+        run_log = RunLog(reactor, screen, RunDirectory(None, lambda text: None))
+        housekeeper = Housekeeper(
             reactor,
-            chronicle,
+            run_log,
             OutputReader(reactor, screen, RunDirectory(None, lambda text: None), (), Unwatched()),
             Unwatched(),
             run_id="none",
             processes=Processes(sleepers),
         )
-        chronicle.events.listeners.append(lambda line: reactor.stop())
+        run_log.events.listeners.append(lambda line: reactor.stop())
         os.write(write_end, b"a line that always waits\n")
         reactor.add_reader(read_end, lambda: happened.append("line"))
-        caretaker.start()
+        housekeeper.start()
         reactor.run()
-        caretaker.close()
+        housekeeper.close()
         screen.finish(0.0)
-    assert len(caretaker.samples) == MANY
+    assert len(housekeeper.samples) == MANY
     # Taken in one go, there are two: one before the round is noted, one before that is written.
     assert happened[happened.index("round") :].count("line") > 4
 

@@ -124,7 +124,7 @@ def test_colour_on_a_terminal_goes_when_it_is_not_wanted(bench: Bench, words: st
     _assert_coloured(terminal.raw, ON_A_TERMINAL[words])
 
 
-def test_nothing_but_colour_steers_the_terminal_not_even_in_the_rest_of_a_prompt(bench: Bench):
+def test_only_colour_sequences_reach_the_terminal_also_in_the_rest_of_a_prompt(bench: Bench):
     title, clear, others = r"\033]0;title\007", r"\033[2J", r"\007\005\177\233\033[8m"
     steps = [
         f"printf 'name{title}? '",

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.thorough
 # ---- the relay alone, with pipes whose other ends are ours
 
 
-class Desk:
+class ReaderBench:
     """A relay that listens to `a` and `b`, and shows in a file what they write."""
 
     def __init__(self, folder: Path, reactor: Reactor) -> None:
@@ -70,7 +70,7 @@ class Desk:
         for fd in self._fds:
             os.close(fd)
 
-    def held_up(self, meanwhile: Callable[[], object]) -> None:
+    def delay(self, meanwhile: Callable[[], object]) -> None:
         """Block the loop, after its poll for lines, until all timers are overdue."""
         read_end, write_end = self._pipe()
 
@@ -112,16 +112,16 @@ def test_output_written_while_the_loop_was_delayed_is_read_before_the_process_is
 ):
     begun, ended = BEGUN_AND_ENDED[what]
     with Reactor() as reactor:
-        desk = Desk(tmp_path, reactor)
-        os.write(desk.a, begun)
+        bench = ReaderBench(tmp_path, reactor)
+        os.write(bench.a, begun)
 
         def meanwhile() -> None:
-            os.write(desk.b, b"somebody else\n")  # whoever wrote first is read first
-            os.write(desk.a, ended)
+            os.write(bench.b, b"somebody else\n")  # whoever wrote first is read first
+            os.write(bench.a, ended)
 
-        reactor.call_later(0, lambda: desk.held_up(meanwhile))
-        shown = desk.shown(b"somebody else\n")
-        desk.close()
+        reactor.call_later(0, lambda: bench.delay(meanwhile))
+        shown = bench.shown(b"somebody else\n")
+        bench.close()
     whole = [b"[a] " + line for line in (begun + ended).splitlines()]
     assert shown == [*whole, b"[b] somebody else"]
 

@@ -3,80 +3,29 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
-import textwrap
 from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
-HEAD = """
-import os, subprocess, sys
-from launch import LaunchDescription
-from launch.actions import *
-from launch.conditions import *
-from launch.substitutions import *
-
-def generate_launch_description():
-    return LaunchDescription([
-"""
-TIMEOUT_S = 120
-
-
-class Desk:
-    """Writes launch files and calls the launcher; `started` exists if anything was started."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.started = folder / "started"
-        self.env = {**os.environ, "ROS_LOG_DIR": str(folder / "log"), "TMPDIR": str(folder)}
-        self.env.pop("FORCE_COLOR", None)
-
-    def write(self, actions: str, name: str = "a.launch.py") -> Path:
-        start = f'ExecuteProcess(cmd=["touch", "{self.started}"]),'
-        body = textwrap.indent(textwrap.dedent(actions), "        ")
-        (self.folder / name).write_text(f"{HEAD}        {start}\n{body}\n    ])\n")
-        return self.folder / name
-
-    def call(self, *words: str | Path, **env: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [sys.executable, "-m", "launcher", *map(str, words)],
-            env={**self.env, **env},
-            cwd=self.folder,
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT_S,
-            check=False,
-        )
-
-    def document(self, *words: str | Path) -> dict:
-        done = self.call("plan", "--json", *words)
-        assert done.returncode == 0, done.stderr
-        document: dict = json.loads(done.stdout)
-        return document
-
-
-@pytest.fixture
-def desk(tmp_path: Path) -> Desk:
-    return Desk(tmp_path)
+from tests.process.conftest import TIMEOUT_S, Workspace
 
 
 def commands(document: dict) -> Sequence[Sequence[str]]:
     return [process["cmd"] for process in document["processes"]]
 
 
-def test_a_plan_starts_nothing_and_writes_no_log(desk: Desk):
-    done = desk.call("plan", desk.write(""))
+def test_a_plan_starts_nothing_and_writes_no_log(workspace: Workspace):
+    done = workspace.call("plan", workspace.write(""))
     assert done.returncode == 0
-    assert f"$ touch {desk.started}" in done.stdout
-    assert not desk.started.exists()
-    assert not (desk.folder / "log").exists()
+    assert f"$ touch {workspace.started}" in done.stdout
+    assert not workspace.started.exists()
+    assert not (workspace.folder / "log").exists()
 
 
-def test_the_document_is_all_that_is_on_standard_output(desk: Desk):
-    file = desk.write(
+def test_the_document_is_all_that_is_on_standard_output(workspace: Workspace):
+    file = workspace.write(
         """
         LogInfo(msg=Command("sh -c 'echo from a command'")),
         OpaqueFunction(function=lambda context: print("printed")),
@@ -84,118 +33,118 @@ def test_the_document_is_all_that_is_on_standard_output(desk: Desk):
         OpaqueFunction(function=lambda context: os.write(1, b"by descriptor") and None),
         """
     )
-    done = desk.call("plan", "--json", file)
+    done = workspace.call("plan", "--json", file)
     document = json.loads(done.stdout)
     assert document["logs"][0]["message"] == "from a command\n"
     for text in ("printed", "by a child", "by descriptor"):
         assert text in done.stderr
 
 
-def test_the_document_is_the_same_each_time(desk: Desk):
-    file = desk.write('LogInfo(msg=LaunchConfiguration("x", default="1")),')
-    first, second = (desk.call("plan", file, "--json").stdout for _ in range(2))
+def test_the_document_is_the_same_each_time(workspace: Workspace):
+    file = workspace.write('LogInfo(msg=LaunchConfiguration("x", default="1")),')
+    first, second = (workspace.call("plan", file, "--json").stdout for _ in range(2))
     assert first == second
     assert first.startswith("{")
 
 
-def test_a_failing_file_gives_a_document_with_the_error_and_exit_code_0(desk: Desk):
-    file = desk.write('LogInfo(msg="before"), LogInfo(msg=LaunchConfiguration("nope")),')
-    document = desk.document(file)
+def test_a_failing_file_gives_a_document_with_the_error_and_exit_code_0(workspace: Workspace):
+    file = workspace.write('LogInfo(msg="before"), LogInfo(msg=LaunchConfiguration("nope")),')
+    document = workspace.document(file)
     assert document["error"]["type"] == "SubstitutionFailure"
     assert [log["message"] for log in document["logs"]] == ["before"]
 
 
-def test_a_failing_file_gives_its_tree_then_the_error_and_exit_code_2(desk: Desk):
-    done = desk.call("plan", desk.write('LogInfo(msg=LaunchConfiguration("nope")),'))
+def test_a_failing_file_gives_its_tree_then_the_error_and_exit_code_2(workspace: Workspace):
+    done = workspace.call("plan", workspace.write('LogInfo(msg=LaunchConfiguration("nope")),'))
     assert done.returncode == 2
     assert "touch-1" in done.stdout
     assert "a.launch.py:11: launch configuration 'nope' does not exist" in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_an_error_in_an_exit_handler_says_when_it_happens(desk: Desk):
-    file = desk.write(
+def test_an_error_in_an_exit_handler_says_when_it_happens(workspace: Workspace):
+    file = workspace.write(
         "ExecuteProcess(cmd=['true'], on_exit=[OpaqueFunction(function=lambda context: 1 / 0)]),"
     )
-    done = desk.call("plan", file)
+    done = workspace.call("plan", file)
     assert done.returncode == 2
     assert "hint: this happens later, when a process has ended" in done.stderr
 
 
-def test_the_document_has_an_unknown_argument_as_ros_2_takes_it_and_says_so(desk: Desk):
-    file = desk.write('DeclareLaunchArgument("speed", default_value="1"),')
-    done = desk.call("plan", "--json", file, "sped:=2")
+def test_the_document_has_an_unknown_argument_as_ros_2_takes_it_and_says_so(workspace: Workspace):
+    file = workspace.write('DeclareLaunchArgument("speed", default_value="1"),')
+    done = workspace.call("plan", "--json", file, "sped:=2")
     assert done.returncode == 0
     assert json.loads(done.stdout)["declared"] == {"speed": "1"}
     assert "did you mean 'speed'?" in done.stderr
 
 
-def test_colour_is_for_terminals(desk: Desk):
-    file = desk.write("")
-    assert "\x1b[" not in desk.call("plan", file).stdout
-    assert "\x1b[" in desk.call("plan", file, FORCE_COLOR="1").stdout
+def test_colour_is_for_terminals(workspace: Workspace):
+    file = workspace.write("")
+    assert "\x1b[" not in workspace.call("plan", file).stdout
+    assert "\x1b[" in workspace.call("plan", file, FORCE_COLOR="1").stdout
 
 
-def test_a_reader_that_leaves_early_is_no_error(desk: Desk):
-    file = desk.write("*[ExecuteProcess(cmd=['true', 'x' * 1000]) for _ in range(200)],")
+def test_a_reader_that_leaves_early_is_no_error(workspace: Workspace):
+    file = workspace.write("*[ExecuteProcess(cmd=['true', 'x' * 1000]) for _ in range(200)],")
     line = f"{sys.executable} -m launcher plan {file} | head -1; exit ${{PIPESTATUS[0]}}"
     done = subprocess.run(
-        ["bash", "-c", line], env=desk.env, capture_output=True, text=True, timeout=TIMEOUT_S
+        ["bash", "-c", line], env=workspace.env, capture_output=True, text=True, timeout=TIMEOUT_S
     )
     assert done.returncode == 0
     assert done.stderr == ""
 
 
-def test_warnings_are_below_the_tree_and_not_in_the_document(desk: Desk):
-    file = desk.write(
+def test_warnings_are_below_the_tree_and_not_in_the_document(workspace: Workspace):
+    file = workspace.write(
         """
         GroupAction([SetLaunchConfiguration("x", "1"),
                      TimerAction(period=1.0, actions=[LogInfo(msg="later")])]),
         """
     )
-    done = desk.call("plan", file)
+    done = workspace.call("plan", file)
     assert f"warning: {file}:13: the actions of this timer run outside" in done.stdout
-    plain = desk.call("plan", "--json", file)
+    plain = workspace.call("plan", "--json", file)
     assert "warning:" not in plain.stdout
     assert f"warning: {file}:13: " in plain.stderr
 
 
 @pytest.mark.parametrize("option", ["-s", "--show-args", "--show-arguments"])
-def test_the_launch_form_lists_arguments(desk: Desk, option: str):
-    file = desk.write('DeclareLaunchArgument("needed"),')
-    done = desk.call(file, option)
+def test_the_launch_form_lists_arguments(workspace: Workspace, option: str):
+    file = workspace.write('DeclareLaunchArgument("needed"),')
+    done = workspace.call(file, option)
     assert done.returncode == 0
-    assert done.stdout == desk.call("args", file).stdout
+    assert done.stdout == workspace.call("args", file).stdout
     assert "    'needed':\n        no description given\n" in done.stdout
-    assert not desk.started.exists()
+    assert not workspace.started.exists()
 
 
-def test_arguments_of_included_files_are_listed(desk: Desk):
-    desk.write('DeclareLaunchArgument("inner", default_value="1"),', "child.launch.py")
-    file = desk.write(f'IncludeLaunchDescription("{desk.folder}/child.launch.py"),')
-    assert "    'inner':\n" in desk.call("args", file).stdout
+def test_arguments_of_included_files_are_listed(workspace: Workspace):
+    workspace.write('DeclareLaunchArgument("inner", default_value="1"),', "child.launch.py")
+    file = workspace.write(f'IncludeLaunchDescription("{workspace.folder}/child.launch.py"),')
+    assert "    'inner':\n" in workspace.call("args", file).stdout
 
 
 @pytest.mark.parametrize("option", ["-p", "--print", "--print-description"])
-def test_the_launch_form_prints_the_plan(desk: Desk, option: str):
-    file = desk.write("")
-    assert desk.call(file, option).stdout == desk.call("plan", file).stdout
-    assert not desk.started.exists()
+def test_the_launch_form_prints_the_plan(workspace: Workspace, option: str):
+    file = workspace.write("")
+    assert workspace.call(file, option).stdout == workspace.call("plan", file).stdout
+    assert not workspace.started.exists()
 
 
-def test_the_prefix_of_the_command_line_is_in_the_plan(desk: Desk):
-    file = desk.write('ExecuteProcess(cmd=["other", "b"]),')
-    done = desk.call(file, "-p", "--launch-prefix", "nice -n 5", "--launch-prefix-filter=oth")
+def test_the_prefix_of_the_command_line_is_in_the_plan(workspace: Workspace):
+    file = workspace.write('ExecuteProcess(cmd=["other", "b"]),')
+    done = workspace.call(file, "-p", "--launch-prefix", "nice -n 5", "--launch-prefix-filter=oth")
     assert "$ nice -n 5 other b\n" in done.stdout
-    assert f"$ touch {desk.started}\n" in done.stdout
+    assert f"$ touch {workspace.started}\n" in done.stdout
 
 
 HEAVY = ("rich", "psutil", "rclpy", "prompt_toolkit", "asyncio", "dataclasses", "difflib")
 
 
 @pytest.mark.parametrize("words", [["plan"], ["plan", "--json"], ["launch"]], ids=" ".join)
-def test_nothing_heavy_is_imported_on_the_way_to_a_plan_or_a_process(desk: Desk, words):
-    file = desk.write("")
+def test_nothing_heavy_is_imported_on_the_way_to_a_plan_or_a_process(workspace: Workspace, words):
+    file = workspace.write("")
     script = (
         "import sys; from launcher.cli import main; found = []\n"
         f"def look(): found.append([name for name in {HEAVY!r} if name in sys.modules])\n"
@@ -205,7 +154,7 @@ def test_nothing_heavy_is_imported_on_the_way_to_a_plan_or_a_process(desk: Desk,
     )
     done = subprocess.run(
         [sys.executable, "-c", script],
-        env=desk.env,
+        env=workspace.env,
         capture_output=True,
         text=True,
         timeout=TIMEOUT_S,

@@ -133,7 +133,7 @@ class Hopper:
         self.log = folder / "hops"
         self._sizes: list[int] = []
 
-    def stands_still(self) -> bool:
+    def has_stopped(self) -> bool:
         """Whether it has not forked in the last ten polls; a list of processes cannot show it."""
         self._sizes.append(self.log.stat().st_size)
         return len(self._sizes) > 10 and self._sizes[-10] == self._sizes[-1] > 0
@@ -145,7 +145,7 @@ def test_a_process_that_forks_into_new_sessions_in_a_loop_is_killed(bench: Bench
     hopper = Hopper(bench.folder, rest_s)
     done = bench.run(hopper.actions)
     assert b"stopping leftover processes: " in done.stdout
-    wait_until(hopper.stands_still, "it does not hop any more")
+    wait_until(hopper.has_stopped, "it does not hop any more")
     assert bench.survivors() == []
 
 
@@ -159,7 +159,7 @@ def test_a_process_that_forks_in_a_loop_does_not_outlive_a_killed_launcher(
     terminal.wait_for("ready")
     wait_until(hopper.log.exists, "it hops")
     terminal.kill()
-    wait_until(hopper.stands_still, "it does not hop any more")
+    wait_until(hopper.has_stopped, "it does not hop any more")
     wait_until(lambda: bench.survivors() == [], "nothing is left")
 
 

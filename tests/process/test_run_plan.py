@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from tests.process.test_plan import Desk, desk
-
-__all__ = ["desk"]  # the fixture, for this module, too
+from tests.process.conftest import Workspace
 
 RICH = """
     DeclareLaunchArgument("speed", default_value="3", description="how fast"),
@@ -22,10 +20,10 @@ RICH = """
 """
 
 
-def run_plan(desk: Desk, *words: object) -> dict[str, Any]:
-    done = desk.call(*words)
+def run_plan(workspace: Workspace, *words: object) -> dict[str, Any]:
+    done = workspace.call(*words)
     assert done.returncode == 0, done.stderr
-    return json.loads((desk.folder / "log" / "latest" / "plan.json").read_text())
+    return json.loads((workspace.folder / "log" / "latest" / "plan.json").read_text())
 
 
 def timeless(document: dict[str, Any]) -> dict[str, Any]:
@@ -38,9 +36,9 @@ def timeless(document: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def test_the_plan_of_a_run_is_the_plan_that_was_made_beforehand(desk: Desk):
-    file = desk.write(RICH)
-    done, planned = run_plan(desk, file, "speed:=9"), desk.document(file, "speed:=9")
+def test_the_plan_of_a_run_is_the_plan_that_was_made_beforehand(workspace: Workspace):
+    file = workspace.write(RICH)
+    done, planned = run_plan(workspace, file, "speed:=9"), workspace.document(file, "speed:=9")
     assert timeless(done) == timeless(planned)
     assert [list(entry) for entry in done["processes"]] == [
         list(entry) for entry in planned["processes"]
@@ -49,22 +47,22 @@ def test_the_plan_of_a_run_is_the_plan_that_was_made_beforehand(desk: Desk):
     assert done["declared"] == {"speed": "9", "side": "left"}
 
 
-def test_functions_of_the_launch_file_are_evaluated_once(desk: Desk):
+def test_functions_of_the_launch_file_are_evaluated_once(workspace: Workspace):
     count = "lambda context: open('evaluated', 'a').write('once ') and None"
-    run_plan(desk, desk.write(f"OpaqueFunction(function={count}),"))
-    assert (desk.folder / "evaluated").read_text() == "once "
+    run_plan(workspace, workspace.write(f"OpaqueFunction(function={count}),"))
+    assert (workspace.folder / "evaluated").read_text() == "once "
 
 
-def test_actions_of_an_exit_handler_name_the_process_that_exited(desk: Desk):
+def test_actions_of_an_exit_handler_name_the_process_that_exited(workspace: Workspace):
     follows = "ExecuteProcess(cmd=['echo', 'after'])"
-    file = desk.write(
+    file = workspace.write(
         f"""
         *(lambda first: [first, RegisterEventHandler(
             __import__("launch.event_handlers").event_handlers.OnProcessExit(
                 target_action=first, on_exit=[{follows}]))])(ExecuteProcess(cmd=["sleep", "0.3"])),
         """
     )
-    document = run_plan(desk, file)
+    document = run_plan(workspace, file)
     first = next(p for p in document["processes"] if p["cmd"][0] == "sleep")
     after = next(p for p in document["processes"] if p["cmd"] == ["echo", "after"])
     assert (first["phase"], first["cause"]) == ("run", None)
@@ -74,10 +72,10 @@ def test_actions_of_an_exit_handler_name_the_process_that_exited(desk: Desk):
     assert [shutdown["reason"] for shutdown in document["shutdowns"]] == ["idle"]
 
 
-def test_what_a_handler_raises_is_the_error_of_the_plan(desk: Desk):
-    file = desk.write(
+def test_what_a_handler_raises_is_the_error_of_the_plan(workspace: Workspace):
+    file = workspace.write(
         "TimerAction(period=0.2, actions=[OpaqueFunction(function=lambda context: 1 / 0)]),"
     )
-    assert desk.call(file).returncode == 1
-    document = json.loads((desk.folder / "log" / "latest" / "plan.json").read_text())
+    assert workspace.call(file).returncode == 1
+    document = json.loads((workspace.folder / "log" / "latest" / "plan.json").read_text())
     assert document["error"]["type"] == "ZeroDivisionError"

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from tests.support.verbs import PATIENCE_S, eventually
+from tests.support.verbs import TIMEOUT_S, eventually
 
 pytestmark = pytest.mark.thorough
 
@@ -44,5 +44,5 @@ def test_a_topic_is_measured_as_soon_as_somebody_publishes_it(verb, env):
     assert bw.stdout.readline() == "Subscribed to [/later]\n"
     assert "B/s from" in bw.stdout.readline()
     bw.terminate()
-    assert bw.wait(timeout=PATIENCE_S) == 0
+    assert bw.wait(timeout=TIMEOUT_S) == 0
     bw.stdout.close()

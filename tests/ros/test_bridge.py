@@ -26,7 +26,7 @@ from launcher.ros.discovery.reader import read_graph
 from launcher.ros.services import ServiceCaller
 from tests.process.conftest import HEAD
 from tests.ros.conftest import ros_domain, talking
-from tests.support.steered import Steered
+from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
 
 OK, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
@@ -60,7 +60,7 @@ class Monitor:
         wait_until(is_so, f"{name}: {level!r} {text}; there is {self.last}")
         return self.last[f"{node}: {name}"]
 
-    def steer(self, process: str, verb: str, node: str = "launcher") -> Trigger.Response:
+    def launch(self, process: str, verb: str, node: str = "launcher") -> Trigger.Response:
         return self.caller.call(Trigger, f"/{node}/{process}/{verb}", Trigger.Request(), 60.0)
 
 
@@ -80,10 +80,12 @@ def domain(tmp_path: Path) -> Iterator[dict[str, str]]:
         yield {**env, "TMPDIR": runtime, "XDG_RUNTIME_DIR": runtime}
 
 
-def run_of(env: Mapping[str, str], folder: Path, actions: str = SLEEPERS, *words: str) -> Steered:
+def run_of(
+    env: Mapping[str, str], folder: Path, actions: str = SLEEPERS, *words: str
+) -> ControlledRun:
     file = folder / "bridge.launch.py"
     file.write_text(f"{HEAD}{actions}\n    ])\n", encoding="utf-8")
-    return Steered(
+    return ControlledRun(
         [sys.executable, "-m", "launcher", str(file), "--ros", *words],
         env=env,
         runtime=Path(env["XDG_RUNTIME_DIR"]),
@@ -92,7 +94,7 @@ def run_of(env: Mapping[str, str], folder: Path, actions: str = SLEEPERS, *words
 
 
 @pytest.fixture
-def run(domain: dict[str, str], tmp_path: Path) -> Iterator[Steered]:
+def run(domain: dict[str, str], tmp_path: Path) -> Iterator[ControlledRun]:
     """Two sleepers, shown to ROS."""
     with run_of(domain, tmp_path) as run:
         yield run
@@ -106,7 +108,7 @@ def monitor(domain: dict[str, str]) -> Iterator[Monitor]:
             yield monitor
 
 
-def bridge_pid(run: Steered) -> int:
+def bridge_pid(run: ControlledRun) -> int:
     """The bridge among the children of the launcher."""
 
     def find() -> list[int]:
@@ -155,7 +157,7 @@ def answers(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> graph_so
     return looks[0]
 
 
-def test_diagnostics_report_each_process_and_its_exit(run: Steered, monitor: Monitor):
+def test_diagnostics_report_each_process_and_its_exit(run: ControlledRun, monitor: Monitor):
     left = monitor.wait("left-1", OK, "running")
     values = {value.key: value.value for value in left.values}
     assert values["pid"] == str(run.row("left")["pid"])
@@ -167,10 +169,10 @@ def test_diagnostics_report_each_process_and_its_exit(run: Steered, monitor: Mon
 
 
 @pytest.mark.thorough
-def test_changes_are_published_before_the_next_period(run: Steered, monitor: Monitor):
+def test_changes_are_published_before_the_next_period(run: ControlledRun, monitor: Monitor):
     monitor.wait("right-2", OK, "running")
     for _ in range(3):
-        assert monitor.steer("right", "restart").success
+        assert monitor.launch("right", "restart").success
 
     def is_told_early() -> bool:
         monitor.wait("right-2", OK, "running")
@@ -181,15 +183,15 @@ def test_changes_are_published_before_the_next_period(run: Steered, monitor: Mon
     wait_until(is_told_early, "two messages in less than half a period")
 
 
-def test_services_control_the_run_and_report_the_result(run: Steered, monitor: Monitor):
+def test_services_control_the_run_and_report_the_result(run: ControlledRun, monitor: Monitor):
     monitor.wait("left-1", OK, "running")
-    stopped = monitor.steer("left", "stop")
+    stopped = monitor.launch("left", "stop")
     assert stopped.success
     assert stopped.message.startswith("left-1 stopped in ")
     monitor.wait("left-1", STALE, "stopped by request")
     assert run.row("left")["state"] == "STOPPED"
-    assert monitor.steer("left", "start").message.startswith("left-1 started with pid ")
-    again = monitor.steer("left", "start")
+    assert monitor.launch("left", "start").message.startswith("left-1 started with pid ")
+    again = monitor.launch("left", "start")
     assert not again.success
     assert "left-1" in again.message
 
@@ -199,7 +201,7 @@ def test_the_bridge_does_not_affect_the_end_of_the_run(domain, tmp_path, monitor
     with run_of(domain, tmp_path, actions) as run:
         monitor.wait("brief-1", OK, "running")
         pid = bridge_pid(run)
-        run.tell("send", "brief", text="go")
+        run.ask_text("send", "brief", text="go")
         monitor.wait("brief-1", STALE, "the run has ended")
         assert run.exit_code() == 1
         assert not Path(f"/proc/{pid}").exists()
@@ -208,7 +210,7 @@ def test_the_bridge_does_not_affect_the_end_of_the_run(domain, tmp_path, monitor
 
 
 @pytest.mark.thorough
-def test_a_killed_launcher_takes_the_bridge_with_it(run: Steered, monitor: Monitor):
+def test_a_killed_launcher_takes_the_bridge_with_it(run: ControlledRun, monitor: Monitor):
     monitor.wait("left-1", OK, "running")
     pid = bridge_pid(run)
     run.process.kill()
@@ -216,7 +218,7 @@ def test_a_killed_launcher_takes_the_bridge_with_it(run: Steered, monitor: Monit
 
 
 @pytest.mark.thorough
-def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: Steered, monitor: Monitor):
+def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: ControlledRun, monitor: Monitor):
     monitor.wait("left-1", OK, "running")
     for count in range(1, 4):
         os.kill(bridge_pid(run), signal.SIGKILL)
@@ -227,20 +229,20 @@ def test_a_bridge_that_dies_is_started_again_but_not_for_ever(run: Steered, moni
     assert run.screen.count("restarting it") == 2
     assert "the run continues without it" in run.screen
     assert run.row("left")["state"] == "RUNNING"
-    run.tell("quit")
+    run.ask_text("quit")
     assert run.exit_code() == 0
 
 
 @pytest.mark.thorough
 def test_two_runs_in_one_domain_are_controlled_separately(
-    run: Steered, domain, tmp_path, monitor: Monitor
+    run: ControlledRun, domain, tmp_path, monitor: Monitor
 ):
     monitor.wait("left-1", OK, "running")
     (tmp_path / "other").mkdir()
     with run_of(domain, tmp_path / "other") as other:
         node = f"launcher_{other.process.pid}"
         monitor.wait("left-1", OK, "running", node=node)
-        assert monitor.steer("left", "stop", node).message.startswith("left-1 stopped in ")
+        assert monitor.launch("left", "stop", node).message.startswith("left-1 stopped in ")
         monitor.wait("left-1", STALE, "stopped by request", node=node)
         assert other.row("left")["state"] == "STOPPED"
         assert run.row("left")["state"] == "RUNNING"
@@ -249,7 +251,7 @@ def test_two_runs_in_one_domain_are_controlled_separately(
 
 @pytest.mark.thorough
 def test_a_deleted_socket_of_the_bridge_is_created_again(
-    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+    run: ControlledRun, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     answers(domain, monkeypatch)
     folder = Path(domain["XDG_RUNTIME_DIR"]) / "ros-launcher"
@@ -262,7 +264,7 @@ def test_a_deleted_socket_of_the_bridge_is_created_again(
 
 
 @pytest.mark.thorough
-def test_what_a_killed_bridge_had_in_shared_memory_is_freed(run: Steered, monitor: Monitor):
+def test_what_a_killed_bridge_had_in_shared_memory_is_freed(run: ControlledRun, monitor: Monitor):
     monitor.wait("left-1", OK, "running")
     pid = bridge_pid(run)
     (segment, *_) = [name for name, owner in held().items() if owner == pid and "port" not in name]
@@ -282,7 +284,7 @@ def test_ros_without_a_socket_is_a_usage_error(domain, tmp_path):
 
 
 def test_the_observer_of_a_run_has_the_same_graph_as_a_new_snapshot(
-    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+    run: ControlledRun, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     domain_id = int(domain["ROS_DOMAIN_ID"])
     assert answers(domain, monkeypatch).nodes == ("/launcher",)
@@ -305,7 +307,7 @@ def test_the_observer_of_a_run_has_the_same_graph_as_a_new_snapshot(
 
 
 def test_the_observer_refuses_requests_for_another_domain_or_range(
-    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+    run: ControlledRun, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     answers(domain, monkeypatch)
     domain_id = int(domain["ROS_DOMAIN_ID"])
@@ -331,7 +333,7 @@ def test_an_observer_that_does_not_answer_is_passed_over(domain, monkeypatch):
 
 @pytest.mark.thorough
 def test_malformed_requests_do_not_harm_the_observer(
-    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+    run: ControlledRun, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     answers(domain, monkeypatch)
     path = next(Path(domain["XDG_RUNTIME_DIR"]).rglob("*.graph"))
@@ -354,7 +356,7 @@ def _send(client: socket.socket, noise: bytes) -> None:
 
 @pytest.mark.thorough
 def test_a_killed_node_is_a_ghost_for_earlier_participants(
-    run: Steered, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
+    run: ControlledRun, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):
     answers(domain, monkeypatch)
     # Each with a ghost of its own, since the middleware forgets them after 20 s. On a busy machine
@@ -388,6 +390,6 @@ def ghost(domain: dict[str, str]) -> Iterator[None]:
         yield
 
 
-def liveness(run: Steered, node: str) -> set[str]:
+def liveness(run: ControlledRun, node: str) -> set[str]:
     rows = json.loads(run.shell("node", "ps", "--json").stdout)
     return {row["liveness"] for row in rows if row["node"] == node}

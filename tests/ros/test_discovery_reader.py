@@ -16,11 +16,11 @@ from tests.ros.conftest import ros_domain, talking
 from tests.support.verbs import eventually, launcher
 from tests.support.waiting import wait_until
 
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 
 
 def by_reader(domain_id: int, *, remote: bool = False):
-    seen = read_graph(domain_id, PATIENCE_S, remote=remote)
+    seen = read_graph(domain_id, TIMEOUT_S, remote=remote)
     assert seen.missing == 0
     return seen.snapshot
 

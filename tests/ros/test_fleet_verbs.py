@@ -16,7 +16,7 @@ import pytest
 from launcher.errors import ExitCode
 from tests.ros.conftest import ros_domain
 from tests.support.domain import private_domain
-from tests.support.verbs import PATIENCE_S, eventually, launcher
+from tests.support.verbs import TIMEOUT_S, eventually, launcher
 from tests.support.waiting import wait_until
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "ros-verbs.md"
@@ -99,4 +99,4 @@ def launched(*words: str, env: Mapping[str, str]) -> Iterator[subprocess.Popen[b
     finally:
         program.send_signal(signal.SIGINT)
         # a robot of the scenario may have died by then
-        assert program.wait(PATIENCE_S) in (ExitCode.OK, ExitCode.INTERRUPTED)
+        assert program.wait(TIMEOUT_S) in (ExitCode.OK, ExitCode.INTERRUPTED)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW
-from tests.support.verbs import PATIENCE_S, launcher
+from tests.support.verbs import TIMEOUT_S, launcher
 
 TREE = """/site/east/listener
 ├─ <- /chatter [std_msgs/msg/String] <- /talker
@@ -112,9 +112,9 @@ def test_watch_prints_what_comes_and_goes(env):
     signs = [next(changes).split()[1]]
     publisher.terminate()
     signs.append(next(changes).split()[1])
-    publisher.wait(PATIENCE_S)
+    publisher.wait(TIMEOUT_S)
     watch.terminate()
-    watch.communicate(timeout=PATIENCE_S)
+    watch.communicate(timeout=TIMEOUT_S)
     assert (signs, watch.returncode) == (["+", "-"], 0)
 
 
@@ -165,7 +165,7 @@ def look_at(page, profile) -> dict[str, object]:
     command = [browser(), "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"]
     command += ["--disable-dev-shm-usage", f"--user-data-dir={profile / 'profile'}"]
     command += ["--window-size=1400,700", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S)
     findings = re.search(r'<pre id="findings">(.*?)</pre>', done.stdout, re.DOTALL)
     assert findings is not None, done.stderr
     found: dict[str, object] = json.loads(findings[1].replace("&gt;", ">").replace("&amp;", "&"))

@@ -8,7 +8,7 @@ import re
 import pytest
 import yaml
 
-from tests.support.verbs import PATIENCE_S, eventually, going_on
+from tests.support.verbs import TIMEOUT_S, eventually, going_on
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
@@ -171,7 +171,7 @@ def test_pub_waits_for_as_many_subscriptions_as_it_is_told(verb, env):
         # RELIABLE, or the one message may come before echo knows who sends it
         words = ("/waiting", "std_msgs/msg/String", "--once", "--qos-reliability", "reliable")
         assert verb("topic", "echo", *words).code == 0
-        assert program.wait(PATIENCE_S) == 0
+        assert program.wait(TIMEOUT_S) == 0
 
 
 # ---- node

@@ -19,7 +19,7 @@ from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
 
-PATIENCE_S = 30.0
+TIMEOUT_S = 30.0
 
 
 @contextlib.contextmanager
@@ -27,7 +27,7 @@ def prefetching(
     domain_id: int, *, remote: bool = False, listens: bool = False
 ) -> Iterator[Prefetch]:
     with contextlib.closing(
-        Prefetch(domain_id, PATIENCE_S, remote=remote, listens=listens)
+        Prefetch(domain_id, TIMEOUT_S, remote=remote, listens=listens)
     ) as prefetch:
         yield prefetch
 
@@ -36,7 +36,7 @@ def prefetching(
 def test_the_prefetch_equals_a_snapshot_without_our_own_participant(tmp_path, remote):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes"):
         domain_id = int(env["ROS_DOMAIN_ID"])
-        alone = read_graph(domain_id, PATIENCE_S, remote=remote).snapshot
+        alone = read_graph(domain_id, TIMEOUT_S, remote=remote).snapshot
         with (
             prefetching(domain_id, remote=remote) as prefetch,
             Observer(domain_id, prefetch=prefetch) as observer,

@@ -70,8 +70,8 @@ def test_a_node_whose_executor_is_occupied_is_busy(sleepy):
     env, _ = sleepy
     with Observer(int(env["ROS_DOMAIN_ID"])) as observer, ServiceCaller(observer) as caller:
 
-        def liveness(patience_s: float) -> dict[str, str]:
-            found = rows(caller, hidden=False, timeout_s=patience_s)
+        def liveness(timeout_s: float) -> dict[str, str]:
+            found = rows(caller, hidden=False, timeout_s=timeout_s)
             return {row.node: row.liveness for row in found}
 
         def is_busy() -> bool:

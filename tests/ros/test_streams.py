@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from tests.support.node_process import without_complaints
-from tests.support.verbs import PATIENCE_S, eventually
+from tests.support.verbs import TIMEOUT_S, eventually
 from tests.support.waiting import wait_until
 
 RELAY = ("/relay", "geometry_msgs/msg/Point")
@@ -198,7 +198,7 @@ def test_what_pub_sends_echo_receives_from_stdin_to_stdout(verb, env):
         text=True,
     )
     sent = verb("topic", "pub", *RELAY, "--once", "--stdin", text="y: 2")
-    out, _ = echo.communicate(timeout=PATIENCE_S)
+    out, _ = echo.communicate(timeout=TIMEOUT_S)
     assert "publishing #1: geometry_msgs.msg.Point(x=0.0, y=2.0, z=0.0)" in sent.out
     assert without_complaints(out) == "0.0,2.0,0.0\n"
 
@@ -215,7 +215,7 @@ def test_echo_ends_quietly_on_a_signal(env, signum):
     assert echo.stdout is not None
     assert echo.stdout.readline().startswith("data: msg")
     echo.send_signal(signum)
-    _, errors = echo.communicate(timeout=PATIENCE_S)
+    _, errors = echo.communicate(timeout=TIMEOUT_S)
     assert (without_complaints(errors), echo.returncode) == ("", 0)
 
 

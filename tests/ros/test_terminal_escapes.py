@@ -30,7 +30,7 @@ def evil(verb):
     assert verb("param", "set", "/talker", "name", "sample").code == 0
 
 
-def test_a_value_steers_no_terminal_and_goes_into_a_pipe_as_it_is(env, evil):
+def test_a_value_is_escaped_on_a_terminal_and_unchanged_in_a_pipe(env, evil):
     assert launcher(env, *evil).out == EVIL.replace("\r", "\n") + "\n"  # read as text
     with Terminal([*LAUNCHER, *evil], env=env) as terminal:
         assert terminal.exit_code() == 0
@@ -39,7 +39,7 @@ def test_a_value_steers_no_terminal_and_goes_into_a_pipe_as_it_is(env, evil):
 
 
 @pytest.mark.parametrize("shape", [["--field", "data"], ["--csv"], ["--json"], []], ids=str)
-def test_a_message_steers_no_terminal(env, shape):
+def test_a_message_is_escaped_on_a_terminal(env, shape):
     topic = ("/evil", "std_msgs/msg/String")
     data = 'data: "' + EVIL.encode("unicode_escape").decode() + '"'
     with (

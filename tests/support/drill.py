@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from tests.support.glass import Glass
+from tests.support.screen_terminal import ScreenTerminal
 
 SILENCE = "robot_2 has not reported in 5.0 s"
 RECOVERY = "robot_2 is reporting"
 
 
-def drill(glass: Glass) -> None:
+def drill(terminal: ScreenTerminal) -> None:
     """Kill robot_2 in the console, see that the monitor notices, start it, see it recover."""
-    glass.wait_for("[robot_2]: Received task ", "[robot_3]: Received task ", patience_s=90.0)
-    glass.wait_for(RECOVERY)  # whom the monitor has never heard, it does not miss
-    glass.wait_for_prompt()
-    glass.enter("solo monitor")
-    glass.wait_for("monitor-2 is shown alone")
-    warned, recovered = count(glass, SILENCE), count(glass, RECOVERY)
-    glass.enter("kill robot_2")
-    glass.wait_for("robot_2-4 stopped in ")
-    glass.wait_until(lambda: "robot_2 stopped" in glass.text, "the bar tells")
-    glass.wait_until(lambda: count(glass, SILENCE) > warned, "the monitor's warning")
-    glass.enter("start robot_2")
-    glass.wait_for("robot_2-4 started with pid ")
-    glass.wait_until(lambda: count(glass, RECOVERY) > recovered, "that it is back")
-    glass.wait_until(lambda: "robot_2 stopped" not in glass.text, "the bar tells")
+    terminal.wait_for("[robot_2]: Received task ", "[robot_3]: Received task ", timeout_s=90.0)
+    terminal.wait_for(RECOVERY)  # whom the monitor has never heard, it does not miss
+    terminal.wait_for_prompt()
+    terminal.enter("solo monitor")
+    terminal.wait_for("monitor-2 is shown alone")
+    warned, recovered = count(terminal, SILENCE), count(terminal, RECOVERY)
+    terminal.enter("kill robot_2")
+    terminal.wait_for("robot_2-4 stopped in ")
+    terminal.wait_until(lambda: "robot_2 stopped" in terminal.text, "the bar tells")
+    terminal.wait_until(lambda: count(terminal, SILENCE) > warned, "the monitor's warning")
+    terminal.enter("start robot_2")
+    terminal.wait_for("robot_2-4 started with pid ")
+    terminal.wait_until(lambda: count(terminal, RECOVERY) > recovered, "that it is back")
+    terminal.wait_until(lambda: "robot_2 stopped" not in terminal.text, "the bar tells")
 
 
-def count(glass: Glass, text: str) -> int:
+def count(terminal: ScreenTerminal, text: str) -> int:
     """How many rows so far have this."""
-    return sum(text in row for row in glass.scrolled)
+    return sum(text in row for row in terminal.scrolled)

@@ -7,27 +7,27 @@ import os
 import socket
 from pathlib import Path
 
-from tests.support.steered import PATIENCE_S
+from tests.support.controlled_run import TIMEOUT_S
 
 
-class Raw:
+class RawClient:
     """Sends any bytes and reads answers."""
 
     def __init__(self, path: Path) -> None:
         self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.settimeout(PATIENCE_S)
+        self.socket.settimeout(TIMEOUT_S)
         self.socket.connect(os.fspath(path))
         self._lines = self.socket.makefile("rb")
         self.hello = self.read()
 
-    def __enter__(self) -> Raw:
+    def __enter__(self) -> RawClient:
         return self
 
     def __exit__(self, *exc: object) -> None:
         self._lines.close()
         self.socket.close()
 
-    def say(self, data: bytes) -> None:
+    def send(self, data: bytes) -> None:
         self.socket.sendall(data)
 
     def read(self) -> dict | None:

@@ -11,7 +11,7 @@ import pexpect
 import psutil
 
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 
 
 class Terminal:
@@ -28,7 +28,7 @@ class Terminal:
             encoding="utf-8",
             codec_errors="replace",
             dimensions=(40, 160),
-            timeout=PATIENCE_S,
+            timeout=TIMEOUT_S,
         )
         self._seen: list[str] = []
 
@@ -55,10 +55,10 @@ class Terminal:
         """The same without colours and with plain newlines."""
         return _COLOUR.sub("", self.raw).replace("\r\n", "\n")
 
-    def wait_for(self, text: str, patience_s: float = PATIENCE_S) -> None:
+    def wait_for(self, text: str, timeout_s: float = TIMEOUT_S) -> None:
         """Read until this text has come after what was waited for before."""
         try:
-            self._child.expect_exact(text, timeout=patience_s)
+            self._child.expect_exact(text, timeout=timeout_s)
         except (pexpect.TIMEOUT, pexpect.EOF) as error:
             self._keep()
             kind = type(error).__name__
@@ -69,13 +69,13 @@ class Terminal:
         after = self._child.after
         self._seen.append((self._child.before or "") + (after if isinstance(after, str) else ""))
 
-    def wait_for_all(self, *texts: str, patience_s: float = PATIENCE_S) -> None:
+    def wait_for_all(self, *texts: str, timeout_s: float = TIMEOUT_S) -> None:
         """Read until each of these has come, in whatever order."""
         missing = [text for text in texts if text not in self.text]
         while missing:
             pattern = [re.escape(text) for text in missing]
             try:
-                self._child.expect(pattern, timeout=patience_s)
+                self._child.expect(pattern, timeout=timeout_s)
             except (pexpect.TIMEOUT, pexpect.EOF):
                 self._keep()
                 raise AssertionError(f"did not see {missing}; saw:\n{self.text}") from None
@@ -94,9 +94,9 @@ class Terminal:
         """Signal the command itself."""
         self._child.kill(signum)
 
-    def exit_code(self, patience_s: float = PATIENCE_S) -> int:
+    def exit_code(self, timeout_s: float = TIMEOUT_S) -> int:
         """Read to the end; the exit code, negative for a signal."""
-        self._child.expect(pexpect.EOF, timeout=patience_s)
+        self._child.expect(pexpect.EOF, timeout=timeout_s)
         self._keep()
         self._child.wait()
         if self._child.signalstatus is not None:

@@ -16,7 +16,7 @@ from launcher import cli
 from tests.support.node_process import without_complaints
 from tests.support.waiting import wait_until
 
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +58,7 @@ def launcher(env: Mapping[str, str], *words: str, text: str | None = None) -> An
         input=text,
         capture_output=True,
         text=True,
-        timeout=PATIENCE_S,
+        timeout=TIMEOUT_S,
     )
     return Answer(out=without_complaints(done.stdout), err=done.stderr, code=done.returncode)
 
@@ -88,4 +88,4 @@ def going_on(env: Mapping[str, str], *words: str) -> Iterator[subprocess.Popen[s
         yield program
     finally:
         program.send_signal(signal.SIGINT)
-        program.communicate(timeout=PATIENCE_S)
+        program.communicate(timeout=TIMEOUT_S)

@@ -20,7 +20,7 @@ from launcher.ros.discovery.domains import is_domain
 from launcher.ros.discovery.ports import MAX_DOMAIN
 from launcher.stdio import silence
 
-_MOST_NAMES = 3
+_MAX_NAMES = 3
 
 
 def refuse_unknown_arguments(request: LaunchRequest) -> None:
@@ -46,8 +46,8 @@ def refuse_domain(word: str, effects: Iterable[Effect]) -> None:
     nodes = [spec.name for spec in specs if spec.ros and spec.env.get("ROS_DOMAIN_ID") == word]
     if not nodes:
         return
-    names = ", ".join(nodes[:_MOST_NAMES])
-    more = f" and {len(nodes) - _MOST_NAMES} more" if len(nodes) > _MOST_NAMES else ""
+    names = ", ".join(nodes[:_MAX_NAMES])
+    more = f" and {len(nodes) - _MAX_NAMES} more" if len(nodes) > _MAX_NAMES else ""
     raise UsageError(
         f"ROS_DOMAIN_ID is '{word}', which is not a valid domain id: "
         f"no node can start ({names}{more})",

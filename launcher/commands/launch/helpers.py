@@ -40,8 +40,8 @@ class Helpers:
         self._screen = screen
         self._options = options
         self._environment = environment
-        say = supervisor.control.log.say
-        self._warn = functools.partial(say, "WARNING", "launch")
+        log = supervisor.control.log.log
+        self._warn = functools.partial(log, "WARNING", "launch")
         self._server: Server | None = None
         self._bridge: BridgeProcess | None = None
         self._console: ConsoleProcess | None = None

@@ -147,14 +147,14 @@ def parse_cpus(text: str) -> Limits:
             found = range(0)
         if not found:
             raise ValueError(f"'{part}' is not a processor or a range of them")
-        cpus.update(found[:MOST_CPUS])
-    number = os.cpu_count() or MOST_CPUS
+        cpus.update(found[:MAX_CPUS])
+    number = os.cpu_count() or MAX_CPUS
     if max(cpus) >= number:
         raise ValueError(f"this machine has processors 0 to {number - 1}")
     return Limits(cpus=tuple(sorted(cpus)))
 
 
-MOST_CPUS = 8192  # what the kernel can be built for
+MAX_CPUS = 8192  # what the kernel can be built for
 
 
 @for_pattern(":", "--limit 'robot_*:nofile=256,as=1G,core=0'")

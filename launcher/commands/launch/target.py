@@ -24,13 +24,13 @@ PREFIX_FILTER = option(
     "--launch-prefix-filter REGEX", "with --launch-prefix: only in front of commands that match"
 )
 DEBUG = option("-d, --debug", "show the traceback of an error")
-MOST_SECONDS = 1e6
+MAX_SECONDS = 1e6
 
 
 def _limit(text: str) -> TimeLimit:
     limit_s = seconds(text)
-    if limit_s > MOST_SECONDS:
-        raise ValueError(f"'{text}' is more than {MOST_SECONDS:.0f} s; 0 is no limit")
+    if limit_s > MAX_SECONDS:
+        raise ValueError(f"'{text}' is more than {MAX_SECONDS:.0f} s; 0 is no limit")
     return TimeLimit(wall_s=limit_s, cpu_s=limit_s)
 
 

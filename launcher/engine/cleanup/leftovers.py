@@ -40,8 +40,8 @@ FIRST_ROUNDS = 15  # of `signal_newest`; every run waits for them at its end, fo
 FORK_LOOP = "a process that forks in a loop"
 POLL_S = 0.02  # the exit of a process that is not our child has no event
 # Orphans often ignore SIGINT: a shell sets that for what it starts with `&`.
-MOST_GRACE_S = {signal.SIGINT: 1.0}
-MOST_GRACE_ELSE_S = 5.0
+MAX_GRACE_S = {signal.SIGINT: 1.0}
+MAX_GRACE_ELSE_S = 5.0
 
 
 def stop_policy_for(policies: Iterable[StopPolicy]) -> StopPolicy:
@@ -52,7 +52,7 @@ def stop_policy_for(policies: Iterable[StopPolicy]) -> StopPolicy:
     """
     longest = max(policies, key=lambda policy: policy.grace_s, default=StopPolicy())
     limited = (
-        (signum, min(grace_s, MOST_GRACE_S.get(signum, MOST_GRACE_ELSE_S)))
+        (signum, min(grace_s, MAX_GRACE_S.get(signum, MAX_GRACE_ELSE_S)))
         for signum, grace_s in longest.steps[:-1]
     )
     return StopPolicy(polite=tuple(limited))

@@ -13,7 +13,7 @@ from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import execute, reap
 
 GOODBYE_S = 1.0  # a watchdog that does not end within this time is killed
-MOST_STARTS = 3  # then the run continues without one
+MAX_STARTS = 3  # then the run continues without one
 
 
 class WatchdogClient:
@@ -60,7 +60,7 @@ class WatchdogClient:
 
     def _exited(self) -> None:
         self.close()
-        is_restarted = self._started < MOST_STARTS
+        is_restarted = self._started < MAX_STARTS
         if is_restarted:
             self._start()
         what = "restarting it" if is_restarted else "the run continues without one"

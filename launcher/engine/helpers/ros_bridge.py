@@ -16,7 +16,7 @@ from launcher.engine.helpers.popen import last_line, wait_or_kill
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.posix.reactor import Reactor, Timer
 
-MOST_STARTS = 3  # then the run continues without one
+MAX_STARTS = 3  # then the run continues without one
 RESTART_DELAY_S = 1.0
 GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
 
@@ -79,7 +79,7 @@ class BridgeProcess:
         line = last_line(self._errors)
         reason = f": {line}" if line else ""
         self._release()
-        is_restarted = self._started < MOST_STARTS
+        is_restarted = self._started < MAX_STARTS
         what = "restarting it" if is_restarted else "the run continues without it"
         how = f"exit code {code}" if code >= 0 else f"signal {-code}"
         self._warn(f"the ROS bridge died ({how}){reason}; {what}")

@@ -35,7 +35,7 @@ EVENTS = "events.jsonl"
 MERGED = "launch.log"
 # Large blocks are written to the merged file together, after a pass of the loop.
 FLOOD_BYTES = 2048
-MOST_TOGETHER = 64
+MAX_TOGETHER = 64
 _RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 
 
@@ -188,7 +188,7 @@ class RunDirectory:
         self._together.append(block)
         if len(self._together) == 1:
             self._soon(self._write_together)
-        elif len(self._together) == MOST_TOGETHER:
+        elif len(self._together) == MAX_TOGETHER:
             self._write_together()
 
     def _write_together(self) -> None:

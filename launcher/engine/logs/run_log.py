@@ -23,7 +23,7 @@ class RunLog:
         self._directory = directory
         self.ring = LogRing()
 
-    def say(self, level: str, logger: str, text: str) -> None:
+    def log(self, level: str, logger: str, text: str) -> None:
         """Write a line to the screen and to `launch.log`."""
         text = text if text.isascii() else _encodable(text)
         line = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
@@ -32,10 +32,10 @@ class RunLog:
         self._directory.log(level, logger, text)
 
     def warn(self, text: str) -> None:
-        self.say("WARNING", "launch", text)
+        self.log("WARNING", "launch", text)
 
     def report(self, process: Process, line: Line) -> None:
-        self.say(line.level, process.name, line.text)
+        self.log(line.level, process.name, line.text)
 
     def keep_up(self) -> None:
         self._directory.keep_up()

@@ -133,7 +133,7 @@ class Housekeeper:
             freed = self._ledger.free()
             if freed:
                 text = f"freed {freed / 1e6:.1f} MB of shared memory of killed nodes"
-                self._log.say("INFO", "launch", text)
+                self._log.log("INFO", "launch", text)
 
 
 def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:

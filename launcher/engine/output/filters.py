@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable, Sequence
 from types import FrameType
 
-MOST_CPU_S = 0.1  # for one block of lines; 64 KiB take a hundredth of that
+MAX_CPU_S = 0.1  # for one block of lines; 64 KiB take a hundredth of that
 
 
 class TooSlowError(Exception):
@@ -29,7 +29,7 @@ class Pattern:
         """
         before = signal.signal(signal.SIGVTALRM, self._struck)
         self._is_at_work = True
-        signal.setitimer(signal.ITIMER_VIRTUAL, MOST_CPU_S)
+        signal.setitimer(signal.ITIMER_VIRTUAL, MAX_CPU_S)
         try:
             return [line for line in lines if self._expression.search(line)]
         finally:

@@ -114,7 +114,7 @@ NODES_TYPE = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
 NODES_TYPE_HASH = "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e"
 
 _GID_BYTES = 16
-_MOST = 65536  # entries; more is not a message of this type
+_MAX = 65536  # entries; more is not a message of this type
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,7 +147,7 @@ class _Cdr:
         self._at += -self._at % 4
         (count,) = struct.unpack_from(f"{self._order}I", self._body, self._at)
         self._at += 4
-        if count > _MOST:
+        if count > _MAX:
             raise ValueError(f"{count} entries")
         return int(count)
 

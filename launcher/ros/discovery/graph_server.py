@@ -15,7 +15,7 @@ from launcher.control.server import credentials, listening
 from launcher.control.socket_directory import ControlError
 
 REQUEST_TIMEOUT_S = 1.0  # for the line of a client
-_MOST_BYTES = 64 * 1024
+_MAX_BYTES = 64 * 1024
 
 Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
@@ -51,7 +51,7 @@ class GraphServer:
             return
         connection.settimeout(REQUEST_TIMEOUT_S)
         line = b""
-        while not line.endswith(b"\n") and len(line) < _MOST_BYTES:
+        while not line.endswith(b"\n") and len(line) < _MAX_BYTES:
             chunk = connection.recv(4096)
             if not chunk:
                 return

@@ -72,7 +72,7 @@ class Probe:
         self._is_ended = True
 
     def run(self) -> None:
-        self._outbox.say(
+        self._outbox.send(
             {
                 "event": "ready",
                 "protocol": PROTOCOL,
@@ -127,7 +127,7 @@ class Probe:
         try:
             request = Request(line)
         except VerbError as error:
-            self._outbox.say(_refusal(None, error))
+            self._outbox.send(_refusal(None, error))
             return
         name = request.word
         if name in self._jobs_by_name:
@@ -145,16 +145,16 @@ class Probe:
 
     def _answer(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
         try:
-            self._outbox.say({"id": request.id, "ok": True, "result": work()})
+            self._outbox.send({"id": request.id, "ok": True, "result": work()})
         except LauncherError as error:
-            self._outbox.say(_refusal(request.id, error))
+            self._outbox.send(_refusal(request.id, error))
         except ExternalShutdownException:
             raise
         except Exception as error:  # every request gets an answer
             if not self._observer.context.ok():
                 raise ExternalShutdownException from error  # the probe ended during a call
             text = f"{type(error).__name__}: {error}"
-            self._outbox.say(_refusal(request.id, VerbError(text, hint="this is a bug")))
+            self._outbox.send(_refusal(request.id, VerbError(text, hint="this is a bug")))
             traceback.print_exc()
 
     def _explain(self, request: Request) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from launcher.ros.discovery.observer import Observer
 from launcher.ros.probe.protocol import Request
 from launcher.ros.services import ServiceCaller
 
-MOST_THREADS = 8
+MAX_THREADS = 8
 JOIN_S = 3.0
 
 Handler = Callable[[ServiceCaller, Request], dict[str, Any]]
@@ -45,7 +45,7 @@ class Jobs:
 
     def send(self, work: Handler, request: Request) -> None:
         """Hand the request to an idle thread, or to a new one."""
-        if not self._idle.acquire(blocking=False) and len(self._threads) < MOST_THREADS:
+        if not self._idle.acquire(blocking=False) and len(self._threads) < MAX_THREADS:
             self._start_thread()
         self._queue.put((work, request))
 

@@ -127,7 +127,7 @@ def _are_texts(value: Any) -> bool:
 
 
 class Outbox:
-    """Queues lines for a descriptor that does not block. `say` may be called from any thread.
+    """Queues lines for a descriptor that does not block. `send` may be called from any thread.
 
     Answers and events are kept until they are read; messages only up to LIMIT_BYTES. Dropped ones
     are counted, and the count is reported as soon as there is room.
@@ -142,7 +142,7 @@ class Outbox:
         self._graph: Mapping[str, Any] | None = None
         self.is_broken = False
 
-    def say(self, document: Mapping[str, Any]) -> None:
+    def send(self, document: Mapping[str, Any]) -> None:
         """Queue a line that is never dropped."""
         self._lines.append((encoded(document), False))
 
@@ -164,7 +164,7 @@ class Outbox:
 
     def _report_dropped(self) -> None:
         if self._dropped:
-            self.say({"event": "dropped", "messages": self._dropped, **moment()})
+            self.send({"event": "dropped", "messages": self._dropped, **moment()})
             self._dropped = 0
 
     @property
@@ -186,7 +186,7 @@ class Outbox:
         if not self._lines:
             self._report_dropped()
         if self._graph is not None:
-            self.say(self._graph)
+            self.send(self._graph)
             self._graph = None
         lines: list[bytes] = []
         size = 0

@@ -106,7 +106,7 @@ class Subscriptions:
             if not sub.has_failed:
                 sub.has_failed = True
                 text = {"message": error.message, "hint": error.hint}
-                self._outbox.say({"event": "failed", "sub": sub.key, **text, **moment()})
+                self._outbox.send({"event": "failed", "sub": sub.key, **text, **moment()})
 
     def _is_needed(self, sub: Subscription, target: Target) -> bool:
         """Whether a subscription has to be created, the first or a weaker one."""
@@ -129,7 +129,7 @@ class Subscriptions:
         sub.endpoint = qos.endpoint_of(
             profile, Direction.SUBSCRIPTION, target.name, target.type, node="this subscription"
         )
-        self._outbox.say(
+        self._outbox.send(
             {
                 "event": "subscribed",
                 "sub": sub.key,
@@ -150,7 +150,7 @@ class Subscriptions:
             sub.reported.add(text)
             names = {"sub": sub.key, "topic": sub.topic}
             found = {"text": text, "policies": sorted(policies)}
-            self._outbox.say({"event": "mismatch", **names, **found, **moment()})
+            self._outbox.send({"event": "mismatch", **names, **found, **moment()})
 
     def matching(self, publisher: Endpoint) -> int:
         """How many of our own subscriptions match this publisher."""

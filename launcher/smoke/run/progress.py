@@ -36,7 +36,7 @@ class Progress:
         with self._lock, contextlib.suppress(OSError):  # reported when it was written
             self._file.close()
 
-    def say(self, at_s: float, text: str, colour: str = "") -> None:
+    def log(self, at_s: float, text: str, colour: str = "") -> None:
         """A line with the time of the run."""
         head, text = f"[{at_s:6.1f} s]", escape(text)
         with self._lock:
@@ -60,27 +60,27 @@ class Progress:
 
     def begin(self, script: Script, words: Sequence[str], run_time_s: float) -> None:
         given = count(sum(not e.implicit for e in script.expectations), "expectation")
-        self.say(0.0, f"{' '.join(words)}: {given}, observed for {seconds_text(run_time_s)}")
+        self.log(0.0, f"{' '.join(words)}: {given}, observed for {seconds_text(run_time_s)}")
         if script.chaos is not None:
-            self.say(0.0, f"chaos: {script.chaos.text}, seed {script.chaos.seed}")
+            self.log(0.0, f"chaos: {script.chaos.text}, seed {script.chaos.seed}")
 
     def started(self, system: System) -> None:
-        self.say(0.0, f"started in ROS domain {system.domain_id}, evidence in {system.folder}")
+        self.log(0.0, f"started in ROS domain {system.domain_id}, evidence in {system.folder}")
 
     def decided(self, at_s: float, expectation: Expectation, verdict: Verdict) -> None:
         word, colour = (
             ("met     ", _GREEN) if verdict.outcome is Outcome.MET else ("NOT MET ", _RED)
         )
         seen = f": {verdict.seen}" if verdict.seen else ""
-        self.say(at_s, f"{word} {expectation.name}{seen}", colour)
+        self.log(at_s, f"{word} {expectation.name}{seen}", colour)
 
     def ended(self, at_s: float, ending: Ending, facts: Facts) -> None:
         code = "killed" if ending.returncode is None else f"exit code {ending.returncode}"
         took_s = ending.down_s - facts.stop_s
         how = f"stopped in {seconds_text(took_s)}" if ending.asked_s is not None else "had exited"
-        self.say(at_s, f"the system {how} ({code})")
+        self.log(at_s, f"the system {how} ({code})")
         for process in ending.left_processes:
-            self.say(at_s, f"left behind and killed: {process}", _RED)
+            self.log(at_s, f"left behind and killed: {process}", _RED)
 
 
 class PipeSafeStdout(io.TextIOBase):

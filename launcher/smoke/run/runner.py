@@ -120,7 +120,7 @@ class Runner:
         return self._system.recorder.now_s
 
     def _say(self, text: str) -> None:
-        self._progress.say(self._now_s, text)
+        self._progress.log(self._now_s, text)
 
     # ---- observing
 

@@ -55,7 +55,7 @@ class Scenario:
         return found + [_missed(step) for step in self._timeline.waiting if with_waiting]
 
     def _say(self, text: str) -> None:
-        self._progress.say(self._system.recorder.now_s, text)
+        self._progress.log(self._system.recorder.now_s, text)
 
     def _chaos_done(self, error: str | None) -> None:
         if error is not None:

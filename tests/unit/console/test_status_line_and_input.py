@@ -13,7 +13,7 @@ from launcher.console.bar import folder_line, status_line, width
 from launcher.console.completion import WordCompleter
 from launcher.console.feed import split
 from launcher.console.format import duration, memory
-from launcher.console.history import MOST_LINES, history_path, open_history
+from launcher.console.history import MAX_LINES, history_path, open_history
 from launcher.console.requests import follows, read_call
 from launcher.errors import UsageError
 from tests.unit.console.rows import process
@@ -231,12 +231,12 @@ def test_a_block_is_split_into_whole_lines_and_a_beginning(
 def test_the_history_is_bounded_and_for_its_user_alone(tmp_path: Path):
     path = tmp_path / "state" / "ros-launcher" / "history"
     history = open_history(path)
-    for number in range(2 * MOST_LINES + 1):
+    for number in range(2 * MAX_LINES + 1):
         history.store_string(f"line {number}")
     assert os.stat(path).st_mode & 0o077 == 0
     again = list(open_history(path).load_history_strings())
-    assert again[0] == f"line {2 * MOST_LINES}"
-    assert len(again) == len(path.read_text().splitlines()) == MOST_LINES
+    assert again[0] == f"line {2 * MAX_LINES}"
+    assert len(again) == len(path.read_text().splitlines()) == MAX_LINES
 
 
 def test_the_history_is_in_the_state_directory():

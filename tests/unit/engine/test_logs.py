@@ -13,7 +13,7 @@ from launcher.engine.logs.rotating_file import RotatingFile
 from launcher.engine.logs.run_directory import (
     EVENTS,
     FLOOD_BYTES,
-    MOST_TOGETHER,
+    MAX_TOGETHER,
     RunDirectory,
     log_root,
     new_run_path,
@@ -200,7 +200,7 @@ def test_blocks_of_a_flood_are_merged_in_order_at_the_end_of_the_iteration(tmp_p
     folder = RunDirectory(path, pytest.fail, soon=calls.append)
     screen = OutputPolicy.named("screen")
     much, expected = "x" * FLOOD_BYTES, []
-    for number in range(2 * MOST_TOGETHER):
+    for number in range(2 * MAX_TOGETHER):
         folder.write_lines("a-1", screen, "both", f"{number} {much}\n".encode())
         folder.write_lines("b-2", screen, "both", b"little\n")
         folder.log("INFO", "launch", "said")

@@ -14,11 +14,11 @@ from launcher.engine.shutdown_machine import (
     EndLeftovers,
     Idle,
     Interrupted,
+    Log,
     Notify,
     Occurrence,
     Order,
     ProcessEnded,
-    Say,
     ShutdownDecided,
     ShutdownMachine,
     StopAll,
@@ -73,7 +73,7 @@ def stuck() -> Process:
 
 def test_a_signal_goes_to_the_interpreter_whose_answer_stops_everything():
     run = ShutdownMachine([running()])
-    said = Say("WARNING", "user interrupted with ctrl-c (SIGINT)")
+    said = Log("WARNING", "user interrupted with ctrl-c (SIGINT)")
     assert run.handle(Interrupted(INT), 1.0) == [said, Notify(SignalReceived(signum=INT))]
     assert run.is_stopping
     assert run.handle(ShutdownDecided("ctrl-c"), 1.0) == [StopAll("ctrl-c")]
@@ -96,7 +96,7 @@ def test_every_further_signal_skips_the_grace_periods(signum: int):
     run.handle(ShutdownDecided("ctrl-c"), 0.0)
     for _ in range(3):
         said, skip = run.handle(Interrupted(signum), 1.0)
-        assert isinstance(said, Say) and said.text.endswith("again, not waiting any longer")
+        assert isinstance(said, Log) and said.text.endswith("again, not waiting any longer")
         assert skip == SKIP
 
 
@@ -141,7 +141,7 @@ def test_other_reasons_wait_for_the_next_tick_and_are_announced(event, reason: s
     assert run.handle(event, 3.0) == []
     assert not run.is_stopping and run.deadline == 3.0
     said, told = run.handle(Occurrence.TICK, 3.0)
-    assert said == Say("INFO", f"{reason}: shutting down")
+    assert said == Log("INFO", f"{reason}: shutting down")
     assert told == Notify(ShutdownAsked(reason=reason))
     assert run.handle(ShutdownDecided(reason), 3.0) == [StopAll(reason)]
 
@@ -150,7 +150,7 @@ def test_the_first_of_several_reasons_counts():
     run = ShutdownMachine([running()])
     run.handle(StopRequested("a"), 0.0)
     run.handle(StopRequested("b"), 0.0)
-    assert Say("INFO", "a: shutting down") in run.handle(Occurrence.TICK, 0.0)
+    assert Log("INFO", "a: shutting down") in run.handle(Occurrence.TICK, 0.0)
     run.handle(StopRequested("c"), 0.0)
     run.handle(ShutdownDecided("a"), 0.0)
     assert run.handle(Occurrence.TICK, 0.5) == []

@@ -45,7 +45,7 @@ def test_messages_over_the_limit_are_dropped_and_counted_answers_are_not(pipe, m
     outbox = Outbox(pipe[1])
     for number in range(50):
         outbox.push({"message": number})
-        outbox.say({"answer": number})
+        outbox.send({"answer": number})
     lines = read_all(pipe[0], outbox)
     kept = [line["message"] for line in lines if "message" in line]
     assert [line["answer"] for line in lines if "answer" in line] == list(range(50))
@@ -83,7 +83,7 @@ def test_a_reader_that_is_gone_is_noticed():
     read, write = os.pipe()
     os.close(read)
     outbox = Outbox(write)
-    outbox.say({"answer": 1})
+    outbox.send({"answer": 1})
     outbox.flush()
     assert outbox.is_broken
     os.close(write)

@@ -71,7 +71,7 @@ def test_a_full_disk_is_reported_once_and_the_rest_is_written(tmp_path: Path):
     screen = io.StringIO()
     progress = Progress(tmp_path, screen)
     for text in ("one", "two"):
-        progress.say(1.0, text)
+        progress.log(1.0, text)
     progress.close()
     told = screen.getvalue().splitlines()
     assert told == [

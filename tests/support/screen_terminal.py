@@ -14,7 +14,7 @@ from typing import Any
 import pyte
 from ptyprocess import PtyProcess, PtyProcessError
 
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 READ_BYTES = 64 * 1024
 SLOW_READ_BYTES = 4096
 HISTORY_LINES = 50_000
@@ -29,7 +29,7 @@ def _settings_of_a_new_terminal() -> list[Any]:
         os.close(theirs)
 
 
-class Glass:
+class ScreenTerminal:
     """Types, and reads the screen. Use `with`: what is left at the end is killed."""
 
     def __init__(
@@ -56,7 +56,7 @@ class Glass:
         self.bytes_per_s: float | None = None  # of a terminal that is slow
         self.emulates = True  # a flood takes the emulator long; `raw` has it, too
 
-    def __enter__(self) -> Glass:
+    def __enter__(self) -> ScreenTerminal:
         return self
 
     def __exit__(self, *exc: object) -> None:
@@ -118,9 +118,9 @@ class Glass:
 
     # ---- waiting
 
-    def read(self, patience_s: float) -> bool:
+    def read(self, timeout_s: float) -> bool:
         """Take what comes within this time; whether something came."""
-        ready, _, _ = select.select([self._fd], [], [], patience_s)
+        ready, _, _ = select.select([self._fd], [], [], timeout_s)
         if not ready:
             return False
         try:
@@ -136,35 +136,35 @@ class Glass:
         return bool(data)
 
     def wait_until(
-        self, fact: Callable[[], object], what: str, patience_s: float = PATIENCE_S
+        self, fact: Callable[[], object], what: str, timeout_s: float = TIMEOUT_S
     ) -> None:
         """Read until the fact holds; AssertionError at the deadline."""
-        deadline = time.monotonic() + patience_s
+        deadline = time.monotonic() + timeout_s
         while not fact():
             left_s = deadline - time.monotonic()
             assert left_s > 0 and not self.ended, f"did not see {what}; on the screen:\n{self.text}"
             self._read_on(min(left_s, 0.05))
 
-    def _read_on(self, patience_s: float) -> None:
+    def _read_on(self, timeout_s: float) -> None:
         """Read what is there: looking at the screen after every block would take longer."""
-        until = time.monotonic() + patience_s
+        until = time.monotonic() + timeout_s
         while self.read(max(0.0, until - time.monotonic())) and time.monotonic() < until:
             pass
 
-    def wait_for(self, *texts: str, patience_s: float = PATIENCE_S) -> None:
+    def wait_for(self, *texts: str, timeout_s: float = TIMEOUT_S) -> None:
         """Read until each of these is, or was, somewhere on the screen."""
         for text in texts:
             self.wait_until(
-                lambda text=text: any(text in row for row in self.scrolled), repr(text), patience_s
+                lambda text=text: any(text in row for row in self.scrolled), repr(text), timeout_s
             )
 
-    def wait_for_prompt(self, patience_s: float = PATIENCE_S) -> None:
+    def wait_for_prompt(self, timeout_s: float = TIMEOUT_S) -> None:
         """Read until the console has the terminal."""
-        self.wait_until(lambda: self.prompt_row >= 0, "the prompt", patience_s)
+        self.wait_until(lambda: self.prompt_row >= 0, "the prompt", timeout_s)
 
-    def exit_code(self, patience_s: float = PATIENCE_S) -> int:
+    def exit_code(self, timeout_s: float = TIMEOUT_S) -> int:
         """Read to the end; the exit code, negative for a signal."""
-        deadline = time.monotonic() + patience_s
+        deadline = time.monotonic() + timeout_s
         while not self.ended:
             assert time.monotonic() < deadline, f"has not ended; on the screen:\n{self.text}"
             self.read(0.05)

@@ -14,10 +14,10 @@ from typing import Any
 from launcher.control.client import Connection
 from tests.support.waiting import wait_until
 
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 
 
-class Steered:
+class ControlledRun:
     """A running launcher that listens at `socket`. Use `with`: it is killed at the end."""
 
     def __init__(
@@ -46,7 +46,7 @@ class Steered:
                 else lambda: resource.setrlimit(resource.RLIMIT_NOFILE, limits),
             )
 
-    def __enter__(self) -> Steered:
+    def __enter__(self) -> ControlledRun:
         return self
 
     def __exit__(self, *exc: object) -> None:
@@ -66,17 +66,17 @@ class Steered:
         return list(self._runtime.rglob(f"{self.process.pid}-*.sock"))
 
     def connect(self) -> Connection:
-        return Connection(self.socket, timeout_s=PATIENCE_S)
+        return Connection(self.socket, timeout_s=TIMEOUT_S)
 
     def ask(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
         """The result of a verb, asked over a connection of its own."""
         with self.connect() as connection:
-            return connection.ask(verb, names, timeout_s=PATIENCE_S, **options).result
+            return connection.ask(verb, names, timeout_s=TIMEOUT_S, **options).result
 
-    def tell(self, verb: str, *names: str, **options: Any) -> str:
+    def ask_text(self, verb: str, *names: str, **options: Any) -> str:
         """The text that a verb prints."""
         with self.connect() as connection:
-            return "\n".join(connection.ask(verb, names, timeout_s=PATIENCE_S, **options).text)
+            return "\n".join(connection.ask(verb, names, timeout_s=TIMEOUT_S, **options).text)
 
     def row(self, name: str) -> dict[str, Any]:
         """A process as `ps` sees it."""
@@ -86,7 +86,7 @@ class Steered:
     def shell(self, *words: str) -> subprocess.CompletedProcess[str]:
         """A command from another shell, to its end."""
         command = self.shell_start(*words)
-        out, err = command.communicate(timeout=PATIENCE_S)
+        out, err = command.communicate(timeout=TIMEOUT_S)
         return subprocess.CompletedProcess(command.args, command.returncode, out, err)
 
     def shell_start(self, *words: str) -> subprocess.Popen[str]:
@@ -127,7 +127,7 @@ class Steered:
 
     def exit_code(self) -> int:
         """Wait for its end."""
-        return self.process.wait(PATIENCE_S)
+        return self.process.wait(TIMEOUT_S)
 
     def open_files(self) -> int:
         """How many descriptors the launcher holds."""
