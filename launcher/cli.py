@@ -17,15 +17,13 @@ from launcher.errors import (
     UsageError,
     exit_code_table,
 )
-from launcher.packages import ament_environment
 from launcher.text import did_you_mean, suggest
 
 
 def main(words: Sequence[str]) -> int:
     """Run one command line (without the program's name); the exit code."""
     words = list(words)
-    # As sourcing a set-up file does for ROS's own tools; children inherit it.
-    os.environ.update(ament_environment(os.environ))
+    _add_wheels_to_ament_path()
     debug = _wants_traceback(words)
     try:
         return _dispatch(words)
@@ -49,6 +47,17 @@ def main(words: Sequence[str]) -> int:
         else:
             print(f"error: {error.strerror}: {error.filename}", file=sys.stderr)
         return ExitCode.PROCESS_FAILED
+
+
+def _add_wheels_to_ament_path() -> None:
+    """Name the ament index of the wheels, as sourcing a set-up file does for ROS's own tools.
+
+    The wheels install it below `sys.prefix` and set no `AMENT_PREFIX_PATH` (CONFORMANCE 4.23). One
+    that is set is not changed, since launch files read it. Children inherit it.
+    """
+    is_set = os.environ.get("AMENT_PREFIX_PATH", "").strip(os.pathsep)
+    if not is_set and os.path.isdir(f"{sys.prefix}/share/ament_index/resource_index/packages"):
+        os.environ["AMENT_PREFIX_PATH"] = sys.prefix
 
 
 def _folder_is_gone() -> bool:

@@ -22,17 +22,6 @@ if TYPE_CHECKING:
 _MARKERS = "share/ament_index/resource_index/packages"
 
 
-def ament_environment(env: Mapping[str, str]) -> dict[str, str]:
-    """Variables to add to `env` so that the packages of the wheels are found.
-
-    The wheels install an ament index below `sys.prefix` and set no `AMENT_PREFIX_PATH`
-    (CONFORMANCE 4.23). One that is set is not changed, since launch files read it.
-    """
-    if _split(env.get("AMENT_PREFIX_PATH")) or not os.path.isdir(f"{sys.prefix}/{_MARKERS}"):
-        return {}
-    return {"AMENT_PREFIX_PATH": sys.prefix}
-
-
 def search_prefixes(env: Mapping[str, str]) -> list[Path]:
     """Prefixes that may have an ament index, in search order."""
     candidates = [Path(p) for p in _split(env.get("AMENT_PREFIX_PATH"))]

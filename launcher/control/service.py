@@ -66,7 +66,6 @@ class Service:
     def hello(self) -> dict[str, Any]:
         """The first line for each client."""
         identity = self._identity
-        log_path = self._control.log_path
         return {
             "protocol": VERSION,
             "launcher": identity.launcher,
@@ -76,7 +75,7 @@ class Service:
                 "target": identity.target,
                 "arguments": list(identity.arguments),
                 "started": identity.started,
-                "log_dir": None if log_path is None else str(log_path),
+                "log_dir": self._control.log_dir,
                 "domain_id": _domain_id(identity.environment),
                 "processes": [process.name for process in self._control.processes],
             },

@@ -58,7 +58,7 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
 
 def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
     """A process in `info`; `base` is the environment that its own is compared with."""
-    spec, ros, logs = process.spec, process.spec.ros, control.log_path
+    spec, ros, logs = process.spec, process.spec.ros, control.log_dir
     return {
         **row(control, process),
         "command": list(spec.argv),
@@ -71,7 +71,7 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
         "environment_unset": sorted(base.keys() - spec.env.keys()),
         "restart_policy": policy_text(spec.restart),
         "stop_policy": stop_text(spec),
-        "log_file": None if logs is None else str(logs / f"{spec.name}.log"),
+        "log_file": None if logs is None else f"{logs}/{spec.name}.log",
     }
 
 

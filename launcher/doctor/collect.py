@@ -47,7 +47,7 @@ MODULES = ("rclpy", "std_msgs.msg", "psutil", "yaml", "rich")
 def collect(env: Mapping[str, str]) -> Facts:
     """Collect all facts, with `env` as the environment of a run; takes about a second."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    logs = log_root(env)
+    logs = Path(log_root(env))
     return Facts(
         stale=tuple(shared_memory.stale()),
         leftovers=leftovers(),

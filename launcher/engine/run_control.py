@@ -14,8 +14,6 @@ from launcher.engine.shutdown import Shutdown
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from launcher.engine.core_driver import Core
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.monitor.resources import Sample
@@ -34,12 +32,12 @@ class RunControl:
         *,
         processes: Mapping[int, Process],
         housekeeper: Housekeeper,
-        log_path: Path | None,
+        log_dir: str | None,
     ) -> None:
         self.reactor = reactor
         self.log = log
         self.core = core
-        self.log_path = log_path
+        self.log_dir = log_dir
         self.process_control = ProcessControl(reactor, driver, log, shutdown)
         self.filters = ScreenFilters(processes.values(), log)
         self.on_process: Callable[[Process], None] = lambda process: None

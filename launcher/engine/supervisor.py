@@ -8,7 +8,6 @@ import gc
 import os
 import signal
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
@@ -54,7 +53,7 @@ class Supervisor:
         reactor: Reactor,
         screen: StdoutWriter,
         run_id: str,
-        run_path: Path | None = None,
+        run_path: str | None = None,
         options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
     ) -> None:
         self._core = core
@@ -130,7 +129,7 @@ class Supervisor:
     @property
     def _log_dir(self) -> dict[str, str]:
         path = self._directory.path
-        return {} if path is None else {"ROS_LOG_DIR": str(path)}
+        return {} if path is None else {"ROS_LOG_DIR": path}
 
     @property
     def control(self) -> RunControl:
@@ -146,7 +145,7 @@ class Supervisor:
                 self._core,
                 processes=self._processes,
                 housekeeper=self._housekeeper,
-                log_path=self._directory.path,
+                log_dir=self._directory.path,
             )
         return self._control
 
@@ -237,11 +236,10 @@ class Supervisor:
     # ---- events of processes
 
     def spawn(self, process: Process) -> Child:
-        path = self._directory.path
         env = child_environment(
             process.spec,
             run_id_entry=(RUN_ID_VARIABLE, self._run_id),
-            log_dir=None if path is None else str(path),
+            log_dir=self._directory.path,
             colour=self._screen.colour,
         )
         merge = process.streams_can_merge and not self.watches(process)

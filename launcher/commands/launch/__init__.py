@@ -6,7 +6,6 @@ import os
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from launcher.command_line import Command, option
 from launcher.commands import VERBS
@@ -99,7 +98,7 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
     words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]
     with vocabulary(words) as session:
         # Launch files ask where the logs of their run are.
-        session.log_dir = None if run_path is None else str(run_path)
+        session.log_dir = run_path
         with limited(request.time_limit, request.path):
             description = frontends.load(request.path)
             if not request.lenient and not _is_declared(request, description):
@@ -216,7 +215,7 @@ def _ended_process(event: Event) -> int | None:
 
 
 def _supervise(
-    core: LaunchCore, options: RunOptions, run_path: Path | None, request: LaunchRequest
+    core: LaunchCore, options: RunOptions, run_path: str | None, request: LaunchRequest
 ) -> ExitCode:
     from launcher.engine.output.stdout import StdoutWriter, passes_colour, wants_colour
     from launcher.engine.posix.reactor import Reactor

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-from pathlib import Path
 
 from launcher.engine.posix.spawn import FOR_FILES, keep_free
 
@@ -16,7 +15,7 @@ class RotatingFile:
     """Appends whole blocks to `path`; `path.1` is older, and so on. Raises only OSError."""
 
     def __init__(
-        self, path: Path, *, limit_bytes: int = LIMIT_BYTES, backups: int = BACKUPS
+        self, path: str, *, limit_bytes: int = LIMIT_BYTES, backups: int = BACKUPS
     ) -> None:
         self._path = path
         self._limit = limit_bytes
@@ -49,10 +48,9 @@ class RotatingFile:
     def _rotate(self) -> None:
         self.close()  # if opening fails, the descriptor must not be closed again
         for number in range(self._backups, 0, -1):
-            older = self._path.with_name(f"{self._path.name}.{number}")
-            newer = f"{self._path.name}.{number - 1}" if number > 1 else self._path.name
+            newer = f"{self._path}.{number - 1}" if number > 1 else self._path
             with contextlib.suppress(FileNotFoundError):
-                self._path.with_name(newer).replace(older)
+                os.replace(newer, f"{self._path}.{number}")
         self._fd = self._open()
         self._size = os.fstat(self._fd).st_size
 

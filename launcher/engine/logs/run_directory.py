@@ -19,7 +19,6 @@ import os
 import re
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 from launcher.engine.logs.event_log import EventLog
 from launcher.engine.output.lines import with_prefix, without_colour
@@ -39,22 +38,22 @@ MAX_TOGETHER = 64
 _RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 
 
-def log_root(env: Mapping[str, str]) -> Path:
+def log_root(env: Mapping[str, str]) -> str:
     """The folder of all runs (CONFORMANCE 1.36)."""
     if env.get("ROS_LOG_DIR"):
-        return Path(env["ROS_LOG_DIR"]).expanduser()
-    if env.get("ROS_HOME"):
-        return Path(env["ROS_HOME"]).expanduser() / "log"
-    return Path(env.get("HOME") or "~").expanduser() / ".ros" / "log"
+        return os.path.expanduser(env["ROS_LOG_DIR"])
+    ros_home = env.get("ROS_HOME") or os.path.join(env.get("HOME") or "~", ".ros")
+    return os.path.join(os.path.expanduser(ros_home), "log")
 
 
-def new_run_path(env: Mapping[str, str], now_ns: int | None = None) -> Path:
+def new_run_path(env: Mapping[str, str], now_ns: int | None = None) -> str:
     """A folder for a run that begins now, named as ROS 2 names it (CONFORMANCE 1.1)."""
     # One reading of the clock: names are sorted by time, also across the end of a second.
     now_ns = time.time_ns() if now_ns is None else now_ns
     stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(now_ns // 10**9))
     micros = now_ns // 1000 % 1_000_000
-    return log_root(env) / f"{stamp}-{micros:06d}-{os.uname().nodename}-{os.getpid()}"
+    name = f"{stamp}-{micros:06d}-{os.uname().nodename}-{os.getpid()}"
+    return os.path.join(log_root(env), name)
 
 
 class RunDirectory:
@@ -67,7 +66,7 @@ class RunDirectory:
 
     def __init__(
         self,
-        path: Path | None,
+        path: str | None,
         on_trouble: Callable[[str], None],
         *,
         soon: Callable[[Callable[[], None]], object] = lambda call: call(),
@@ -80,42 +79,43 @@ class RunDirectory:
         self._broken = False
         self._lock = -1
         self.events = EventLog(lambda lines: self._append(EVENTS, lines))
-        self.path: Path | None = None
+        self.path: str | None = None
         if path is not None:
             self._make(path)
 
-    def _make(self, path: Path) -> None:
+    def _make(self, path: str) -> None:
         try:
-            path.mkdir(parents=True, exist_ok=self.path is not None)  # a node may make it, too
+            os.makedirs(path, exist_ok=self.path is not None)  # a node may make it, too
             self._hold(path)
         except OSError as error:
             self._give_up(error)
             return
         self.path = path
+        latest = os.path.join(os.path.dirname(path), "latest")
         try:
-            _point(path.parent / "latest", path)
+            _point(latest, path)
         except OSError as error:
-            self._on_trouble(f"cannot link {path.parent / 'latest'}: {error.strerror}")
+            self._on_trouble(f"cannot link {latest}: {error.strerror}")
 
-    def _hold(self, path: Path) -> None:
+    def _hold(self, path: str) -> None:
         """Lock the events file, which marks the run as active."""
         before = self._lock
-        self._lock = os.open(path / EVENTS, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        self._lock = os.open(f"{path}/{EVENTS}", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
         if before >= 0:
             os.close(before)
 
-    def _hold_on(self, path: Path) -> None:
+    def _hold_on(self, path: str) -> None:
         """Lock the events file again if it has been rotated."""
         with contextlib.suppress(OSError):  # then the next time
-            if not os.path.samestat(os.stat(path / EVENTS), os.fstat(self._lock)):
+            if not os.path.samestat(os.stat(f"{path}/{EVENTS}"), os.fstat(self._lock)):
                 self._hold(path)
 
     def keep_up(self) -> bool:
         """Make the directory again if it was removed; whether that was so, and succeeded."""
         if self.path is None or self._broken:
             return False
-        if os.path.exists(self.path / EVENTS):
+        if os.path.exists(f"{self.path}/{EVENTS}"):
             self._hold_on(self.path)
             return False
         self._close_files()
@@ -152,7 +152,8 @@ class RunDirectory:
         import json
 
         try:
-            (self.path / "plan.json").write_text(json.dumps(plan(), indent=1), encoding="utf-8")
+            with open(f"{self.path}/plan.json", "w", encoding="utf-8") as file:
+                file.write(json.dumps(plan(), indent=1))
         except OSError as error:
             self._give_up(error)
 
@@ -175,9 +176,11 @@ class RunDirectory:
             return
         import shutil  # slow to import, because of its compressors
 
-        runs = [p for p in self.path.parent.iterdir() if _is_run_of_ours(p)]
-        for old in sorted(runs, key=lambda p: p.name)[:-keep]:
-            if old != self.path and not _is_active(old):
+        root, own_name = os.path.split(self.path)
+        runs = [name for name in os.listdir(root) if _is_run_of_ours(root, name)]
+        for name in sorted(runs)[:-keep]:
+            old = os.path.join(root, name)
+            if name != own_name and not _is_active(old):
                 shutil.rmtree(old, ignore_errors=True)
 
     def _merge(self, block: bytes) -> None:
@@ -204,7 +207,7 @@ class RunDirectory:
             if file is None:
                 from launcher.engine.logs.rotating_file import RotatingFile
 
-                file = self._files[name] = RotatingFile(self.path / _file_name(name))
+                file = self._files[name] = RotatingFile(f"{self.path}/{_file_name(name)}")
             file.append(*blocks)
         except OSError as error:
             if isinstance(error, FileNotFoundError) and self.keep_up():
@@ -234,29 +237,30 @@ def _file_name(name: str) -> str:
     return os.fsdecode(os.fsencode(name)[: NAME_BYTES // 2]) + name[-NAME_BYTES // 8 :]
 
 
-def _is_run_of_ours(path: Path) -> bool:
+def _is_run_of_ours(root: str, name: str) -> bool:
     """`ros2 launch` keeps its runs in the same directory; those have no events file."""
-    return re.match(_RUN_NAME, path.name) is not None and (path / EVENTS).is_file()
+    return re.match(_RUN_NAME, name) is not None and os.path.isfile(f"{root}/{name}/{EVENTS}")
 
 
-def _is_active(run: Path) -> bool:
+def _is_active(run: str) -> bool:
     """Whether the launcher of this run still holds its lock."""
     try:
-        with open(run / EVENTS) as file:
+        with open(f"{run}/{EVENTS}") as file:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         return True
     return False
 
 
-def _point(link: Path, target: Path) -> None:
+def _point(link: str, target: str) -> None:
     """Make `link` point to `target`, atomically."""
-    fresh = link.with_name(f".{link.name}-{os.getpid()}")
+    folder, name = os.path.split(link)
+    fresh = os.path.join(folder, f".{name}-{os.getpid()}")
     with contextlib.suppress(FileNotFoundError):
-        fresh.unlink()
-    fresh.symlink_to(target)
+        os.unlink(fresh)
+    os.symlink(target, fresh)
     try:
-        fresh.replace(link)
+        os.replace(fresh, link)
     except OSError:
-        fresh.unlink()  # something else has this name
+        os.unlink(fresh)  # something else has this name
         raise

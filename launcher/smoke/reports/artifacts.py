@@ -41,7 +41,7 @@ def evidence(wanted: Path | None, env: Mapping[str, str] = os.environ) -> Iterat
     if wanted is not None:
         yield Evidence(wanted)
         return
-    root = log_root(env) / "smoke"
+    root = Path(log_root(env), "smoke")
     found = Evidence(_new(root))
     with _locked(found.path):
         try:

@@ -22,7 +22,7 @@ from launcher.model.spec import OutputPolicy
 
 
 def test_a_file_makes_room_before_it_grows_over_its_limit(tmp_path: Path):
-    file = RotatingFile(tmp_path / "a.log", limit_bytes=100, backups=2)
+    file = RotatingFile(f"{tmp_path}/a.log", limit_bytes=100, backups=2)
     for number in range(50):
         file.append(b"%02d" % number * 20)
     file.close()
@@ -41,7 +41,12 @@ def test_a_file_makes_room_before_it_grows_over_its_limit(tmp_path: Path):
     ],
 )
 def test_the_logs_are_where_ros_has_them(env, root):
-    assert log_root(env) == Path(root)
+    assert log_root(env) == root
+
+
+def path_of(folder: RunDirectory) -> Path:
+    assert folder.path is not None
+    return Path(folder.path)
 
 
 def folder_in(path: Path) -> RunDirectory:
@@ -51,7 +56,8 @@ def folder_in(path: Path) -> RunDirectory:
 def test_names_of_runs_are_in_the_order_of_time_across_the_end_of_a_second():
     second_ns = 1_795_335_647 * 10**9
     times_ns = (second_ns - 1000, second_ns, second_ns + 1000)
-    names = [new_run_path({"ROS_LOG_DIR": "/log"}, now_ns).name for now_ns in times_ns]
+    paths = [new_run_path({"ROS_LOG_DIR": "/log"}, now_ns) for now_ns in times_ns]
+    names = [os.path.basename(path) for path in paths]
     assert names == sorted(set(names))
     assert [name[20:26] for name in names] == ["999999", "000000", "000001"]
 
@@ -61,10 +67,10 @@ def test_the_latest_run_has_a_link_and_old_runs_are_pruned(tmp_path: Path):
     for _ in range(6):
         folder = folder_in(tmp_path)
         folder.close()
-        runs.append(folder.path)
+        runs.append(path_of(folder))
     last = folder_in(tmp_path)
     last.prune(keep=3)
-    assert (tmp_path / "latest").resolve() == last.path
+    assert (tmp_path / "latest").resolve() == path_of(last)
     assert [run.exists() for run in runs] == [False] * 4 + [True] * 2
     last.close()
 
@@ -78,7 +84,7 @@ def test_a_run_that_goes_on_and_a_folder_that_is_not_ours_are_not_pruned(tmp_pat
     (lost / EVENTS).touch()
     last = folder_in(tmp_path)
     last.prune(keep=1)
-    assert running.path.exists()
+    assert path_of(running).exists()
     assert foreign.exists()
     assert not lost.exists()
     running.close()
@@ -90,16 +96,15 @@ def test_a_run_that_goes_on_is_not_pruned_after_its_events_were_rotated(
 ):
     monkeypatch.setattr(RotatingFile.__init__, "__kwdefaults__", {"limit_bytes": 200, "backups": 1})
     running, last = folder_in(tmp_path), folder_in(tmp_path)
-    assert running.path is not None
     for _ in range(9):
         running.events.note("resources", text="x" * 100)
         running.events.flush()
     running.keep_up()
     last.prune(keep=1)
-    assert running.path.exists()
+    assert path_of(running).exists()
     running.close()
     last.prune(keep=1)
-    assert not running.path.exists()
+    assert not path_of(running).exists()
     last.close()
 
 
@@ -109,20 +114,20 @@ def test_everything_is_in_the_merged_file_and_in_the_process_s_own(tmp_path: Pat
     folder.write_lines("talker-1", screen, "both", b"\x1b[31mred\x1b[0m\nplain\n")
     folder.write_lines("talker-1", OutputPolicy.named("own_log"), "stderr", b"err\n")
     folder.close()
-    lines = (folder.path / "launch.log").read_text().splitlines()
+    lines = (path_of(folder) / "launch.log").read_text().splitlines()
     assert [line.partition(" ")[2] for line in lines] == [
         "[talker-1] red",
         "[talker-1] plain",
         "[talker-1] err",
     ]
-    assert (folder.path / "talker-1.log").read_text().count("\n") == 3
-    assert (folder.path / "talker-1-stderr.log").read_text() == "[talker-1] err\n"
+    assert (path_of(folder) / "talker-1.log").read_text().count("\n") == 3
+    assert (path_of(folder) / "talker-1-stderr.log").read_text() == "[talker-1] err\n"
 
 
 def test_a_full_disk_is_reported_once(tmp_path: Path):
     said: list[str] = []
-    folder = RunDirectory(tmp_path / "run", said.append)
-    os.symlink("/dev/full", folder.path / "launch.log")
+    folder = RunDirectory(f"{tmp_path}/run", said.append)
+    os.symlink("/dev/full", path_of(folder) / "launch.log")
     for _ in range(3):
         folder.log("INFO", "launch", "hello")
     folder.close()
@@ -135,10 +140,9 @@ def test_a_folder_with_the_name_of_the_link_only_prevents_the_link(tmp_path: Pat
     folder = RunDirectory(new_run_path({"ROS_LOG_DIR": str(tmp_path)}), said.append)
     folder.log("INFO", "launch", "hello")
     folder.close()
-    assert folder.path is not None
     assert said == [f"cannot link {tmp_path / 'latest'}: Is a directory"]
-    assert "hello" in (folder.path / "launch.log").read_text()
-    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([folder.path.name, "latest"])
+    assert "hello" in (path_of(folder) / "launch.log").read_text()
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([path_of(folder).name, "latest"])
 
 
 @pytest.mark.parametrize("is_made_by_a_node", [False, True])
@@ -147,22 +151,21 @@ def test_a_removed_folder_is_created_again_and_reported_once(
 ):
     said: list[str] = []
     folder = RunDirectory(new_run_path({"ROS_LOG_DIR": str(tmp_path / "log")}), said.append)
-    assert folder.path is not None
     folder.log("INFO", "launch", "before")
     folder.keep_up()
     assert said == []
     shutil.rmtree(tmp_path / "log")
     if is_made_by_a_node:
-        folder.path.mkdir(parents=True)
+        path_of(folder).mkdir(parents=True)
     for _ in range(2):
         folder.keep_up()
         folder.log("INFO", "launch", "after")
     folder.prune(keep=0)
     folder.close()
     assert len(said) == 1 and f"{folder.path} was removed" in said[0]
-    lines = (folder.path / "launch.log").read_text().splitlines()
+    lines = (path_of(folder) / "launch.log").read_text().splitlines()
     assert [line.rpartition("]: ")[2] for line in lines] == [said[0], "after", "after"]
-    assert (folder.path.parent / "latest" / EVENTS).is_file()
+    assert (path_of(folder).parent / "latest" / EVENTS).is_file()
 
 
 def test_a_folder_that_cannot_be_created_again_is_reported_once(tmp_path: Path):
@@ -185,13 +188,12 @@ def test_a_rotation_finds_out_that_the_folder_is_gone(
     )
     said: list[str] = []
     folder = RunDirectory(new_run_path({"ROS_LOG_DIR": str(tmp_path / "log")}), said.append)
-    assert folder.path is not None
     folder.log("INFO", "launch", "x" * 500)
     shutil.rmtree(tmp_path / "log")
     folder.log("INFO", "launch", "y" * 500)
     folder.close()
     assert len(said) == 1 and "was removed" in said[0]
-    assert "y" * 500 in (folder.path / "launch.log").read_text()
+    assert "y" * 500 in (path_of(folder) / "launch.log").read_text()
 
 
 def test_blocks_of_a_flood_are_merged_in_order_at_the_end_of_the_iteration(tmp_path: Path):
@@ -207,6 +209,6 @@ def test_blocks_of_a_flood_are_merged_in_order_at_the_end_of_the_iteration(tmp_p
         expected += [f"[a-1] {number} {much}", "[b-2] little", "[INFO] [launch]: said"]
     while calls:
         calls.pop(0)()
-    lines = (path / "launch.log").read_text().splitlines()
+    lines = Path(path, "launch.log").read_text().splitlines()
     assert [line.partition(" ")[2] for line in lines] == expected
     folder.close()
