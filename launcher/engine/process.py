@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 from launcher.engine.machine import ProcessMachine
 from launcher.engine.output.lines import LogRing
 from launcher.engine.posix.reactor import Timer
@@ -81,11 +83,11 @@ def child_environment(
         **spec.env,
         run_id_entry[0]: run_id_entry[1],
     }
-    if log_dir is not None and _is_root_of(env.get("ROS_LOG_DIR"), log_dir):
+    if log_dir is not None and _is_in(env.get("ROS_LOG_DIR"), log_dir):
         env["ROS_LOG_DIR"] = log_dir
     return env
 
 
-def _is_root_of(root: str | None, log_dir: str) -> bool:
-    """Whether the run's folder is below `root`: then the process has inherited that value."""
-    return root is None or log_dir.startswith(root.rstrip("/") + "/")
+def _is_in(root: str | None, log_dir: str) -> bool:
+    """Whether the run's folder is in `root`: then the process has inherited that value."""
+    return not root or os.path.abspath(os.path.expanduser(root)) == os.path.dirname(log_dir)

@@ -338,8 +338,13 @@ def test_a_standard_input_that_has_nothing_does_no_harm(bench: Bench, stdin: str
     assert b"[sh-1] hello\n" in done.stdout
 
 
-def test_the_logs_of_the_nodes_go_into_the_folder_of_the_run(bench: Bench):
-    done = bench.run('sh("echo logs go to $ROS_LOG_DIR")')
+@pytest.mark.parametrize("log_root", ["absolute", "relative", "~"])
+def test_the_logs_of_the_nodes_go_into_the_folder_of_the_run(bench: Bench, log_root: str):
+    bench.env["HOME"] = str(bench.folder)
+    if log_root != "absolute":
+        relative = os.path.relpath(bench.folder / "log")
+        bench.env["ROS_LOG_DIR"] = "~/log" if log_root == "~" else relative
+    done = bench.run('sh("echo logs go to $ROS_LOG_DIR", cwd="/")')
     run = (bench.folder / "log" / "latest").resolve()
     assert f"[sh-1] logs go to {run}\n" in done.stdout.decode()
 

@@ -39,11 +39,11 @@ _RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 
 
 def log_root(env: Mapping[str, str]) -> str:
-    """The folder of all runs (CONFORMANCE 1.36)."""
+    """The folder of all runs (CONFORMANCE 1.36), absolute: processes may have another directory."""
     if env.get("ROS_LOG_DIR"):
-        return os.path.expanduser(env["ROS_LOG_DIR"])
+        return os.path.abspath(os.path.expanduser(env["ROS_LOG_DIR"]))
     ros_home = env.get("ROS_HOME") or os.path.join(env.get("HOME") or "~", ".ros")
-    return os.path.join(os.path.expanduser(ros_home), "log")
+    return os.path.abspath(os.path.join(os.path.expanduser(ros_home), "log"))
 
 
 def new_run_path(env: Mapping[str, str], now_ns: int | None = None) -> str:

@@ -38,6 +38,8 @@ def test_a_file_makes_room_before_it_grows_over_its_limit(tmp_path: Path):
         ({"ROS_LOG_DIR": "/a", "ROS_HOME": "/b", "HOME": "/c"}, "/a"),
         ({"ROS_LOG_DIR": "", "ROS_HOME": "/b", "HOME": "/c"}, "/b/log"),
         ({"HOME": "/c"}, "/c/.ros/log"),
+        ({"ROS_LOG_DIR": "log"}, os.path.abspath("log")),
+        ({"ROS_HOME": "."}, os.path.abspath("log")),
     ],
 )
 def test_the_logs_are_where_ros_has_them(env, root):
