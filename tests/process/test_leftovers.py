@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -11,6 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from launcher import proc
+from launcher.engine.cleanup import sweep
+from launcher.engine.cleanup.leftovers import Leftovers
+from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_directory import RunDirectory
@@ -36,6 +41,78 @@ QUICK = 'sigkill_timeout="0.3"'
 EVENTS = "__import__('launch.events.process').events.process"
 EMIT = "__import__('launch.actions').actions.EmitEvent"
 ON_OUTPUT = "__import__('launch.event_handlers').event_handlers.OnProcessIO"
+
+
+@contextlib.contextmanager
+def sleeping(env: dict[str, str]) -> Iterator[int]:
+    """A process with this environment, at first in the middle of exec."""
+    pid = os.posix_spawn("/bin/sleep", ["sleep", "1000"], env)
+    try:
+        yield pid
+    finally:
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+
+
+def test_a_process_in_exec_is_not_missed(monkeypatch: pytest.MonkeyPatch):
+    run_id = f"test-{os.getpid()}"
+    seen_in_exec = 0
+    for _ in range(200):
+        with sleeping({RUN_ID_VARIABLE: run_id}) as pid:
+            monkeypatch.setattr(proc, "pids", lambda pid=pid: [pid])  # reading all takes longer
+            found, in_exec = sweep.find(run_id)
+            assert pid in (*found, *in_exec)
+            seen_in_exec += pid in in_exec
+            wait_until(lambda: sweep.find(run_id) == ([pid], []), "its exec is complete")
+    assert seen_in_exec > 0
+
+
+def test_a_process_without_variables_is_not_in_exec_for_ever():
+    with sleeping({}) as pid:
+        wait_until(lambda: not proc.was_in_exec(pid), "its exec is complete")
+        assert pid not in [*sweep.find("a run")[0], *sweep.find("a run")[1]]
+        os.kill(pid, signal.SIGKILL)
+        wait_until(lambda: proc.state(pid) == "Z", "it is a zombie")
+        assert not proc.was_in_exec(pid)
+
+
+class Listener:
+    """What the leftovers of a run report."""
+
+    def __init__(self, reactor: Reactor) -> None:
+        self.lines: list[str] = []
+        self._reactor = reactor
+
+    def log(self, level: str, text: str) -> None:
+        self.lines.append(text)
+
+    def killing(self) -> None:
+        self.lines.append("killing")
+
+    def finished(self) -> None:
+        self.lines.append("finished")
+        self._reactor.stop()
+
+
+@pytest.mark.parametrize("turns_up", [True, False])
+def test_a_process_in_exec_is_looked_at_again(monkeypatch: pytest.MonkeyPatch, turns_up: bool):
+    scans = iter([([], [11]), ([], [11]), ([11] if turns_up else [], [])])
+    monkeypatch.setattr(sweep, "find", lambda *words, **more: next(scans, ([], [])))
+    monkeypatch.setattr(sweep, "signal_all", lambda *words, **more: True)
+    with Reactor() as reactor:
+        listener = Listener(reactor)
+        leftovers = Leftovers(
+            "test",
+            reactor=reactor,
+            listener=listener,
+            ignore=frozenset(),
+            policy=StopPolicy(),
+            session=11,
+        )
+        leftovers.check()
+        reactor.run()
+    assert len(listener.lines) == 1 + turns_up
+    assert listener.lines[0].startswith("stopping leftover" if turns_up else "finished")
 
 
 def _sleeping(bench: Bench, seconds: int) -> bool:

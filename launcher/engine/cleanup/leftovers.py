@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 CLEAN_SCANS = 3  # a process that forks in a loop may be missed once
 FIRST_ROUNDS = 15  # of `signal_newest`; every run waits for them at its end, for a millisecond
 FORK_LOOP = "a process that forks in a loop"
+IN_EXEC_TIMEOUT_S = 2.0  # for a process in exec; it may belong to somebody else
 POLL_S = 0.02  # the exit of a process that is not our child has no event
 # Orphans often ignore SIGINT: a shell sets that for what it starts with `&`.
 MAX_GRACE_S = {signal.SIGINT: 1.0}
@@ -82,21 +83,24 @@ class Leftovers:
         self._machine = ProcessMachine(RestartPolicy(), policy)
         self._clean_scans = 0
         self._last_seen = ""
+        self._in_exec_until = reactor.now() + IN_EXEC_TIMEOUT_S
 
     def check(self) -> None:
         """Find leftovers, stop them, and repeat until there are none."""
-        pids = self._find()
+        pids, in_exec = self._find()
         self._last_seen = _names(pids) or self._last_seen
         is_alive = self._machine.state.is_alive
-        self._clean_scans = 0 if pids or self._has_fork_loop() else self._clean_scans + 1
+        has_leftovers = bool(pids) or self._has_fork_loop()
+        may_have_more = bool(in_exec) and self._reactor.now() < self._in_exec_until
+        self._clean_scans = 0 if has_leftovers or may_have_more else self._clean_scans + 1
         if self._clean_scans >= (CLEAN_SCANS if is_alive else 1):
             self._listener.finished()
             return
-        if not is_alive:
+        if not is_alive and has_leftovers:
             self._listener.log("INFO", f"stopping leftover processes: {_names(pids) or FORK_LOOP}")
             for event in (Command.START, Command.STARTED, Command.STOP):
                 self._advance(event)
-        else:
+        elif is_alive:
             self._advance(Command.TICK)
         if self._machine.is_stuck:
             self._listener.killing()
@@ -134,11 +138,11 @@ class Leftovers:
         elif isinstance(action, Escalate):
             if action.to == signal.SIGKILL:
                 self._listener.killing()
-            left = _names(self._find()) or self._last_seen or FORK_LOOP
+            left = _names(self._find()[0]) or self._last_seen or FORK_LOOP
             text = f"leftover processes still running, sending {action.to.name}: {left}"
             self._listener.log("ERROR", text)
 
-    def _find(self) -> list[int]:
+    def _find(self) -> tuple[list[int], list[int]]:
         return sweep.find(self._run_id, ignore=self._ignore, session=self._session)
 
     def _signal(self, signum: int) -> None:

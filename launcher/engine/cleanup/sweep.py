@@ -20,16 +20,25 @@ NEWEST = 4  # processes per round
 
 def find(
     run_id: str, *, ignore: frozenset[int] = frozenset(), session: int | None = None
-) -> list[int]:
-    """Pids with this run id, except zombies, our own and those in `ignore`; the newest first.
+) -> tuple[list[int], list[int]]:
+    """Pids with this run id, and pids whose exec is not complete, which may have it; newest first.
 
-    With `session`, only those in this session.
+    Zombies, we ourselves and those in `ignore` are left out. With `session`, only those in this
+    session.
     """
+    found: list[int] = []
+    in_exec: list[int] = []
     skipped = ignore | {os.getpid()}
     # A process that forks and exits in a loop must be read before it is gone.
-    newest_first = sorted(proc.pids(), reverse=True)
-    pids = (pid for pid in newest_first if session is None or _session_of(pid) == session)
-    return [pid for pid in pids if pid not in skipped and _has_run_id(pid, run_id)]
+    for pid in sorted(proc.pids(), reverse=True):
+        if pid in skipped or (session is not None and _session_of(pid) != session):
+            continue
+        environment = proc.environment(pid)
+        if _entry(run_id) in environment:
+            found.append(pid)
+        elif environment == [b""] and proc.was_in_exec(pid):
+            in_exec.append(pid)
+    return found, in_exec
 
 
 def signal_all(
@@ -38,14 +47,15 @@ def signal_all(
     *,
     ignore: frozenset[int] = frozenset(),
     session: int | None = None,
-) -> list[int]:
-    """Signal the processes that `find` returns; the pids that were signalled.
+) -> bool:
+    """Signal the processes with this run id; whether there was one, or may be one in exec.
 
     A pidfd is opened first and then the environment read again, so that a pid that was reused in
     between is left alone.
     """
-    found = find(run_id, ignore=ignore, session=session)
-    return [pid for pid in found if _signal(pid, signum, run_id)]
+    found, in_exec = find(run_id, ignore=ignore, session=session)
+    signalled = [pid for pid in found if _signal(pid, signum, run_id)]
+    return bool(signalled or in_exec)
 
 
 def signal_newest(
@@ -93,4 +103,8 @@ def _session_of(pid: int) -> int:
 
 def _has_run_id(pid: int, run_id: str) -> bool:
     """False for zombies and kernel threads, whose environment is empty."""
-    return f"{RUN_ID_VARIABLE}={run_id}".encode() in proc.environment(pid)
+    return _entry(run_id) in proc.environment(pid)
+
+
+def _entry(run_id: str) -> bytes:
+    return f"{RUN_ID_VARIABLE}={run_id}".encode()
