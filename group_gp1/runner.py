@@ -25,6 +25,7 @@ from group_gp1.settings import SettingError
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NAP_S = 0.05  # maximum delay of a stop during nap()
 _LOOK_S = 0.5  # maximum delay of a stop that did not wake the executor
+_CLEAN_UP_CPU_S = 2.0  # CPU time for the destruction of a node, which takes 0.05 s
 
 # What rclpy raises if it is used after the shutdown of its context.
 _AFTER_SHUTDOWN = (rclpy_implementation.RCLError, InvalidHandle, NotInitializedException)
@@ -50,7 +51,8 @@ def run(
 
     Returns or raises ExternalShutdownException, as the executor does; raises SystemExit with a
     message if the arguments or a parameter are invalid. The node is always destroyed; the caller
-    shuts the context down if that has not happened. For the main thread only.
+    shuts the context down if that has not happened. For the main thread only. If the destruction
+    hangs, the process dies of SIGPROF.
     """
     stop = _StopNote()
     for signum in _STOP_SIGNALS:
@@ -103,4 +105,8 @@ def _spin(
         while rclpy.ok() and not stop.requested:
             executor.spin_once(timeout_sec=_LOOK_S)
     finally:
+        # Fast DDS may loop here for ever, with the GIL held, if another participant leaves just
+        # then (eProsima/Fast-DDS#6513). SIGPROF ends the process in that case.
+        signal.setitimer(signal.ITIMER_PROF, _CLEAN_UP_CPU_S)
         node.destroy_node()
+        signal.setitimer(signal.ITIMER_PROF, 0)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 import signal
+import subprocess
+import sys
 from dataclasses import dataclass
 
 import pytest
 
 from group_gp1 import qos, topics
 from group_gp1.messages import TaskAssignment
+from tests.support.node_process import REPOSITORY
 
 NODES = (
     "dispatcher",
@@ -21,6 +24,22 @@ NODES = (
     "qos_probe",
 )
 ROBOTS = ("robot_1", "robot_2", "robot_3")
+
+# A node whose destruction loops in C with the GIL held, as that of Fast DDS may do.
+HANGING = """
+from rclpy.node import Node
+from group_gp1 import runner
+
+class Hanging(Node):
+    def destroy_node(self):
+        sum(range(10**15))
+
+def make():
+    print("ready", flush=True)
+    return Hanging("hanging")
+
+runner.run(make)
+"""
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -86,3 +105,15 @@ def test_a_second_signal_does_not_disturb_the_end(domain, name):
 
     assert node.wait() == 0
     assert "Traceback" not in node.output
+
+
+def test_a_node_whose_destruction_hangs_dies():
+    command = [sys.executable, "-c", HANGING]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=REPOSITORY) as process:
+        try:
+            assert process.stdout is not None
+            process.stdout.readline()
+            process.send_signal(signal.SIGINT)
+            assert process.wait(60) == -signal.SIGPROF
+        finally:
+            process.kill()
