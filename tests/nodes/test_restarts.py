@@ -12,6 +12,7 @@ from group_gp1.messages import TaskAssignment
 pytestmark = pytest.mark.thorough
 
 ROOMY = 100  # depth that keeps everything that is sent until both sides are connected
+BACKLOG = 8  # tasks that a robot may do in one go: a status that is not lost lists the last ten
 
 
 def test_a_task_that_a_restarted_robot_does_again_is_counted_once(domain):
@@ -60,7 +61,7 @@ def start_fast_robot(domain):
 
 
 def start_fast_dispatcher(domain):
-    settings = {"dispatch_rate_hz": 5.0, "task_history_depth": ROOMY, "robot_ids": "[robot_1]"}
+    settings = {"dispatch_rate_hz": 5.0, "task_history_depth": BACKLOG, "robot_ids": "[robot_1]"}
     return domain.start("dispatcher", **settings)
 
 

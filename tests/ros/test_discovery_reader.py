@@ -36,7 +36,9 @@ def test_both_ways_see_the_same_in_every_detail(tmp_path, remote):
         assert "/switch" in ours.service_types()
 
 
-def test_a_reader_is_forgotten_at_once(env, observer):
+def test_a_reader_is_forgotten_at_once(env, observer, monkeypatch):
+    monkeypatch.setattr("launcher.ros.discovery.reader._LEASE_S", 3600)  # so it says that it leaves
+
     def readers() -> set[bytes]:
         infos = observer.node.get_subscriptions_info_by_topic("ros_discovery_info", no_mangle=True)
         return {bytes(info.endpoint_gid) for info in infos}
@@ -44,7 +46,8 @@ def test_a_reader_is_forgotten_at_once(env, observer):
     before = readers()
     assert before
     by_reader(int(env["ROS_DOMAIN_ID"]))
-    wait_until(lambda: readers() == before, "nobody else is known")
+    # Of those before, a participant of an earlier test may be forgotten meanwhile.
+    wait_until(lambda: readers() <= before, "nobody else is known")
 
 
 @pytest.mark.thorough
