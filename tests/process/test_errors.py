@@ -333,11 +333,20 @@ def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(
     "words", [["--help"], ["ps", "--help"], ["plan", "system"], ["runs"], ["interface", "list"]]
 )
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_output_that_cannot_be_written_is_reported_once(words: list[str], unbuffered: str):
+def test_output_that_cannot_be_written_is_reported_once(
+    tmp_path: Path, words: list[str], unbuffered: str
+):
+    # The sockets of launchers that other tests have killed would be reported, too.
+    env = {
+        **os.environ,
+        "PYTHONUNBUFFERED": unbuffered,
+        "XDG_RUNTIME_DIR": str(tmp_path),
+        "TMPDIR": str(tmp_path),
+    }
     with open("/dev/full", "w") as full:
         done = subprocess.run(
             [sys.executable, "-m", "launcher", *words],
-            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+            env=env,
             stdout=full,
             stderr=subprocess.PIPE,
             timeout=60,

@@ -8,7 +8,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.smoke.bench import REPOSITORY, Bench, talking
+from tests.smoke.bench import PATIENT, REPOSITORY, Bench, talking
 from tests.support.drawing import is_drawn
 
 pytestmark = pytest.mark.thorough
@@ -35,7 +35,7 @@ def test_two_runs_do_not_see_each_other(tmp_path: Path):
 
 def test_a_killed_node_leaves_nothing_in_shared_memory(tmp_path: Path):
     bench = Bench(tmp_path)
-    bench.write(talking())
+    bench.write(talking(), PATIENT)  # without it the run ends at once, perhaps before a look
     bench.expect(
         """
         # The launcher looks once a second what a process has in shared memory.
