@@ -16,7 +16,8 @@ ROOT = "/proc"  # replaced by tests
 
 # Indices into `stat_fields`, for fields 3, 9, 14, 15, 22 and 51 of proc(5).
 STATE, FLAGS, USER_TICKS, SYSTEM_TICKS, START_TICKS, ENV_END = 0, 6, 11, 12, 19, 48
-_EXITING = 0x4  # PF_EXITING of the kernel's linux/sched.h
+# PF_EXITING and PF_KTHREAD of the kernel's linux/sched.h.
+_EXITING, _KERNEL_THREAD = 0x4, 0x200000
 
 _STATES = {
     "D": "uninterruptible sleep",
@@ -131,15 +132,13 @@ def environment(pid: int) -> list[bytes]:
 
 
 def was_in_exec(pid: int) -> bool:
-    """Why `environment` was empty: exec had removed the old one, and not yet set the new one.
+    """Whether `environment` was empty because exec had removed the old one and not yet set the new.
 
     That takes a tenth of a millisecond, or much longer on a busy machine; posix_spawn and vfork
     return in the middle of it. False for kernel threads, exiting processes, those without
     variables, and those that we may not read.
     """
     try:
-        if os.getsid(pid) == 0:
-            return False  # a kernel thread
         os.close(os.open(f"{ROOT}/{pid}/environ", os.O_RDONLY | os.O_CLOEXEC))
     except OSError:
         return False
@@ -147,7 +146,7 @@ def was_in_exec(pid: int) -> bool:
     return (
         len(fields) > ENV_END
         and fields[STATE] not in (b"Z", b"X")
-        and not int(fields[FLAGS]) & _EXITING
+        and not int(fields[FLAGS]) & (_EXITING | _KERNEL_THREAD)
         and (fields[ENV_END] == b"0" or environment(pid) != [b""])  # it may be complete by now
     )
 

@@ -7,6 +7,8 @@ import json
 import os
 import re
 import signal
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -52,6 +54,29 @@ def sleeping(env: dict[str, str]) -> Iterator[int]:
     finally:
         os.kill(pid, signal.SIGKILL)
         os.waitpid(pid, 0)
+
+
+def test_a_process_in_exec_is_not_missed_if_its_session_is_outside_of_the_pid_namespace():
+    """`unshare --pid` and bubblewrap leave the session alone; getsid() is 0 then."""
+    script = f"""
+import os, signal
+from launcher import proc
+assert os.getsid(0) == 0
+missed = 0
+for _ in range(200):
+    pid = os.posix_spawn("/bin/sleep", ["sleep", "1000"], {{"{RUN_ID_VARIABLE}": "a run"}})
+    missed += proc.environment(pid) == [b""] and not proc.was_in_exec(pid)
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+print("missed", missed)
+"""
+    unshare = ["unshare", "--map-root-user", "--pid", "--fork", "--mount-proc"]
+    if subprocess.run([*unshare, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("this machine does not allow a pid namespace")
+    result = subprocess.run(
+        [*unshare, sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert (result.stdout, result.stderr) == ("missed 0\n", "")
 
 
 def test_a_process_in_exec_is_not_missed(monkeypatch: pytest.MonkeyPatch):

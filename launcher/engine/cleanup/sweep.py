@@ -29,12 +29,13 @@ def find(
     found: list[int] = []
     in_exec: list[int] = []
     skipped = ignore | {os.getpid()}
+    entry = _entry(run_id)
     # A process that forks and exits in a loop must be read before it is gone.
     for pid in sorted(proc.pids(), reverse=True):
         if pid in skipped or (session is not None and _session_of(pid) != session):
             continue
         environment = proc.environment(pid)
-        if _entry(run_id) in environment:
+        if entry in environment:
             found.append(pid)
         elif environment == [b""] and proc.was_in_exec(pid):
             in_exec.append(pid)
@@ -54,8 +55,9 @@ def signal_all(
     between is left alone.
     """
     found, in_exec = find(run_id, ignore=ignore, session=session)
-    signalled = [pid for pid in found if _signal(pid, signum, run_id)]
-    return bool(signalled or in_exec)
+    for pid in found:
+        _signal(pid, signum, run_id)
+    return bool(found or in_exec)
 
 
 def signal_newest(
@@ -79,17 +81,15 @@ def signal_newest(
     return has_seen
 
 
-def _signal(pid: int, signum: int, run_id: str) -> bool:
+def _signal(pid: int, signum: int, run_id: str) -> None:
     try:
         pidfd = os.pidfd_open(pid)
     except OSError:
-        return False
+        return
     try:
         if _has_run_id(pid, run_id):
             with contextlib.suppress(OSError):
                 signal.pidfd_send_signal(pidfd, signum)
-                return True
-        return False
     finally:
         os.close(pidfd)
 
