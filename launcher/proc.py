@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 ROOT = "/proc"  # replaced by tests
 
-# Indices into `stat_fields`, for fields 3, 9, 14, 15, 22 and 51 of proc(5).
-STATE, FLAGS, USER_TICKS, SYSTEM_TICKS, START_TICKS, ENV_END = 0, 6, 11, 12, 19, 48
+# Indices into `stat_fields`, for fields 3, 9, 14, 15, 22 and 26 of proc(5).
+STATE, FLAGS, USER_TICKS, SYSTEM_TICKS, START_TICKS, START_CODE = 0, 6, 11, 12, 19, 23
 # PF_EXITING and PF_KTHREAD of the kernel's linux/sched.h.
 _EXITING, _KERNEL_THREAD = 0x4, 0x200000
 
@@ -143,12 +143,12 @@ def was_in_exec(pid: int) -> bool:
     except OSError:
         return False
     fields = stat_fields(pid)
-    return (
-        len(fields) > ENV_END
-        and fields[STATE] not in (b"Z", b"X")
-        and not int(fields[FLAGS]) & (_EXITING | _KERNEL_THREAD)
-        and (fields[ENV_END] == b"0" or environment(pid) != [b""])  # it may be complete by now
-    )
+    if not fields or fields[STATE] in (b"Z", b"X"):
+        return False
+    if int(fields[FLAGS]) & (_EXITING | _KERNEL_THREAD):
+        return False
+    # exec sets the start of the code last. It may be complete by now.
+    return fields[START_CODE] == b"0" or environment(pid) != [b""]
 
 
 def variable(pid: int, name: str) -> str | None:
