@@ -108,5 +108,7 @@ def _spin(
         # Fast DDS may loop here for ever, with the GIL held, if another participant leaves just
         # then (eProsima/Fast-DDS#6513). SIGPROF ends the process in that case.
         signal.setitimer(signal.ITIMER_PROF, _CLEAN_UP_CPU_S)
-        node.destroy_node()
-        signal.setitimer(signal.ITIMER_PROF, 0)
+        try:
+            node.destroy_node()
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0)
