@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -113,7 +112,7 @@ def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
     from launcher.ros.snapshot.diff import difference
     from launcher.ros.topics.streams import until_interrupted
 
-    print_line: Callable[[str], None] = lambda text: print(text, flush=True)  # noqa: E731
+    print_line = functools.partial(print, flush=True)
     with until_interrupted():
         before = chosen.apply(observer.topic_graph())
         print_line(to_tree(before, chosen.mode))
