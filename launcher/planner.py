@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from launcher.interpreter.host import Quirk
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
-    from launcher.language.events import Shutdown
+    from launcher.language.events.launch import Shutdown
 
 HORIZON_S = 3600.0  # end of virtual time: respawns and timers may repeat endlessly
 _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}

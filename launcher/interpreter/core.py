@@ -8,15 +8,16 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.errors import LaunchFileError
 from launcher.interpreter.host import Answer, Quirk, RunHost
-from launcher.language import events as language
-from launcher.language import process_events, session
+from launcher.language import session
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import OnProcessExit, OnProcessStart, TargetedHandler
 from launcher.language.class_tools import is_a_subclass, is_iterable
 from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.event_handlers import (
+from launcher.language.events import launch as launch_events
+from launcher.language.events import process as process_events
+from launcher.language.events.handlers import (
     OnExecutionComplete,
     OnIncludeLaunchDescription,
     OnShutdown,
@@ -122,7 +123,7 @@ class Interpreter:
         source = LaunchDescriptionSource(self._description, self._path)
         include = IncludeLaunchDescription(source, launch_arguments=self.arguments.items())
         include._origin = None  # from the command line
-        event = language.IncludeLaunchDescription(LaunchDescription([include]))
+        event = launch_events.IncludeLaunchDescription(LaunchDescription([include]))
         self.context.emit_event_sync(event)
         try:
             self._drain()
@@ -190,7 +191,7 @@ class Interpreter:
             case model.SignalReceived(signum=signum):
                 self._signal_received(signum)
             case model.ShutdownAsked(reason=reason):
-                self._begin_shutdown(language.Shutdown(reason=reason))
+                self._begin_shutdown(launch_events.Shutdown(reason=reason))
             case _:
                 self._answered(event)
 
@@ -217,7 +218,7 @@ class Interpreter:
         name = signal.Signals(signum).name
         interrupted = signum == signal.SIGINT
         reason = "ctrl-c (SIGINT)" if interrupted else name
-        event = language.Shutdown(reason=reason, due_to_sigint=interrupted)
+        event = launch_events.Shutdown(reason=reason, due_to_sigint=interrupted)
         self._begin_shutdown(event)
 
     def _answered(self, event: Any) -> None:
@@ -252,7 +253,7 @@ class Interpreter:
             return False
         if self.context.is_shutdown:
             return False
-        self._begin_shutdown(language.Shutdown(reason="idle"))
+        self._begin_shutdown(launch_events.Shutdown(reason="idle"))
         return True
 
     def _process(self, event: Any) -> None:
@@ -272,7 +273,7 @@ class Interpreter:
 
     # ---- the end
 
-    def _begin_shutdown(self, event: language.Shutdown) -> None:
+    def _begin_shutdown(self, event: launch_events.Shutdown) -> None:
         if not self.context.is_shutdown:
             self.context.emit_event_sync(event)
 
@@ -297,7 +298,7 @@ class Interpreter:
         self.host.log("launch", "ERROR", text)
         self.context._event_queue.clear()
         self.host.steps.clear()
-        self._begin_shutdown(language.Shutdown(reason="exception in the launch file"))
+        self._begin_shutdown(launch_events.Shutdown(reason="exception in the launch file"))
         try:
             self._drain()
         except Exception:

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from launcher.interpreter.specs import make_spec
-from launcher.language.events import Shutdown
+from launcher.language.events.launch import Shutdown
 from launcher.model import events as model
 from launcher.model.record import Record
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
     from launcher.language.diagnostics.origin import Origin
-    from launcher.language.event import Event
+    from launcher.language.events.base import Event
 
 Answer = Callable[[model.Effect], Iterable[model.Event]]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from launcher.language import frontend_registry
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.events import ExecutionComplete
+from launcher.language.events.launch import ExecutionComplete
 from launcher.language.naming import public
 
 TYPE_CHECKING = False

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.diagnostics.origin import Origin
-    from launcher.language.event import BaseEventHandler, Event
+    from launcher.language.events.base import BaseEventHandler, Event
     from launcher.language.host import Host
     from launcher.language.substitution import Substitution
 
@@ -69,7 +69,7 @@ class LaunchContext:
     def _host(self) -> Host:
         """The host of this run; a NullHost if none was set."""
         if self.__host is None:
-            from launcher.language.null_host import NullHost
+            from launcher.language.host import NullHost
 
             self.__host = NullHost()
         return self.__host

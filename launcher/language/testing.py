@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, RegisterEventHandler
 from launcher.language.actions.process import ExecuteProcess, OnProcessExit
-from launcher.language.event_handlers import OnExecutionComplete
-from launcher.language.events import Shutdown
+from launcher.language.events.handlers import OnExecutionComplete
+from launcher.language.events.launch import Shutdown
 from launcher.language.naming import public
 
 _T = TypeVar("_T")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from launcher.language import process_events
 from launcher.language.action import Action
 from launcher.language.actions import configuration as settings
 from launcher.language.actions.arguments import DeclareLaunchArgument
@@ -22,6 +21,7 @@ from launcher.language.actions.process import ExecuteLocal, ExecuteProcess
 from launcher.language.actions.timer import TimerAction
 from launcher.language.conditions import IfCondition, LaunchConfigurationEquals, UnlessCondition
 from launcher.language.conditions import LaunchConfigurationNotEquals as NotEquals
+from launcher.language.events import process as process_events
 from launcher.language.substitution import (
     describe_substitutions,
     normalize_to_list_of_substitutions,

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Iterable
 
 from launcher.language.action import Action
 from launcher.language.class_tools import ensure_argument_type
-from launcher.language.event_handlers import OnShutdown
+from launcher.language.events.handlers import OnShutdown
 from launcher.language.naming import public
 
 TYPE_CHECKING = False

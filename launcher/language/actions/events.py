@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable
 from launcher.language.action import Action
 from launcher.language.class_tools import ensure_argument_type, is_a_subclass
 from launcher.language.diagnostics import ros2_quirks
-from launcher.language.event import BaseEventHandler, Event
-from launcher.language.events import Shutdown as ShutdownEvent
+from launcher.language.events.base import BaseEventHandler, Event
+from launcher.language.events.launch import Shutdown as ShutdownEvent
+from launcher.language.events.process import ProcessExited
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.process_events import ProcessExited
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,

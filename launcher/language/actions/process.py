@@ -9,12 +9,9 @@ from collections.abc import Callable, Iterable, Mapping
 from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.output import output_policy
-from launcher.language.event import EventHandler
-from launcher.language.event_handlers import OnActionEventBase, OnShutdown
-from launcher.language.executable import Executable
-from launcher.language.future import Future
-from launcher.language.naming import public
-from launcher.language.process_events import (
+from launcher.language.events.base import EventHandler
+from launcher.language.events.handlers import OnActionEventBase, OnShutdown
+from launcher.language.events.process import (
     ProcessExited,
     ProcessIO,
     ProcessStarted,
@@ -22,6 +19,9 @@ from launcher.language.process_events import (
     ShutdownProcess,
     SignalProcess,
 )
+from launcher.language.executable import Executable
+from launcher.language.future import Future
+from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
-    from launcher.language.event import Event
+    from launcher.language.events.base import Event
 
 
 _SIGTERM_TIMEOUT = LaunchConfiguration("sigterm_timeout", default=5)

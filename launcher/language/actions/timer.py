@@ -10,8 +10,8 @@ from launcher.language.actions.events import OpaqueFunction
 from launcher.language.class_tools import ensure_argument_type, is_a_subclass
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.event import EventHandler
-from launcher.language.events import Shutdown, TimerEvent
+from launcher.language.events.base import EventHandler
+from launcher.language.events.launch import Shutdown, TimerEvent
 from launcher.language.frontend_registry import parsed
 from launcher.language.future import Future
 from launcher.language.naming import public

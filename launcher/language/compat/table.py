@@ -8,7 +8,7 @@ MODULES = {
         "launcher.language.context": "LaunchContext",
         "launcher.language.description": "LaunchDescription",
         "launcher.language.entity": "LaunchDescriptionEntity",
-        "launcher.language.event": "Event EventHandler",
+        "launcher.language.events.base": "Event EventHandler",
         "launcher.language.introspection": "LaunchIntrospector",
         "launcher.language.service": "LaunchService",
         "launcher.language.some_types": (
@@ -43,21 +43,21 @@ MODULES = {
         ),
     },
     "launch.descriptions": {"launcher.language.executable": "Executable"},
-    "launch.event_handler": {"launcher.language.event": "BaseEventHandler EventHandler"},
+    "launch.event_handler": {"launcher.language.events.base": "BaseEventHandler EventHandler"},
     "launch.event_handlers": {
         "launcher.language.actions.process": "OnProcessExit OnProcessIO OnProcessStart",
-        "launcher.language.event_handlers": (
+        "launcher.language.events.handlers": (
             "OnActionEventBase OnExecutionComplete OnIncludeLaunchDescription OnShutdown "
             "event_named"
         ),
     },
     "launch.events": {
-        "launcher.language.events": (
+        "launcher.language.events.launch": (
             "ExecutionComplete IncludeLaunchDescription Shutdown TimerEvent matches_action"
         ),
     },
     "launch.events.process": {
-        "launcher.language.process_events": (
+        "launcher.language.events.process": (
             "ProcessExited ProcessIO ProcessStarted ProcessStderr ProcessStdin ProcessStdout "
             "ProcessTargetedEvent RunningProcessEvent ShutdownProcess SignalProcess "
             "matches_executable matches_name matches_pid"

@@ -190,7 +190,7 @@ def _shown(item: Any) -> str:
 
 
 def _repair(item: Any, holder: Any) -> str:
-    from launcher.language.event import BaseEventHandler, Event
+    from launcher.language.events.base import BaseEventHandler, Event
     from launcher.language.substitution import Substitution
 
     kind = item if isinstance(item, type) else type(item)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
-from launcher.language.event import Event, EventHandler
+from launcher.language.events.base import Event, EventHandler
 from launcher.language.naming import public
 from launcher.language.ros.node import Node
 from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions

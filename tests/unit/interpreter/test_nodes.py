@@ -10,7 +10,7 @@ import pytest
 from launcher.language.actions.events import EmitEvent, LogInfo, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess
-from launcher.language.events import matches_action
+from launcher.language.events.launch import matches_action
 from launcher.language.ros.composition import (
     ComposableNode,
     ComposableNodeContainer,

@@ -25,9 +25,9 @@ from launcher.language.actions.process import (
     OnProcessStart,
 )
 from launcher.language.actions.timer import TimerAction
-from launcher.language.event_handlers import OnShutdown
-from launcher.language.events import matches_action
-from launcher.language.process_events import ProcessStdin, ShutdownProcess, SignalProcess
+from launcher.language.events.handlers import OnShutdown
+from launcher.language.events.launch import matches_action
+from launcher.language.events.process import ProcessStdin, ShutdownProcess, SignalProcess
 from launcher.language.ros.node import Node
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.model import events as model

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from launcher.language.action import Action
 from launcher.language.class_tools import is_a_subclass
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.event import BaseEventHandler, Event
-from launcher.language.events import ExecutionComplete, IncludeLaunchDescription, Shutdown
+from launcher.language.events.base import BaseEventHandler, Event
+from launcher.language.events.launch import ExecutionComplete, IncludeLaunchDescription, Shutdown
 from launcher.language.naming import public
 
 TYPE_CHECKING = False

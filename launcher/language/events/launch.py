@@ -1,10 +1,10 @@
-"""Events of the launch itself; those of processes are in process_events."""
+"""Events of the launch itself."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from launcher.language.event import Event
+from launcher.language.events.base import Event
 from launcher.language.naming import public
 
 TYPE_CHECKING = False

@@ -6,7 +6,7 @@ import signal as signals
 from collections.abc import Callable, Mapping
 
 from launcher.language.class_tools import ensure_argument_type
-from launcher.language.event import Event
+from launcher.language.events.base import Event
 from launcher.language.naming import public
 
 TYPE_CHECKING = False

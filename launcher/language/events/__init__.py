@@ -1,0 +1,1 @@
+"""Events, and the handlers that react to them."""
