@@ -13,6 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from launcher import proc
 from launcher.domain_lease import leased_domain
 from launcher.engine.monitor.shared_memory import FOLDER, SETTLING_S, free, held
 from tests.process.conftest import Bench
@@ -117,7 +118,7 @@ def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(be
     watchdog.suspend()
     launcher.kill()
     watchdog.kill()
-    wait_until(lambda: not psutil.pid_exists(watchdog.pid), "the watchdog is gone")
+    wait_until(lambda: not proc.is_alive(watchdog.pid), "the watchdog is gone")
     wait_until(lambda: len(bench.survivors()) == 4, "two shells, and what they run")
     left = bench.survivors()
     _, found, _ = doctor()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 from pathlib import Path
 
 import pytest
 
+from launcher import proc
 from launcher.smoke.observe.leftovers import processes_of
 from tests.smoke.bench import BRIEF, DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
 from tests.support.waiting import wait_until
@@ -156,7 +156,7 @@ def test_the_system_of_a_killed_run_is_stopped(bench: Bench):
     launcher = int(next(bench.evidence.glob("log/*-*")).name.rpartition("-")[2])
     run.kill()
     run.communicate(timeout=120)
-    wait_until(lambda: not os.path.exists(f"/proc/{launcher}"), "the launcher ends")
+    wait_until(lambda: not proc.is_alive(launcher), "the launcher ends")
     wait_until(lambda: not processes_of(launcher), "everything of its run ends")
 
 
