@@ -40,7 +40,7 @@ class Arrival:
 class _Account:
     """What is known of one robot; all times are seconds of one monotonic clock."""
 
-    last_seen_s: float
+    last_seen_s: float  # until the robot reports: when its silence begins to count
     next_mark_s: float  # length of silence at which the next warning is due
     heard: bool = False
     warned: bool = False
@@ -56,14 +56,23 @@ class FleetBooks:
     callback groups; so every method takes the lock, and returns copies. No method is slow.
 
     `now_s` is always a time of one monotonic clock. Silence is warned about when it reaches
-    `silence_timeout_s`, then after gaps that double, up to MAX_WARNING_GAP_S.
+    `silence_timeout_s`, then after gaps that double, up to MAX_WARNING_GAP_S. The silence of an
+    expected robot that has not reported yet begins after `start_grace_s`, its time to start.
     """
 
-    def __init__(self, robot_ids: Sequence[str], *, silence_timeout_s: float, now_s: float) -> None:
+    def __init__(
+        self,
+        robot_ids: Sequence[str],
+        *,
+        silence_timeout_s: float,
+        now_s: float,
+        start_grace_s: float = 0.0,
+    ) -> None:
         self._lock = threading.Lock()
         self._silence_timeout_s = silence_timeout_s
+        begin_s = now_s + start_grace_s
         # expected robots first and in order: the report lists them before they ever reported
-        self._accounts = {robot_id: self._new_account(now_s) for robot_id in robot_ids}
+        self._accounts = {robot_id: self._new_account(begin_s) for robot_id in robot_ids}
 
     def record(self, status: RobotStatus, *, now_s: float) -> Arrival | None:
         """Record a status; returns an Arrival if the robot is new or was reported silent."""

@@ -16,6 +16,7 @@ from group_gp1.messages import MessageError, RobotStatus, report_text
 from group_gp1.rejects import Rejects
 
 REPORT_PERIOD_S = 2.0  # 0.5 Hz
+START_GRACE_S = 7.0  # robot_3 is started 5 s late, and needs a moment until its first status
 SILENCE_CHECK_PERIOD_S = 0.1  # maximum delay of a warning
 THREADS = 3  # one for each callback below, whatever the number of cores
 
@@ -63,7 +64,21 @@ class Monitor(Node):
             unit="s",
             about="Silence of a robot after which the monitor warns",
         )
-        return FleetBooks(robot_ids, silence_timeout_s=silence_timeout_s, now_s=time.monotonic())
+        start_grace_s = settings.number(
+            self,
+            "start_grace_s",
+            START_GRACE_S,
+            low=0.0,
+            high=3600.0,
+            unit="s",
+            about="Time to start: the silence of a robot that never reported counts from its end",
+        )
+        return FleetBooks(
+            robot_ids,
+            silence_timeout_s=silence_timeout_s,
+            start_grace_s=start_grace_s,
+            now_s=time.monotonic(),
+        )
 
     def _enter_status(self, message: String) -> None:
         try:

@@ -14,6 +14,7 @@ BAD = {
     "a robot twice": ("dispatcher", "robot_ids", "[robot_1,robot_1]"),
     "a robot without name": ("monitor", "robot_ids", "['']"),
     "negative timeout": ("monitor", "silence_timeout_s", "-5.0"),
+    "negative grace": ("monitor", "start_grace_s", "-1.0"),
     "negative duration": ("robot_2", "task_duration_s", "-2.0"),
     "queue of depth 0": ("robot_2", "task_queue_depth", "0"),
 }

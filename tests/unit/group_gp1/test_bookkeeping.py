@@ -134,6 +134,24 @@ def test_silence_is_warned_about_once_at_each_mark():
     assert warnings(ledger, 120.0) == ["robot_2 has not reported in 20.0 s"]
 
 
+def test_a_robot_that_never_reported_has_time_to_start():
+    ledger = FleetBooks(["robot_2"], silence_timeout_s=5.0, start_grace_s=7.0, now_s=100.0)
+
+    assert warnings(ledger, 111.9) == []
+    assert warnings(ledger, 112.0) == ["robot_2 has not reported in 5.0 s"]
+    assert warnings(ledger, 116.9) == []
+    assert warnings(ledger, 117.0) == ["robot_2 has not reported in 10.0 s"]
+
+
+@pytest.mark.parametrize("heard_s", [101.0, 106.0])
+def test_the_time_to_start_ends_with_the_first_status(heard_s: float):
+    ledger = FleetBooks(["robot_2"], silence_timeout_s=5.0, start_grace_s=7.0, now_s=100.0)
+    ledger.record(done("a-1", robot_id="robot_2"), now_s=heard_s)
+
+    assert warnings(ledger, heard_s + 4.9) == []
+    assert warnings(ledger, heard_s + 5.0) == ["robot_2 has not reported in 5.0 s"]
+
+
 def test_a_long_silence_is_warned_about_once_a_minute():
     ledger = books("robot_2")
     marks = [now_s - 100 for now_s in range(101, 500) if ledger.new_silences(now_s=now_s)]
