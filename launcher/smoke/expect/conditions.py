@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from types import CodeType
 from typing import Any
 
+from launcher.text import did_you_mean
+
 _BUILTINS = {
     f.__name__: f
     for f in (abs, all, any, bool, dict, float, int, isinstance, len, list, max, min, round)
@@ -172,7 +174,8 @@ _LIMITS = ("min", "max", "matches", "not")
 def _check_limits(path: str, limits: Mapping[Any, Any]) -> None:
     for name, limit in limits.items():
         if name not in _LIMITS:
-            raise ValueError(f"unknown limit '{name}' of '{path}'; known: {', '.join(_LIMITS)}")
+            hint = did_you_mean(str(name), _LIMITS) or f"known: {', '.join(_LIMITS)}"
+            raise ValueError(f"unknown limit '{name}' of '{path}'; {hint}")
         is_number = isinstance(limit, int | float) and not isinstance(limit, bool)
         if name in ("min", "max") and not is_number:
             raise ValueError(f"{name} of '{path}' is not a number: {limit!r}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ import yaml
 
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
 from launcher.smoke.expect.expectation import ALWAYS, START, Expectation
-from launcher.smoke.expect.expectation_kinds import BY_NAME, Kind
+from launcher.smoke.expect.expectation_kinds import BY_NAME, KINDS, Kind
 from launcher.smoke.expect.fields import Field, FieldType, near
 from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
 from launcher.smoke.expect.script import Script
@@ -20,6 +20,7 @@ from launcher.smoke.expect.source_location import KeyPath, Origin, SourceMap, en
 from launcher.smoke.expect.steps import Command, Step
 from launcher.smoke.preflight import checks
 from launcher.smoke.preflight.checks import together
+from launcher.text import suggest
 
 SUFFIXES = (".expect.yaml", ".expect.yml")
 QUOTES = "a string with a brace, a bracket or ': ' in it needs quotes"
@@ -198,15 +199,19 @@ class _Reader:
         known = [BY_NAME[str(name)] for name in entry if str(name) in BY_NAME]
         entries = {field.name for kind in known for field in kind.fields}
         own = [kind for kind in known if kind.name not in entries]
-        if len(own) == 1:
+        misspelt = misspelt_kind([str(name) for name in entry], own)
+        if len(own) == 1 and misspelt is None:
             return own[0]
         if len(own) > 1:
             names = " and ".join(f"'{kind.name}'" for kind in own)
             self._wrong(path, f"{names} are two expectations", "write them as two entries")
             return None
-        first = next(iter(entry))
-        hint = near(first, BY_NAME)
-        self._wrong((*path, first), f"unknown kind of expectation '{first}'", hint)
+        key = misspelt or next((str(name) for name in entry if str(name) not in ENTRIES), None)
+        if key is None:
+            kinds = f"one of {', '.join(BY_NAME)}"
+            self._wrong(path, "an expectation without its kind", f"it needs {kinds}")
+            return None
+        self._wrong((*path, key), f"unknown kind of expectation '{key}'", near(key, BY_NAME))
         return None
 
     def _expectation(
@@ -216,7 +221,8 @@ class _Reader:
         subject = self._parsed(kind.subject, entry[kind.name], (*path, kind.name))
         rest = {name: value for name, value in entry.items() if name != kind.name}
         values = self._fields(rest, kind.all_fields(), path, f"'{kind.name}'")
-        if kind.one_of and not any(name in entry for name in kind.one_of):
+        meant = _meant(rest, [field.name for field in kind.all_fields()])
+        if kind.one_of and not any(name in entry or name in meant for name in kind.one_of):
             names = ", ".join(f"'{name}'" for name in kind.one_of)
             self._wrong(path, f"'{kind.name}' needs one of {names}")
         if len(self._errors) > before:
@@ -263,8 +269,9 @@ class _Reader:
                 self._wrong((*path, name), f"unknown key '{name}' of {what}", hint)
             else:
                 values[str(name)] = self._parsed(types[name], value, (*path, name))
+        meant = _meant(entry, types)
         for field in known:
-            if field.required and field.name not in entry:
+            if field.required and field.name not in entry and field.name not in meant:
                 self._wrong(path, f"{what} needs '{field.name}': {field.doc}")
         return {name: value for name, value in values.items() if value is not _BAD}
 
@@ -287,3 +294,29 @@ class _Reader:
 
 
 _BAD = object()
+# The entries of all kinds.
+ENTRIES = frozenset(field.name for kind in KINDS for field in kind.all_fields())
+
+
+def misspelt_kind(names: Sequence[str], own: Sequence[Kind]) -> str | None:
+    """The name among those of an entry that is a misspelt kind, as `parametr`.
+
+    `own`: kinds that the other names are. `node` beside `parametr` is an entry of it.
+    """
+    for name in names:
+        if name in ENTRIES or name in BY_NAME:
+            continue
+        meant = suggest(name, BY_NAME)
+        if meant is not None and {kind.name for kind in own} <= _entries(BY_NAME[meant]):
+            return name
+    return None
+
+
+def _entries(kind: Kind) -> set[str]:
+    return {field.name for field in kind.all_fields()}
+
+
+def _meant(entry: Mapping[object, object], known: Iterable[str]) -> set[str | None]:
+    """What the unknown names of an entry are similar to: that is not missing."""
+    names = list(known)
+    return {suggest(str(name), names) for name in entry if name not in names}

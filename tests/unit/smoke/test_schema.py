@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import pytest
@@ -184,3 +186,97 @@ def test_an_expectation_that_is_not_a_mapping_gets_a_hint(entry: str, hint: str)
     with pytest.raises(LauncherError) as told:
         loader.parse(f"expect: [{entry}]", "x.yaml")
     assert told.value.hint == hint
+
+
+# ---- misspelt keys
+
+VALUES: dict[str, Any] = {
+    "type": "std_msgs/msg/String",
+    "process": "p",
+    "node": "/n",
+    "level": "WARN",
+    "publishers": 1,
+    "subscriptions": 1,
+    "count": 1,
+    "restarts": 1,
+    "exits": 0,
+    "is": "1 Hz",
+    "below": "80",
+    "peak": "80",
+    "where": "m",
+    "fields": {"a": 1},
+    "request": {"a": 1},
+    "qos": {"depth": 3},
+    "except": ["x"],
+    "name": "n",
+    "within": "3 s",
+    "after": "start",
+    **dict.fromkeys(("absent", "compatible", "all", "alive", "once"), True),
+}
+SUBJECTS: dict[str, Any] = {
+    **dict.fromkeys(("node", "topic", "qos", "rate", "message", "service"), "/a"),
+    **dict.fromkeys(("start_up", "clean_shutdown"), "3 s"),
+    "order": ["a", "b"],
+    "shared_memory": "clean",
+    "no_deaths": "*",
+}
+
+
+def typos(key: str) -> set[str]:
+    """A letter is missing, or two are exchanged; short words are similar to too many."""
+    return (
+        {key[:-1], key[0] + key[2:], key[0] + key[2] + key[1] + key[3:]} if len(key) > 3 else set()
+    )
+
+
+def whole_entries() -> Iterator[tuple[str, dict[str, Any]]]:
+    """An entry of each kind with all that it may have."""
+    for kind in KINDS:
+        entry = {field.name: VALUES[field.name] for field in kind.all_fields()}
+        if kind.name == "qos":
+            entry["publishers"] = entry["subscriptions"] = {"reliability": "reliable"}
+        yield kind.name, {kind.name: SUBJECTS.get(kind.name, "p"), **entry}
+
+
+@pytest.mark.parametrize(("kind", "entry"), [*whole_entries()])
+def test_every_misspelt_key_of_an_expectation_is_told_once_with_the_right_one(
+    kind: str, entry: dict[str, Any]
+):
+    loader.parse(yaml.safe_dump({"expect": [entry]}), "x.yaml")
+    for key in entry:
+        for typo in typos(key) - entry.keys():
+            misspelt = {(typo if name == key else name): one for name, one in entry.items()}
+            with pytest.raises(LauncherError) as told:
+                loader.parse(yaml.safe_dump({"expect": [misspelt]}, sort_keys=False), "x.yaml")
+            rendered = told.value.render()
+            assert f"'{typo}'" in rendered and f"did you mean '{key}'?" in rendered, rendered
+            assert rendered.count("x.yaml:") == 1, rendered
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "hint"),
+    [
+        ("expect: [{parametr: speed, node: /n, is: 1}]", "'parametr'", "did you mean 'parameter'?"),
+        ("expect: [{node: /n, is: 1, parametr: a}]", "'parametr'", "did you mean 'parameter'?"),
+        ("expect: [{lgo: x, process: p}]", "'lgo'", "did you mean 'log'?"),
+        ("expect: [{within: 3 s, nod: /a}]", "'nod'", "did you mean 'node'?"),
+        ("expect: [{cpu: p, blow: 3}]", "'blow' of 'cpu'", "did you mean 'below'?"),
+        ("expect: [{rate: /a, si: 1 Hz}]", "'si' of 'rate'", "did you mean 'is'?"),
+        ("expect: [{within: 3 s}]", "an expectation without its kind", "it needs one of node,"),
+        ("expect: [{message: /a, fields: {x: {mni: 3}}}]", "'mni' of 'x'", "did you mean 'min'?"),
+        (
+            "expect: [{qos: /a, publishers: {durabilty: volatile}}]",
+            "",
+            "did you mean 'durability'?",
+        ),
+        ("scenario: [{doo: kill a}]", "'doo' of a step", "did you mean 'do'?"),
+        ("redy_within: 3 s", "'redy_within'", "did you mean 'ready_within'?"),
+        ("expct: []", "'expct'", "did you mean 'expect'?"),
+    ],
+)
+def test_a_misspelt_key_is_told_with_the_near_one(text: str, said: str, hint: str):
+    with pytest.raises(LauncherError) as told:
+        loader.parse(text, "x.yaml")
+    rendered = told.value.render()
+    assert said in rendered and hint in rendered, rendered
+    assert rendered.count("x.yaml:") == 1, rendered
