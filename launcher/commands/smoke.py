@@ -130,6 +130,8 @@ def _session(parsed: Parsed) -> Session:
     words = (*_words_for(parsed, LAUNCH.options), *arguments, *script.options)
     from launcher.smoke.run.session import Options, Session
 
+    launch = LAUNCH.parse(words)
+    run_options(launch)
     options = Options(
         words=words,
         target=Path(request.path).name,
@@ -139,10 +141,8 @@ def _session(parsed: Parsed) -> Session:
         repeat=parsed.repeat,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
+        forecast=_check(script, _words_for(launch, READING_OPTIONS)),
     )
-    launch = LAUNCH.parse(words)
-    run_options(launch)
-    _check(script, _words_for(launch, READING_OPTIONS))
     options.refuse_unwritable()
     return Session(script, options, colour=wants_colour(1, os.environ))
 
@@ -159,10 +159,14 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
         print("\n".join(github.refusal(error)))
 
 
-def _check(script: Script, words: Sequence[str]) -> None:
-    """LauncherError for mistakes that can be found before the launch; prints warnings."""
+def _check(script: Script, words: Sequence[str]) -> forecast.Forecast | None:
+    """The forecast, if it is of use; prints warnings.
+
+    LauncherError for mistakes that can be found before the launch.
+    """
     found = [checks.of_script(script)]
-    if any(forecast.mentions(script)):
+    foreseen = None
+    if script.waits_beyond() or any(forecast.mentions(script)):
         foreseen = forecast.ask(words)
         found += [] if foreseen is None else [forecast.compare(script, foreseen)]
     for warning in (text for findings in found for text in findings.warnings):
@@ -170,6 +174,7 @@ def _check(script: Script, words: Sequence[str]) -> None:
     errors = [error for findings in found for error in findings.errors]
     if errors:
         raise checks.together(errors)
+    return foreseen
 
 
 def _print_schema() -> int:

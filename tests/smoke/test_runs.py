@@ -71,6 +71,24 @@ def test_a_system_that_never_comes_up(bench: Bench):
     assert "not ready after 1.0 s: giving up" in done.stdout
 
 
+def test_a_node_that_nothing_can_still_start_ends_the_run_when_its_time_is_over(bench: Bench):
+    bench.write(PATIENT)
+    done = bench.smoke("--ready-within=600", NODE)
+    assert done.returncode == 124
+    assert (
+        "not ready: 'node /nowhere' was not met within 1.0 s, and nothing else will be started:"
+        " giving up" in done.stdout
+    )
+
+
+@pytest.mark.thorough
+def test_a_node_that_a_timer_may_still_start_is_waited_for(bench: Bench):
+    bench.write(PATIENT, f"TimerAction(period=300.0, actions=[{PATIENT}]),")
+    done = bench.smoke("--ready-within=5", NODE)
+    assert done.returncode == 124
+    assert "not ready after 5.0 s: giving up" in done.stdout
+
+
 def test_a_system_that_is_ready_late_is_watched_as_long_as_any_other(bench: Bench):
     bench.write(f"TimerAction(period=2.0, actions=[{PATIENT}]),")
     done = bench.smoke("--for=0.5", "--expect-alive=patient", "--ready-within=60")

@@ -18,6 +18,7 @@ from launcher.control.selection import ProcessNames
 from launcher.errors import ExitCode, LauncherError
 from launcher.interpreter.trace import Visit
 from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
+from launcher.model.events import LoadRequest
 from launcher.planner import Plan
 
 _OURS = ("launch.", "launch_ros.", "launcher.")  # entities of others may do anything
@@ -44,10 +45,20 @@ def _document(plan: Plan) -> dict[str, Any]:
                 "label": one.label,
                 "nodes": one.nodes,
                 "namespace": one.namespace,
+                # What an exit causes has no time: nobody knows when the process exits.
+                "time_s": planned.stamp.time_s if planned.stamp.phase == "run" else None,
             }
-            for number, one in enumerate(named, 1)
+            for number, (one, planned) in enumerate(zip(named, plan.processes, strict=True), 1)
         ],
+        "components": [_component(load) for load, _ in plan.loads],
     }
+
+
+def _component(load: LoadRequest) -> str | None:
+    """The full name of its node; None if the component names it itself."""
+    if load.name is None:
+        return None
+    return f"{(load.namespace or '').rstrip('/')}/{load.name}"
 
 
 def is_certain(plan: Plan) -> bool:

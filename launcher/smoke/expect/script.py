@@ -51,6 +51,11 @@ class Script:
         times = [e.within.high for e in self.presence() if e.within is not None]
         return max(times, default=DEFAULT_READY_S)
 
+    def waits_beyond(self) -> bool:
+        """Whether the system may become ready after the time of one of its expectations."""
+        limit_s = self.ready_limit_s()
+        return any(e.within is not None and e.within.high < limit_s for e in self.presence())
+
     def run_time_s(self) -> float:
         """How long the system is observed: as given, else until the last time limit."""
         if self.for_s is not None:

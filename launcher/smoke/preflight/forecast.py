@@ -29,10 +29,16 @@ PLAN_S = 20.0  # a launch file that takes longer is launched without a forecast
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Forecast:
-    """`is_certain`: no event of the run can start other processes."""
+    """`is_certain`: no event of the run can start other processes.
+
+    `times_s`: when each of the `processes` is started, None for those that follow an exit.
+    `components`: full names of nodes that containers load, None where a component names its own.
+    """
 
     processes: tuple[ProcessNames, ...]
     is_certain: bool
+    times_s: tuple[float | None, ...] = ()
+    components: tuple[str | None, ...] = ()
 
     def knows(self, word: str) -> bool:
         with contextlib.suppress(BadCallError):
@@ -89,6 +95,8 @@ def ask(words: Sequence[str]) -> Forecast | None:
             for one in answer["processes"]
         ),
         is_certain=answer["is_certain"],
+        times_s=tuple(one["time_s"] for one in answer["processes"]),
+        components=tuple(answer["components"]),
     )
 
 

@@ -18,10 +18,12 @@ from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
 from launcher.smoke.judges import judge
 from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.observe.facts import Facts
+from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports.graph_files import GraphFiles
 from launcher.smoke.reports.result import Judged, Result
 from launcher.smoke.run.probe_requests import AnswerPoller, subscribed
 from launcher.smoke.run.progress import Progress
+from launcher.smoke.run.prospects import lost
 from launcher.smoke.run.scenario import Scenario
 from launcher.smoke.run.system import STOP_S, System
 
@@ -65,7 +67,8 @@ def terminable() -> Iterator[None]:
 class Runner:
     """Runs a script once. `words` are the target and the options for the launcher.
 
-    `keeps_graph`: record the ROS graph even if no expectation needs it.
+    `keeps_graph`: record the ROS graph even if no expectation needs it. `forecast` is of the
+    processes that the launch file starts, if it is known.
     """
 
     def __init__(
@@ -76,8 +79,10 @@ class Runner:
         progress: Progress,
         *,
         keeps_graph: bool = False,
+        forecast: Forecast | None = None,
     ) -> None:
         self._script = script.completed()
+        self._forecast = forecast
         self._words = tuple(words)
         self._folder = folder
         self._progress = progress
@@ -156,13 +161,22 @@ class Runner:
         if facts.ready_s is not None or self._gave_up:
             return
         limit_s = self._script.ready_limit_s()
-        wanted = (replace(e, within=None) for e in self._script.presence())
+        presence = self._script.presence()
+        wanted = (replace(e, within=None) for e in presence)
         if facts.processes() and all(judge(e, facts).outcome is Outcome.MET for e in wanted):
             self._system.recorder.step(READY)
             self._say("ready")
         elif facts.now_s > limit_s:
-            self._gave_up = True
-            self._say(f"not ready after {seconds_text(limit_s)}: giving up")
+            self._give_up(f"not ready after {seconds_text(limit_s)}")
+        elif hopeless := lost(presence, facts, self._forecast, self._scenario.waiting):
+            assert hopeless.within is not None
+            time_s = seconds_text(hopeless.within.high)
+            why = f"'{hopeless.name}' was not met within {time_s}, and nothing else will be started"
+            self._give_up(f"not ready: {why}")
+
+    def _give_up(self, reason: str) -> None:
+        self._gave_up = True
+        self._say(f"{reason}: giving up")
 
     def _judge(self, facts: Facts, end_s: float) -> None:
         """Report what is decided; thousands of expectations do not make the run longer."""

@@ -49,6 +49,11 @@ class Scenario:
             self._say(text)
             self._start(action.command, self._chaos_done, lambda: None)
 
+    @property
+    def waiting(self) -> tuple[Step, ...]:
+        """The steps that have not been due."""
+        return self._timeline.waiting
+
     def failures(self, *, with_waiting: bool) -> list[Judged]:
         """The steps that failed and, `with_waiting`, those that were never due."""
         found = [_failure(step, error) for step, error in self._failures]

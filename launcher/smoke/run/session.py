@@ -14,6 +14,7 @@ from typing import IO, cast
 
 from launcher.errors import ExitCode
 from launcher.smoke.expect.script import Script
+from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports import artifacts, github, json_report, junit, measures, text_report
 from launcher.smoke.reports.result import Judged, Result, worst
 from launcher.smoke.run.progress import PipeSafeStdout, Progress
@@ -27,7 +28,10 @@ MAX_LIMIT_S = 1e8  # three years; faulthandler accepts no longer times
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """Options of a smoke command besides its script. `words` are for the launcher."""
+    """Options of a smoke command besides its script.
+
+    `words` are for the launcher; `forecast` is what they start, if it is known.
+    """
 
     words: tuple[str, ...]
     target: str
@@ -37,6 +41,7 @@ class Options:
     repeat: int = 1
     baseline: Path | None = None
     update_baseline: bool = False
+    forecast: Forecast | None = None
 
     def refuse_unwritable(self) -> None:
         """LauncherError if a result could not be written, or the baseline not be read."""
@@ -121,6 +126,7 @@ class Session:
                 folder,
                 progress,
                 keeps_graph=self._options.artifacts is not None,
+                forecast=self._options.forecast,
             )
             result = runner.run()
         finally:

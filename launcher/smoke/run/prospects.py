@@ -1,0 +1,102 @@
+"""What may still be started, and so whether it is worth waiting for a node that is late."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+
+from launcher.control.selection import ProcessNames
+from launcher.smoke.expect.expectation import READY, STOP, Expectation, Outcome
+from launcher.smoke.expect.steps import Step
+from launcher.smoke.judges import judge
+from launcher.smoke.judges.common import EVENT_LATENCY_S
+from launcher.smoke.observe.facts import Facts, label_of
+from launcher.smoke.preflight.forecast import Forecast
+
+# These start a process, or make a node start something.
+_STARTING = ("start", "restart", "call", "set", "publish", "send", "resume")
+
+
+def lost(
+    presence: Iterable[Expectation],
+    facts: Facts,
+    forecast: Forecast | None,
+    waiting: Sequence[Step],
+) -> Expectation | None:
+    """The first expectation of a start whose time is over, and that nothing can still fulfil.
+
+    `waiting` are the steps of the scenario that have not been due. Without a forecast, anything
+    may still be started.
+    """
+    late = [e for e in presence if e.within is not None and facts.now_s > _end_s(e)]
+    if not late or forecast is None or not forecast.is_certain or _has_starting_step(waiting):
+        return None
+    starts = [*unstarted(forecast, facts), *_restarting(forecast, facts)]
+    components = forecast.components if _is_any_running(facts) else ()
+    for expectation in late:
+        if judge(expectation, facts).outcome is not Outcome.VIOLATED:
+            continue
+        if not _may_come(expectation, starts, components):
+            return expectation
+    return None
+
+
+def _end_s(expectation: Expectation) -> float:
+    assert expectation.within is not None
+    return expectation.within.high + EVENT_LATENCY_S
+
+
+def _has_starting_step(waiting: Sequence[Step]) -> bool:
+    """Whether a step that may come before the system is ready starts something."""
+    owner = {moment: step for step in waiting for moment in step.moments}
+
+    def root(step: Step) -> str:
+        while step.after in owner:
+            step = owner[step.after]
+        return step.after
+
+    return any(s.command.verb in _STARTING and root(s) not in (READY, STOP) for s in waiting)
+
+
+def unstarted(forecast: Forecast, facts: Facts) -> Iterator[ProcessNames]:
+    """The planned processes that have not been started.
+
+    By label: the number of a process may differ from the plan's.
+    """
+    started = Counter(label_of(name) for name in facts.processes())
+    for process in forecast.processes:
+        if started[process.label] > 0:
+            started[process.label] -= 1
+        else:
+            yield process
+
+
+def _restarting(forecast: Forecast, facts: Facts) -> Iterator[ProcessNames]:
+    """The processes that have exited and are about to be started again."""
+    planned = {process.label: process for process in forecast.processes}
+    for name in facts.processes():
+        last = facts.last_end(name)
+        if last is None or last.details.get("restart_in_s") is None:
+            continue
+        if not facts.was_running(name, facts.now_s):
+            yield planned.get(label_of(name), ProcessNames(name, label_of(name)))
+
+
+def _is_any_running(facts: Facts) -> bool:
+    return any(facts.was_running(name, facts.now_s) for name in facts.processes())
+
+
+def _may_come(
+    expectation: Expectation, starts: Iterable[ProcessNames], components: Iterable[str | None]
+) -> bool:
+    """Whether one of these may be the node, or any node that has the topic.
+
+    A process or component without a name for its node may give it any.
+    """
+    names: list[str | None] = [*components]
+    for process in starts:
+        names += process.nodes or [None]
+    if expectation.kind != "node":
+        return bool(names)
+    return any(name is None or fnmatch.fnmatchcase(name, expectation.subject) for name in names)

@@ -1,0 +1,109 @@
+"""Whether something may still start what a run waits for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from launcher.control.selection import ProcessNames
+from launcher.smoke.observe.facts import ProcessEvent
+from launcher.smoke.preflight.forecast import Forecast
+from launcher.smoke.preflight.loader import parse
+from launcher.smoke.run.prospects import lost
+from tests.unit.smoke.facts import EMPTY, ended, graph, running, started
+
+ROBOT = ProcessNames("robot_1-1", "robot_1", ("/robot_1",), "/")
+LATE = ProcessNames("robot_2-2", "robot_2", ("/robot_2",), "/")
+ANY = ProcessNames("tool-3", "tool")
+NODE = "expect: [{node: /robot_2, within: 3 s}]"
+STEP = "scenario: [{at: 20 s, do: start robot_2, name: s}%s]\n" + NODE
+
+
+def forecast(*processes: ProcessNames, is_certain: bool = True, **more: Any) -> Forecast:
+    return Forecast(processes=processes, is_certain=is_certain, **more)
+
+
+def verdict(text: str, foreseen: Forecast | None, now_s: float = 4.0, **facts: Any) -> str | None:
+    script = parse(text, "x.yaml")
+    facts = {"graphs": (EMPTY,), **facts}
+    found = lost(script.presence(), running(now_s, **facts), foreseen, script.steps)
+    return None if found is None else str(found.subject)
+
+
+RESTARTING = ProcessEvent(
+    at_s=2.0, kind="ended", process="robot_2-2", details={"returncode": 1, "restart_in_s": 9.0}
+)
+BOTH = started("robot_1-1", "robot_2-2")
+WAITS: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
+    "its time is not over": (NODE, forecast(ROBOT), {"now_s": 3.1}),
+    "it is there": (NODE, forecast(ROBOT), {"graphs": (graph(nodes=("/robot_2",)),)}),
+    "a timer or a handler starts it": (NODE, forecast(ROBOT, LATE), {}),
+    "a process without a known node": (NODE, forecast(ROBOT, ANY), {}),
+    "a pattern": ("expect: [{node: /rob*_2, within: 3 s}]", forecast(ROBOT, LATE), {}),
+    "any process may have the topic": (
+        "expect: [{topic: /t, within: 3 s}]",
+        forecast(ROBOT, LATE),
+        {},
+    ),
+    "an event may do anything": (NODE, forecast(ROBOT, is_certain=False), {}),
+    "no forecast": (NODE, None, {}),
+    "it is restarted": (NODE, forecast(ROBOT, LATE), {"events": (*BOTH, RESTARTING)}),
+    "a step starts it": (STEP % "", forecast(ROBOT), {}),
+    "a step after a step": (
+        STEP % ", {after: s, at: 1 s, do: start robot_2}",
+        forecast(ROBOT),
+        {},
+    ),
+    "a component": (NODE, forecast(ROBOT, components=("/robot_2",)), {}),
+    "a component that names itself": (NODE, forecast(ROBOT, components=(None,)), {}),
+}
+LOST: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
+    "nothing starts it": (NODE, forecast(ROBOT), {}),
+    "its process runs without it": (NODE, forecast(ROBOT, LATE), {"events": BOTH}),
+    "its process has exited": (
+        NODE,
+        forecast(ROBOT, LATE),
+        {"events": (*BOTH, ended("robot_2-2", 1, 2.0))},
+    ),
+    "another one is still started": (
+        NODE,
+        forecast(ROBOT, ProcessNames("robot_3-2", "robot_3", ("/robot_3",), "/")),
+        {},
+    ),
+    "a step after it is ready": (
+        STEP.replace("at: 20 s", "after: ready") % "",
+        forecast(ROBOT),
+        {},
+    ),
+    "a step that starts nothing": (
+        "scenario: [{at: 20 s, do: kill robot_1}]\n" + NODE,
+        forecast(ROBOT),
+        {},
+    ),
+    "a component of a container that is gone": (
+        NODE,
+        forecast(ROBOT, components=("/robot_2",)),
+        {"events": (*started("robot_1-1"), ended("robot_1-1", 0, 2.0))},
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "foreseen", "facts"), WAITS.values(), ids=WAITS)
+def test_it_is_worth_waiting(text: str, foreseen: Forecast | None, facts: dict[str, Any]):
+    assert verdict(text, foreseen, **facts) is None
+
+
+@pytest.mark.parametrize(("text", "foreseen", "facts"), LOST.values(), ids=LOST)
+def test_nothing_can_still_start_it(text: str, foreseen: Forecast | None, facts: dict[str, Any]):
+    assert verdict(text, foreseen, **facts) == "/robot_2"
+
+
+def test_a_topic_is_lost_when_everything_has_been_started():
+    text = "expect: [{topic: /t, within: 3 s}]"
+    assert verdict(text, forecast(ROBOT)) == "/t"
+
+
+def test_the_first_of_several_is_told_and_others_may_wait():
+    text = "expect: [{node: /robot_1, within: 60 s}, {node: /a, within: 1 s}, {node: /b}]"
+    assert verdict(text, forecast(ROBOT)) == "/a"
