@@ -234,6 +234,7 @@ KINDS = (
             _SERVICE_TYPE,
             Field("request", MAPPING, "fields of the request"),
             Field("once", FLAG, "only the first response counts; default: call until one fits"),
+            Field("call", FLAG, "false: it only has to exist, and is never called"),
             _WHERE,
             _FIELDS,
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from launcher.smoke.expect.conditions import fits, wanted_text
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.judges import explain
+from launcher.smoke.judges import explain, graph
 from launcher.smoke.judges.common import (
     Window,
     condition_text,
@@ -63,12 +63,17 @@ def _unanswered(answers: list[Answer], node: str, facts: Facts) -> str | None:
 
 
 def _service_text(expectation: Expectation) -> str:
+    if expectation.get("call") is False:
+        of_type = f" of type {expectation.get('type')}" if expectation.get("type") else ""
+        return f"service {expectation.subject}{of_type} exists{times_text(expectation)}"
     condition = condition_text(expectation)
     return f"service {expectation.subject} responds{condition}{times_text(expectation)}"
 
 
 @with_window(_service_text)
 def service(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    if expectation.get("call") is False:
+        return graph.offered_service(expectation, facts, when)
     answers = _answers(expectation, facts, when)
     reasons = []
     for answer in answers:

@@ -159,6 +159,26 @@ def _sides(
             yield side, wanted, [e for e in endpoints if e.is_publisher is (side == "publishers")]
 
 
+# ---- services
+
+
+def offered_service(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    """Whether a service is in the graph, without a call."""
+
+    def guess() -> str | None:
+        return explain.missing_service(expectation.subject, facts)
+
+    return _without_faults(_service_faults, expectation, facts, when, guess)
+
+
+def _service_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
+    name, wanted = expectation.subject, expectation.get("type")
+    types = seen.services.get(name, ())
+    if not types:
+        return [f"no service {name}"]
+    return [] if wanted in (None, *types) else [f"its type is {listed(types)}"]
+
+
 # ---- quality of service
 
 

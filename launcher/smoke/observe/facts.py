@@ -54,11 +54,12 @@ class Message:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraphSeen:
-    """The ROS graph from one moment on."""
+    """The ROS graph from one moment on; topics and services with their types."""
 
     at_s: float
     snapshot: TopicGraph
     topics: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    services: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -160,11 +160,13 @@ class ProbeClient:
 
     def _record_graph(self, report: dict[str, Any]) -> None:
         topics = {topic["name"]: tuple(topic["types"]) for topic in report["topics"]}
+        services = {one["name"]: tuple(one["types"]) for one in report["services"]}
         self._recorder.add(
             GraphSeen(
                 at_s=self._recorder.of_monotonic(report["mono"]),
                 snapshot=snapshot_of(report),
                 topics=topics,
+                services=services,
             )
         )
 

@@ -103,8 +103,9 @@ class _Types:
         self._conditions(expectation, message)
 
     def _unknown(self, expectation: Expectation, error: UnknownTypeError) -> None:
-        """For `topic` only the name of the type is compared; it need not be installed."""
-        if expectation.kind == "topic" and error.is_missing:
+        """If only the name of the type is compared, it need not be installed."""
+        is_compared = expectation.kind == "topic" or expectation.get("call") is False
+        if is_compared and error.is_missing:
             if "did you mean" in (error.hint or ""):
                 self.warnings.append(f"{expectation.origin}: {error.message}; {error.hint}")
             return

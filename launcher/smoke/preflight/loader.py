@@ -225,6 +225,9 @@ class _Reader:
         if kind.one_of and not any(name in entry or name in meant for name in kind.one_of):
             names = ", ".join(f"'{name}'" for name in kind.one_of)
             self._wrong(path, f"'{kind.name}' needs one of {names}")
+        answer = [name for name in ("request", "once", "where", "fields") if name in values]
+        if values.get("call") is False and answer:
+            self._wrong((*path, answer[0]), f"'{answer[0]}' needs a call, and 'call' is false")
         if len(self._errors) > before:
             return
         yield Expectation(

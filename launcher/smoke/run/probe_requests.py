@@ -52,7 +52,8 @@ class AnswerPoller:
 
     def begin(self, expectations: Iterable[Expectation]) -> None:
         for expectation in expectations:
-            if expectation.kind in ("parameter", "service"):
+            is_asked = expectation.kind in ("parameter", "service")
+            if is_asked and expectation.get("call") is not False:
                 threading.Thread(
                     target=self._poll, args=(expectation,), daemon=True, name=expectation.name
                 ).start()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
@@ -82,12 +83,16 @@ def _endpoint(topic: str, node: str, direction: str, **qos: Any) -> Endpoint:
 
 
 def graph(
-    *endpoints: Endpoint, nodes: tuple[str, ...] = (), ghosts: tuple[str, ...] = (), at_s: float = 2
+    *endpoints: Endpoint,
+    nodes: tuple[str, ...] = (),
+    ghosts: tuple[str, ...] = (),
+    at_s: float = 2,
+    services: Mapping[str, tuple[str, ...]] | None = None,
 ) -> GraphSeen:
     names = {*nodes, *(e.node for e in endpoints)}
     snapshot = TopicGraph(nodes=tuple(sorted(names)), endpoints=endpoints, ghosts=ghosts)
     topics = {e.topic: (e.type,) for e in endpoints}
-    return GraphSeen(at_s=at_s, snapshot=snapshot, topics=topics)
+    return GraphSeen(at_s=at_s, snapshot=snapshot, topics=topics, services=services or {})
 
 
 EMPTY = graph(at_s=0.0)

@@ -270,6 +270,19 @@ CASES = {
         ),
         "the answer was",
     ),
+    "service that is not called": Case(
+        "service: /switch, type: std_srvs/SetBool, call: false",
+        graphs(graph(services={"/switch": ("std_srvs/srv/SetBool",)})),
+        graphs(graph(services={"/switch": ("std_srvs/srv/Empty",)})),
+        "its type is std_srvs/srv/Empty",
+    ),
+    "service that does not exist": Case(
+        "service: /switch, call: false",
+        graphs(graph(services={"/switch": ("std_srvs/srv/SetBool",)})),
+        {**graphs(graph()), "services": ("/site/switch",)},
+        "no service /switch",
+        "there is a service of that name elsewhere: /site/switch",
+    ),
     "service of nobody": Case(
         "name: s, service: /switch",
         answers("service s", Answer(at_s=3, value={})),

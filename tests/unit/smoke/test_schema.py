@@ -211,7 +211,7 @@ VALUES: dict[str, Any] = {
     "name": "n",
     "within": "3 s",
     "after": "start",
-    **dict.fromkeys(("absent", "compatible", "all", "alive", "once"), True),
+    **dict.fromkeys(("absent", "compatible", "all", "alive", "once", "call"), True),
 }
 SUBJECTS: dict[str, Any] = {
     **dict.fromkeys(("node", "topic", "qos", "rate", "message", "service"), "/a"),
@@ -269,6 +269,7 @@ def test_every_misspelt_key_of_an_expectation_is_told_once_with_the_right_one(
             "",
             "did you mean 'durability'?",
         ),
+        ("expect: [{service: /a, call: false, where: m}]", "'where' needs a call", ""),
         ("scenario: [{doo: kill a}]", "'doo' of a step", "did you mean 'do'?"),
         ("redy_within: 3 s", "'redy_within'", "did you mean 'ready_within'?"),
         ("expct: []", "'expct'", "did you mean 'expect'?"),
