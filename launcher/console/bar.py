@@ -8,7 +8,7 @@ from typing import Any
 
 from prompt_toolkit.utils import get_cwidth
 
-from launcher.console.format import cpu, is_in_trouble, memory, middle_cut
+from launcher.console.format import cpu, ending, is_in_trouble, memory, middle_cut
 
 Fragment = tuple[str, str]
 Line = list[Fragment]
@@ -27,11 +27,14 @@ _STYLES = {
 
 
 def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
-    """Names with CPU and memory, names alone, short names, or counts: the first that fits."""
+    """Names with CPU and memory, with CPU, alone, short names, or counts: the first that fits."""
     if not processes:
         return [("class:bar.quiet", "no processes")]
     names = short_names(processes)
-    lines = [_joined([_cell(p, names[p["name"]], _figures(p)) for p in processes])]
+    lines = [
+        _joined([_cell(p, names[p["name"]], _figures(p)[:most]) for p in processes])
+        for most in (2, 1)
+    ]
     lines += [
         _joined([_cell(p, middle_cut(names[p["name"]], most)) for p in processes])
         for most in (columns, LONG_NAME, SHORT_NAME)
@@ -96,7 +99,7 @@ def _style(process: Mapping[str, Any]) -> str:
 
 
 def _marks(process: Mapping[str, Any]) -> list[str]:
-    marks = [] if process["state"] == "RUNNING" else [process["state"].lower()]
+    marks = [] if process["state"] == "RUNNING" else [_state(process)]
     if process.get("restarts"):
         marks.append(f"x{process['restarts']}")
     if process.get("paused"):
@@ -106,26 +109,37 @@ def _marks(process: Mapping[str, Any]) -> list[str]:
     return marks
 
 
+def _state(process: Mapping[str, Any]) -> str:
+    """The state in words: of one that has ended by itself, how."""
+    state, end = process["state"], ending(process)
+    if state == "EXITED" and end:
+        return end
+    word = str(state).lower()
+    return f"{word} {end}" if state in ("BACKOFF", "FATAL") and end else word
+
+
 def _cell(process: Mapping[str, Any], name: str, figures: Sequence[str] = ()) -> Line:
     words = "".join(f" {word}" for word in [*_marks(process), *figures])
     return [(_style(process), name), ("class:bar", words)]
 
 
 def _figures(process: Mapping[str, Any]) -> list[str]:
+    """CPU and memory, the more important one first."""
     figures = ((cpu, process.get("cpu_percent")), (memory, process.get("memory_bytes")))
     return [form(value) for form, value in figures if value is not None]
 
 
 def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -> Iterator[Line]:
     """Counts, with names of processes in trouble: the longest form first."""
-    states = Counter(p["state"] for p in processes)
-    counts = ", ".join(f"{count} {state.lower()}" for state, count in states.most_common())
+    states = Counter(_counted_as(p) for p in processes)
+    counts = ", ".join(f"{count} {state}" for state, count in states.most_common())
     first: Line = [("class:bar", counts)]
     troubled = [p for p in processes if is_in_trouble(p)]
     cells = [_cell(p, names[p["name"]]) for p in troubled]
     used_cpu = sum(p.get("cpu_percent") or 0 for p in processes)
     used_memory = sum(p.get("memory_bytes") or 0 for p in processes)
     yield _joined([first, *cells, [("class:bar", f"{cpu(used_cpu)} {memory(used_memory)}")]])
+    yield _joined([first, *cells, [("class:bar", cpu(used_cpu))]])
     yield _joined([first, *cells])
     for shown in range(len(troubled) - 1, 0, -1):
         some: list[Line] = [
@@ -133,3 +147,12 @@ def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -
         ]
         yield _joined([first, *some, [("class:bar", f"+{len(troubled) - shown}")]])
     yield first
+
+
+def _counted_as(process: Mapping[str, Any]) -> str:
+    state = str(process["state"]).lower()
+    if state != "exited":
+        return state
+    if is_in_trouble(process):
+        return "failed"
+    return "stopped" if (process.get("last_exit") or {}).get("asked") else "finished"

@@ -56,6 +56,19 @@ def duration(seconds: float) -> str:
     return f"{hour}:{minute:02}:{second:02}" if hour else f"{minute}:{second:02}"
 
 
+def ending(process: Mapping[str, Any]) -> str:
+    """How it ended last: `finished`, `exit 4`, `SIGSEGV`, `not started`; empty while unknown."""
+    last = process.get("last_exit")
+    if not last:
+        return ""
+    code = last.get("returncode")
+    if code is None:
+        return "not started"
+    if code < 0:
+        return str(last["text"]).partition(",")[0]  # without `core dumped`
+    return f"exit {code}" if code else "finished"
+
+
 def is_in_trouble(process: Mapping[str, Any]) -> bool:
     """Whether it needs attention: it is stopped or stopping, paused, or has failed."""
     state = process["state"]

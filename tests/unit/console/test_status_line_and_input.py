@@ -52,7 +52,10 @@ def test_durations_are_short(seconds: float, text: str):
 def test_the_bar_has_figures_then_names_then_counts_as_it_gets_narrower():
     full = "dispatcher 2% 31M | robot_1 2% 31M | robot_2 2% 31M"
     assert text_of(status_line(FLEET, len(full))) == full
-    assert text_of(status_line(FLEET, len(full) - 1)) == "dispatcher | robot_1 | robot_2"
+    without_memory = "dispatcher 2% | robot_1 2% | robot_2 2%"
+    assert text_of(status_line(FLEET, len(full) - 1)) == without_memory
+    names = "dispatcher | robot_1 | robot_2"
+    assert text_of(status_line(FLEET, len(without_memory) - 1)) == names
     assert text_of(status_line(FLEET, 20)) == "3 running | 7% 93M"
 
 
@@ -65,6 +68,44 @@ def test_the_bar_shows_unusual_states():
     ]
     line = text_of(status_line(fleet, 100))
     assert line == "a backoff x2 | b paused 2% 31M | c muted 2% 31M | d fatal"
+
+
+def ended(name: str, code: int | None, text: str, state: str = "EXITED", **more: object):
+    last = {"returncode": code, "text": text, "asked": False}
+    return process(name, state, last_exit=last, **more)
+
+
+ENDED = [
+    ended("a-1", 0, "exit code 0"),
+    ended("b-2", 4, "exit code 4"),
+    ended("c-3", -11, "SIGSEGV, core dumped"),
+    ended("d-4", 1, "exit code 1", "FATAL", restarts=3),
+    ended("e-5", -9, "SIGKILL, out of memory", "BACKOFF", restarts=1),
+    ended("f-6", None, "could not be started: No such file or directory"),
+    ended("g-7", 1, "exit code 1", "RUNNING", restarts=2),
+    ended("h-8", -2, "SIGINT", "STOPPED"),
+]
+
+
+def test_success_and_failure_are_told_in_words():
+    assert text_of(status_line(ENDED, 200)) == (
+        "a finished | b exit 4 | c SIGSEGV | d fatal exit 1 x3 | e backoff SIGKILL x1 | "
+        "f not started | g x2 2% 31M | h stopped"
+    )
+
+
+def test_the_counts_tell_success_from_failure():
+    crowd = [*ENDED[:3], *(ended(f"worker_{n}-{n}", 0, "exit code 0") for n in range(20))]
+    assert text_of(status_line(crowd, 50)) == "21 finished, 2 failed | b exit 4 | c SIGSEGV | 0%"
+
+
+def test_seven_processes_at_120_columns_keep_the_cpu_and_drop_memory():
+    fleet = [process(f"robot_{n}-{n}", cpu_percent=12.0) for n in range(1, 6)]
+    fleet += [process("dispatcher-6"), process("monitor-7")]
+    assert text_of(status_line(fleet, 120)) == (
+        "robot_1 12% | robot_2 12% | robot_3 12% | robot_4 12% | robot_5 12% | "
+        "dispatcher 2% | monitor 2%"
+    )
 
 
 def test_a_long_name_is_cut_in_its_middle_before_all_names_give_way_to_counts():
