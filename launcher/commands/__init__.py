@@ -32,6 +32,7 @@ CONTROL_VERBS = (
     "solo",
     "level",
     "grep",
+    "show",
     "logs",
     "info",
     "send",

@@ -8,7 +8,7 @@ from typing import Any
 
 from prompt_toolkit.utils import get_cwidth
 
-from launcher.console.format import cpu, ending, is_in_trouble, memory, middle_cut
+from launcher.console.format import cpu, end_cut, ending, is_in_trouble, memory, middle_cut
 
 Fragment = tuple[str, str]
 Line = list[Fragment]
@@ -16,6 +16,9 @@ Line = list[Fragment]
 SEPARATOR = ("class:bar.quiet", " | ")
 CUT = "..."
 LONG_NAME, SHORT_NAME = 20, 12  # columns of names, before counts replace them
+NAMED = 2  # names behind a filter; others are counted
+SHOW = "`show` shows everything"
+MAX_PATTERN = 30  # columns
 MIN_FOLDER = 10  # characters; what is shorter is not shown
 _STYLES = {
     "RUNNING": "class:bar.running",
@@ -24,6 +27,25 @@ _STYLES = {
     "STOPPING": "class:bar.waiting",
     "FATAL": "class:bar.trouble",
 }
+
+
+def status_lines(
+    processes: Sequence[Mapping[str, Any]], folder: str, columns: int, *, hint: str, few: bool
+) -> list[Line]:
+    """The status bar; `hint` explains the keys of what is open, `few` asks for a single line."""
+    first = status_line(processes, columns)
+    filters = filter_line(processes, columns)
+    if hint:
+        keys = fitted([("class:bar.waiting", hint)], columns)
+        if few:
+            return [extended(keys, [filters], columns)] if filters else [keys]
+        return [first, filters, keys] if filters else [first, keys]
+    if not filters:
+        return [first] if few else [first, folder_line(folder, columns)]
+    if few:
+        return [extended(filters, [first], columns)]
+    ends: list[Line] = [[("class:bar.quiet", text)] for text in (SHOW, folder)]
+    return [first, extended(filters, ends, columns)]
 
 
 def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
@@ -73,6 +95,40 @@ def fitted(line: Line, columns: int) -> Line:
     return [*cut, ("class:bar.quiet", CUT[:columns])]
 
 
+def filter_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
+    """What hides output: `level>=ERROR  grep 'Fleet'  solo monitor  hidden 812`; or nothing."""
+    names = short_names(processes)
+    texts: list[str] = []
+    for key, form in (("level", "level>={}"), ("grep", "grep {!r}")):
+        for value in dict.fromkeys(p[key] for p in processes if p.get(key)):
+            those = [names[p["name"]] for p in processes if p.get(key) == value]
+            cut = end_cut(str(value), MAX_PATTERN)
+            texts.append(form.format(cut) + _listed(those if len(those) < len(processes) else ()))
+    if any(p.get("hidden_by") == "solo" for p in processes):
+        alone = [names[p["name"]] for p in processes if p.get("hidden_by") != "solo"]
+        texts.append(f"solo{_listed(alone)}")
+    muted = [names[p["name"]] for p in processes if p.get("hidden_by") == "mute"]
+    if muted:
+        texts.append(f"mute{_listed(muted)}")
+    if texts:
+        texts.append(f"hidden {sum(p.get('muted_lines') or 0 for p in processes)}")
+    return fitted([("class:bar.waiting", "  ".join(texts))], columns) if texts else []
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = [f"+{len(names) - NAMED}"] if len(names) > NAMED else []
+    return "".join(f" {middle_cut(name, LONG_NAME)}" for name in [*names[:NAMED], *more])
+
+
+def extended(line: Line, more: Sequence[Line], columns: int) -> Line:
+    """The line, with as many of `more` behind it as fit, each on its own."""
+    for part in more:
+        longer = _joined([line, part])
+        if width(longer) <= columns:
+            line = longer
+    return line
+
+
 def folder_line(folder: str, columns: int) -> Line:
     """A hint for newcomers and the log folder, whose end says most."""
     hint = "help | Ctrl-C stops the run"
@@ -104,8 +160,8 @@ def _marks(process: Mapping[str, Any]) -> list[str]:
         marks.append(f"x{process['restarts']}")
     if process.get("paused"):
         marks.append("paused")
-    if process.get("muted"):
-        marks.append("muted")
+    if process.get("muted") and process.get("hidden_by") != "solo":
+        marks.append("muted")  # `solo` is in the line of the filters
     return marks
 
 

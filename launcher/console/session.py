@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 from prompt_toolkit.application.run_in_terminal import in_terminal
 
-from launcher.console.bar import Line, fitted, folder_line, status_line
+from launcher.console.bar import Line, status_lines
 from launcher.console.completion import WordCompleter
 from launcher.console.display import GUTTER, Display
 from launcher.console.feed import Feed
@@ -197,12 +197,9 @@ class ConsoleSession:
         return self._display.partial.decode(errors="replace")
 
     def status(self, columns: int, *, few: bool) -> Sequence[Line]:
-        if self._watch is not None and self.is_watching():
-            second = fitted([("class:bar.waiting", self._watch.hint)], columns)
-        else:
-            second = folder_line(_below_home(self._run.log_dir or "no log files"), columns)
-        lines = [status_line(self._processes, columns), second]
-        return lines[-1:] if few and self._watch is not None else lines[: 1 if few else 2]
+        folder = _below_home(self._run.log_dir or "no log files")
+        hint = self._watch.hint if self._watch is not None and self.is_watching() else ""
+        return status_lines(self._processes, folder, columns, hint=hint, few=few)
 
     # ---- input
 

@@ -44,7 +44,9 @@ def _used(sample: Mapping[str, Any]) -> str:
 
 def filters(row: Mapping[str, Any]) -> str:
     """`muted, 3 lines not shown`; empty if all output of the process is shown."""
-    parts = ["muted"] if row.get("muted") else []
+    parts = []
+    if row.get("muted"):
+        parts.append("hidden by solo" if row.get("hidden_by") == "solo" else "muted")
     if row.get("level"):
         parts.append(f"{row['level']} and above")
     if row.get("grep"):

@@ -87,7 +87,10 @@ def _remark(result: Result) -> str:
 
 # ---- screen filters
 
-NOT_MUTED = "was not muted"
+SHOW = "`show` shows everything"
+_NO_EFFECT = {Change.NOT_MUTED: "no process was muted", Change.NOT_HIDDEN: "nothing was hidden"}
+# Verbs of which it matters whether another one hides the process.
+_OF_LINES = (Change.LEVEL, Change.PATTERN)
 
 
 def shown_sentence(shown: Shown) -> str:
@@ -96,16 +99,22 @@ def shown_sentence(shown: Shown) -> str:
 
 
 def _shown(shown: Shown) -> str:
+    return _changed(shown) + _but(shown)
+
+
+def _changed(shown: Shown) -> str:
     match shown.change:
         case Change.MUTED:
             return "is muted; its log files continue"
         case Change.NOT_MUTED:
-            return NOT_MUTED
-        case Change.UNMUTED:
+            return "was not muted"
+        case Change.NOT_HIDDEN:
+            return "was not hidden"
+        case Change.UNMUTED | Change.EVERYTHING:
             verb = "was" if shown.hidden_lines == 1 else "were"
             return f"is shown again; {count(shown.hidden_lines, 'line')} {verb} not shown"
         case Change.ALONE:
-            return "is shown alone; `unmute` shows all"
+            return f"is shown alone; {SHOW}"
         case Change.LEVEL:
             level = f"{LEVELS[shown.level]} and above" if shown.level else "all levels"
             return f"shows {level}"
@@ -115,13 +124,59 @@ def _shown(shown: Shown) -> str:
             return f"shows only lines that match {shown.pattern!r}"
 
 
+def _but(shown: Shown) -> str:
+    """What else hides lines of the process."""
+    hider = _hider(shown)
+    if shown.change in _OF_LINES and hider:
+        return f", but {hider} hides it"
+    filters = [] if shown.change is Change.MUTED else _line_filters(shown)
+    return f"; {_still_hide(filters)}" if filters else ""
+
+
+def _still_hide(filters: Sequence[str]) -> str:
+    return f"{' and '.join(filters)} still hide{'s' if len(filters) == 1 else ''} lines"
+
+
+def _hider(shown: Shown) -> str:
+    """The verb that hides all its lines."""
+    return "`solo`" if shown.outside else "`mute`" if shown.muted else ""
+
+
+def _line_filters(shown: Shown) -> list[str]:
+    """The filters of lines that are active, without the one that was just set."""
+    filters = []
+    if shown.level and shown.change is not Change.LEVEL:
+        filters.append(f"`level {LEVELS[shown.level]}`")
+    if shown.pattern is not None and shown.change is not Change.PATTERN:
+        filters.append(f"`grep {shown.pattern!r}`")
+    return filters
+
+
 def shown_sentences(changes: Sequence[Shown], *, is_everyone: bool) -> list[str]:
-    """One line per process; one line in total if it `is_everyone` and all lines would be alike."""
+    """One line per process; fewer if it `is_everyone` and lines would be alike."""
     if not is_everyone or len(changes) < 2:
         return [shown_sentence(one) for one in changes]
-    sentences = {_shown(one) for one in changes}
-    if sentences == {NOT_MUTED}:
-        return ["no process was muted"]
-    if len(sentences) == 1:
-        return [f"every process {sentences.pop()}"]
-    return [shown_sentence(one) for one in changes if one.change is not Change.NOT_MUTED]
+    if all(one.change in _NO_EFFECT for one in changes):
+        return [_without_effect(changes)]
+    if len({_shown(one) for one in changes}) == 1:
+        return [f"every process {_shown(changes[0])}"]
+    if changes[0].change in _OF_LINES:
+        return _of_lines(changes)
+    return [shown_sentence(one) for one in changes if one.change not in _NO_EFFECT]
+
+
+def _without_effect(changes: Sequence[Shown]) -> str:
+    filters = dict.fromkeys(text for one in changes for text in _line_filters(one))
+    text = _NO_EFFECT[changes[0].change]
+    return f"{text}; {_still_hide(list(filters))}: {SHOW}" if filters else text
+
+
+def _of_lines(changes: Sequence[Shown]) -> list[str]:
+    """Those that are shown, and how many are hidden altogether."""
+    lines = [shown_sentence(one) for one in changes if not _hider(one)]
+    for verb in ("`solo`", "`mute`"):
+        hidden = sum(_hider(one) == verb for one in changes)
+        if hidden:
+            are = "is" if hidden == 1 else "are"
+            lines.append(f"{count(hidden, 'process')} {are} hidden by {verb}: {SHOW}")
+    return lines

@@ -41,6 +41,7 @@ _FILTER_VERBS = {
     "mute": ScreenFilters.mute,
     "unmute": ScreenFilters.unmute,
     "solo": ScreenFilters.solo,
+    "show": ScreenFilters.show,
 }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from launcher import proc
 from launcher.control.selection import ProcessNames
-from launcher.engine.output.filters import LEVELS
+from launcher.engine.output.filters import LEVELS, LineFilter
 from launcher.engine.process import Process
 from launcher.engine.run_control import RunControl
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
@@ -36,12 +36,20 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "node_names": list(named.nodes),
         "namespace": named.namespace,
         "muted": shown is not None and shown.is_silent,
+        "hidden_by": _hidden_by(shown),
         "muted_lines": 0 if shown is None else shown.hidden_lines,
         "level": None if shown is None or not shown.level else LEVELS[shown.level],
         "grep": None if shown is None or shown.pattern is None else shown.pattern.text,
         "paused": child is not None and proc.is_suspended(child.pid),
         "last_exit": _last_exit(process),
     }
+
+
+def _hidden_by(shown: LineFilter | None) -> str | None:
+    """The verb that hides all lines of a process."""
+    if shown is None or not shown.is_silent:
+        return None
+    return "solo" if shown.outside else "mute"
 
 
 def _last_exit(process: Process) -> dict[str, Any] | None:

@@ -124,6 +124,7 @@ VERBS = (
     Verb(
         "grep [PATTERN [NAME ...]]", "show only lines that match; without PATTERN, all", (PATTERN,)
     ),
+    Verb("show", "show all output again: end `mute`, `solo`, `level` and `grep`"),
     Verb(
         "logs [NAME ...] [-n N] [-f]",
         "print the last lines of processes, hidden ones too",

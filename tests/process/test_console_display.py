@@ -9,6 +9,36 @@ import pytest
 from tests.process.conftest import Bench
 from tests.support.console_runs import TICKS
 
+ENDS = """
+        py("input(); raise SystemExit(4)", name="code"),
+        py("input(); import os; os.abort()", name="abort"),
+        py("input()", name="good"),
+"""
+
+
+def test_the_bar_tells_what_hides_output_and_how_processes_ended(bench: Bench):
+    terminal = bench.screen_terminal(TICKS + ENDS, columns=120)
+    terminal.wait_for_prompt()
+    for line in ("level ERROR", "grep Fleet", "solo robot_1", "unmute", "solo robot_1"):
+        terminal.enter(line)
+    filters = re.compile(
+        r"level>=ERROR  grep 'Fleet'  solo robot_1  hidden [1-9]\d* \| `show` shows everything"
+    )
+    terminal.wait_until(lambda: filters.match(terminal.below_prompt(2)), "the filters")
+    assert "`level ERROR` and `grep 'Fleet'` still hide lines" in terminal.text
+    terminal.enter("show")
+    terminal.wait_until(lambda: terminal.below_prompt(2).startswith("help |"), "no filter")
+    ticks = terminal.text.count("] tick")
+    terminal.wait_until(lambda: terminal.text.count("] tick") > ticks, "all lines")
+    for name in ("code", "abort", "good"):
+        terminal.enter(f"send {name} go")
+    terminal.wait_until(
+        lambda: "code exit 4 | abort SIGABRT | good finished" in terminal.below_prompt(1),
+        "the ends",
+    )
+    terminal.ctrl_c()
+    terminal.exit_code()
+
 
 def test_top_is_live_above_the_prompt_until_a_key_is_pressed(bench: Bench):
     terminal = bench.screen_terminal(TICKS)

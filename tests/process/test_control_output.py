@@ -178,7 +178,36 @@ def test_level_alone_prints_the_current_filter(run: ControlledRun):
     assert run.ask_text("level") == "cat-1 shows all levels"
     run.ask_text("level", level="WARN")
     assert run.ask_text("level") == "cat-1 shows WARN and above"
-    assert run.ask_text("grep", pattern="task") == "cat-1 shows only lines that match 'task'"
+    still = "; `level WARN` still hides lines"
+    assert (
+        run.ask_text("grep", pattern="task") == f"cat-1 shows only lines that match 'task'{still}"
+    )
+
+
+def test_one_word_shows_everything_again(control_bench: ControlBench):
+    late = 'sh("exec cat", name="late")'
+    other = f'sh("exec cat", name="other", on_exit=[{late}])'
+    with control_bench.launch(f"{CAT}, {other}") as run:
+        run.ask_text("solo", "cat")
+        assert run.ask_text("level", level="ERROR").split("\n") == [
+            "cat-1 shows ERROR and above",
+            "1 process is hidden by `solo`: `show` shows everything",
+        ]
+        run.ask_text("grep", pattern="Fleet")
+        for name in ("cat", "other"):
+            run.ask_text("send", name, text="[INFO] not shown")
+            run.wait_for_log(name, "not shown")
+        assert [run.row(name)["hidden_by"] for name in ("cat", "other")] == [None, "solo"]
+        for row in run.ask("ps")["processes"]:
+            assert (row["level"], row["grep"], row["muted_lines"]) == ("ERROR", "Fleet", 1)
+        assert run.shell("show").stdout == "every process is shown again; 1 line was not shown\n"
+        assert run.ask_text("show") == "nothing was hidden"
+        run.ask_text("kill", "other", signal="KILL")
+        wait_until(lambda: len(run.ask("ps")["processes"]) == 3, "a process that starts later")
+        for name in ("cat", "late"):
+            run.ask_text("send", name, text=f"{name} is shown")
+            run.wait_for(f"{name} is shown\n")
+        assert "not shown" not in run.screen
 
 
 def test_unmuting_without_a_muted_process_says_so(control_bench: ControlBench):

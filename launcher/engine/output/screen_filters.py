@@ -1,4 +1,4 @@
-"""The verbs `mute`, `unmute`, `solo`, `level` and `grep`: which lines are shown on the screen."""
+"""The verbs `mute`, `unmute`, `solo`, `level`, `grep`, `show`: which lines are on the screen."""
 
 from __future__ import annotations
 
@@ -12,24 +12,31 @@ from launcher.model.record import Record
 
 
 class Change(enum.Enum):
-    """What has changed; the comments name the fields of `Shown` that are set."""
+    """What a request has changed."""
 
     MUTED = enum.auto()
     NOT_MUTED = enum.auto()  # `unmute` had no effect
-    UNMUTED = enum.auto()  # hidden_lines
+    UNMUTED = enum.auto()
     ALONE = enum.auto()
-    LEVEL = enum.auto()  # level, an index into LEVELS
-    PATTERN = enum.auto()  # pattern, None for every line
+    LEVEL = enum.auto()
+    PATTERN = enum.auto()
+    EVERYTHING = enum.auto()
+    NOT_HIDDEN = enum.auto()  # `show` had no effect
 
 
 class Shown(Record):
-    """What is shown of a process now; `hidden_lines` were hidden before."""
+    """What is shown of a process now, whatever was changed; `hidden_lines` were hidden before.
+
+    `level` is an index into LEVELS; a `pattern` of None matches every line.
+    """
 
     process: str
     change: Change
     hidden_lines: int = 0
     level: int = 0
     pattern: str | None = None
+    muted: bool = False
+    outside: bool = False  # of a `solo` of others
 
 
 class ScreenFilters:
@@ -51,7 +58,7 @@ class ScreenFilters:
     def mute(self, processes: Sequence[Process]) -> list[Shown]:
         for process in processes:
             self._filter_of(process).muted = True
-        return [Shown(p.name, Change.MUTED) for p in processes]
+        return [_shown(p, Change.MUTED) for p in processes]
 
     def unmute(self, processes: Sequence[Process]) -> list[Shown]:
         """Show them again; if these are all processes, a `solo` ends."""
@@ -61,12 +68,25 @@ class ScreenFilters:
 
     def _unmute(self, process: Process) -> Shown:
         if process.filter is None or not process.filter.is_silent:
-            return Shown(process.name, Change.NOT_MUTED)
+            return _shown(process, Change.NOT_MUTED)
         line_filter = process.filter
         line_filter.muted = line_filter.outside = False
         hidden, line_filter.hidden_lines = line_filter.hidden_lines, 0
         _drop_if_open(process)
-        return Shown(process.name, Change.UNMUTED, hidden_lines=hidden)
+        return _shown(process, Change.UNMUTED, hidden)
+
+    def show(self, processes: Sequence[Process]) -> list[Shown]:
+        """Remove all filters of these processes."""
+        if len(processes) == len(self._processes):
+            self._default = LineFilter()
+        return [self._show(process) for process in processes]
+
+    @staticmethod
+    def _show(process: Process) -> Shown:
+        if process.filter is None:
+            return _shown(process, Change.NOT_HIDDEN)
+        hidden, process.filter = process.filter.hidden_lines, None
+        return _shown(process, Change.EVERYTHING, hidden)
 
     def solo(self, processes: Sequence[Process]) -> list[Shown]:
         alone = {process.process_id for process in processes}
@@ -76,7 +96,7 @@ class ScreenFilters:
             line_filter.outside = process.process_id not in alone
             line_filter.muted = line_filter.muted and line_filter.outside
             _drop_if_open(process)
-        return [Shown(p.name, Change.ALONE) for p in processes]
+        return [_shown(p, Change.ALONE) for p in processes]
 
     def level(self, level: int, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines of this level (an index into LEVELS) and above."""
@@ -88,8 +108,7 @@ class ScreenFilters:
         return self.levels(processes)
 
     def levels(self, processes: Sequence[Process]) -> list[Shown]:
-        levels = ((p.name, 0 if p.filter is None else p.filter.level) for p in processes)
-        return [Shown(name, Change.LEVEL, level=level) for name, level in levels]
+        return [_shown(p, Change.LEVEL) for p in processes]
 
     def grep(self, pattern: Pattern | None, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines that match; None shows all."""
@@ -98,8 +117,7 @@ class ScreenFilters:
         for process in processes:
             self._filter_of(process).pattern = pattern
             _drop_if_open(process)
-        text = None if pattern is None else pattern.text
-        return [Shown(p.name, Change.PATTERN, pattern=text) for p in processes]
+        return [_shown(p, Change.PATTERN) for p in processes]
 
     def _filter_of(self, process: Process) -> LineFilter:
         if process.filter is None:
@@ -122,3 +140,13 @@ def _drop_if_open(process: Process) -> None:
     """Remove a filter that hides nothing."""
     if process.filter is not None and process.filter.is_open:
         process.filter = None
+
+
+def _shown(process: Process, change: Change, hidden_lines: int = 0) -> Shown:
+    one = process.filter
+    if one is None:
+        return Shown(process.name, change, hidden_lines)
+    pattern = None if one.pattern is None else one.pattern.text
+    return Shown(
+        process.name, change, hidden_lines, one.level, pattern, muted=one.muted, outside=one.outside
+    )

@@ -20,6 +20,7 @@ WORDS = {
     "logs": "a -n 3",
     "send": "a some text",
     "events": "--new",
+    "show": "",
     "quit": "",
 } | dict.fromkeys(
     ("stop", "start", "restart", "pause", "resume", "mute", "unmute", "solo", "info"), "a"

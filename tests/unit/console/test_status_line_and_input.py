@@ -9,7 +9,7 @@ import pytest
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from launcher.console.bar import folder_line, status_line, width
+from launcher.console.bar import filter_line, folder_line, status_line, status_lines, width
 from launcher.console.completion import WordCompleter
 from launcher.console.feed import split
 from launcher.console.format import duration, memory
@@ -156,6 +156,61 @@ def test_the_folder_line_gives_way_to_the_key_hints(columns: int, text: str):
 
 def test_without_processes_the_bar_says_so():
     assert text_of(status_line([], 80)) == "no processes"
+
+
+# ---- filters
+
+
+def hidden(names: str, by: str | None, lines: int = 0, **more: object):
+    """Rows of processes, all filtered alike."""
+    return [
+        process(name, muted=by is not None, hidden_by=by, muted_lines=lines, **more)
+        for name in names.split()
+    ]
+
+
+STRICT = {"level": "ERROR", "grep": "Fleet"}
+
+
+@pytest.mark.parametrize(
+    ("fleet", "text"),
+    [
+        (FLEET, ""),
+        (
+            [*hidden("monitor-1", None, 2, **STRICT), *hidden("a-2 b-3", "solo", 405, **STRICT)],
+            "level>=ERROR  grep 'Fleet'  solo monitor  hidden 812",
+        ),
+        ([*FLEET, *hidden("loud-4", "mute", 7)], "mute loud  hidden 7"),
+        ([*FLEET, *hidden("a-4", None, 7, level="WARN")], "level>=WARN a  hidden 7"),
+        ([*hidden("a-4 b-5 c-6 d-7", None, grep="x"), *FLEET], "grep 'x' a b +2  hidden 0"),
+        (hidden("a-1 b-2", "solo"), "solo  hidden 0"),
+        (
+            [*hidden("a-1", None, 1, level="WARN"), *hidden("b-2", None, 1, level="ERROR")],
+            "level>=WARN a  level>=ERROR b  hidden 2",
+        ),
+    ],
+)
+def test_active_filters_are_told(fleet: list[dict[str, object]], text: str):
+    assert text_of(filter_line(fleet, 200)) == text
+
+
+def test_filters_are_visible_in_any_terminal():
+    fleet = hidden("a-1 b-2", None, 3, level="ERROR")
+
+    def lines(columns: int, *, hint: str = "", few: bool = False) -> list[str]:
+        return [text_of(one) for one in status_lines(fleet, "~/log", columns, hint=hint, few=few)]
+
+    first, filters = "a 2% 31M | b 2% 31M", "level>=ERROR  hidden 6"
+    assert lines(80) == [first, f"{filters} | `show` shows everything | ~/log"]
+    assert lines(40) == [first, f"{filters} | ~/log"]
+    assert lines(80, few=True) == [f"{filters} | {first}"]
+    assert lines(80, hint="any key") == [first, filters, "any key"]
+    assert lines(80, hint="any key", few=True) == [f"any key | {filters}"]
+
+
+def test_a_process_beside_a_solo_is_not_marked_as_muted():
+    fleet = [*hidden("a-1", "solo"), *hidden("b-2", "mute")]
+    assert text_of(status_line(fleet, 80)) == "a 2% 31M | b muted 2% 31M"
 
 
 # ---- completion

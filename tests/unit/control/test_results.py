@@ -85,6 +85,8 @@ def test_there_is_a_sentence_for_each_kind(kind: Kind):
             [Change.UNMUTED, Change.NOT_MUTED],
             ["a is shown again; 0 lines were not shown"],
         ),
+        ([Change.NOT_HIDDEN, Change.NOT_HIDDEN], ["nothing was hidden"]),
+        ([Change.EVERYTHING, Change.NOT_HIDDEN], ["a is shown again; 0 lines were not shown"]),
     ],
 )
 def test_a_result_common_to_all_processes_is_reported_once(changes: list[Change], lines: list[str]):
@@ -96,3 +98,53 @@ def test_a_result_common_to_all_processes_is_reported_once(changes: list[Change]
 def test_there_is_a_sentence_for_each_change(change: Change):
     (line,) = shown_sentences([Shown("a", change, 2, 3, "x")], is_everyone=False)
     assert line.startswith("a ")
+
+
+WARN = 2  # its index
+SHOWS = "`show` shows everything"
+
+
+@pytest.mark.parametrize(
+    ("shown", "text"),
+    [
+        (
+            Shown("a", Change.LEVEL, level=WARN, outside=True),
+            "shows WARN and above, but `solo` hides it",
+        ),
+        (Shown("a", Change.LEVEL, muted=True), "shows all levels, but `mute` hides it"),
+        (
+            Shown("a", Change.LEVEL, level=WARN, pattern="x"),
+            "shows WARN and above; `grep 'x'` still hides lines",
+        ),
+        (
+            Shown("a", Change.PATTERN, level=WARN, pattern="x"),
+            "shows only lines that match 'x'; `level WARN` still hides lines",
+        ),
+        (
+            Shown("a", Change.UNMUTED, 1, WARN, "x"),
+            "is shown again; 1 line was not shown; `level WARN` and `grep 'x'` still hide lines",
+        ),
+        (Shown("a", Change.ALONE), f"is shown alone; {SHOWS}"),
+        (Shown("a", Change.MUTED, level=WARN, muted=True), "is muted; its log files continue"),
+    ],
+)
+def test_an_answer_tells_what_else_hides_lines(shown: Shown, text: str):
+    assert shown_sentences([shown], is_everyone=False) == [f"a {text}"]
+
+
+def test_unmute_without_effect_tells_what_hides_the_lines():
+    shown = [Shown(name, Change.NOT_MUTED, 0, WARN, "x") for name in "ab"]
+    assert shown_sentences(shown, is_everyone=True) == [
+        f"no process was muted; `level WARN` and `grep 'x'` still hide lines: {SHOWS}"
+    ]
+
+
+def test_the_level_under_solo_tells_who_is_shown_at_all():
+    shown = [Shown("a", Change.LEVEL, level=WARN)]
+    shown += [Shown(name, Change.LEVEL, level=WARN, outside=True) for name in "bcd"]
+    shown += [Shown("e", Change.LEVEL, level=WARN, muted=True)]
+    assert shown_sentences(shown, is_everyone=True) == [
+        "a shows WARN and above",
+        f"3 processes are hidden by `solo`: {SHOWS}",
+        f"1 process is hidden by `mute`: {SHOWS}",
+    ]
