@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 from launcher.language.action import Action
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
@@ -16,6 +18,7 @@ from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
     normalize_parameter_dict,
 )
+from launcher.language.session import default_log_dir
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
@@ -134,7 +137,7 @@ class SetRemap(Action):
 @public("launch_ros.actions.set_ros_log_dir")
 @parsed
 class SetROSLogDir(Action):
-    """Sets the folder that the nodes of the scope log into."""
+    """Sets the folder that the nodes of the scope log into; a relative one is below the current."""
 
     def __init__(self, new_log_dir: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -145,7 +148,10 @@ class SetROSLogDir(Action):
         return self.__new_log_dir
 
     def execute(self, context: LaunchContext) -> None:
-        context.environment["ROS_LOG_DIR"] = perform_substitutions(context, self.log_dir)
+        # Absolute: processes may have another working directory.
+        current = os.path.abspath(default_log_dir())
+        folder = os.path.join(current, perform_substitutions(context, self.log_dir))
+        context.environment["ROS_LOG_DIR"] = folder
 
 
 @public("launch_ros.actions.set_use_sim_time")

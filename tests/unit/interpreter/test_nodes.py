@@ -23,7 +23,7 @@ from launcher.language.ros.lifecycle import (
     OnStateTransition,
 )
 from launcher.language.ros.node import Node
-from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetRemap
+from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetRemap, SetROSLogDir
 from launcher.model import events as model
 from tests.unit.interpreter.interpreting import interpreting, started, texts
 
@@ -56,6 +56,34 @@ def test_the_words_of_a_node_come_in_ros_2s_order(tmp_path: Path):
 
 def test_a_node_without_anything_still_gets_the_flag():
     assert command_line(Node(executable="exe")) == "exe --ros-args"
+
+
+@pytest.mark.parametrize(
+    ("environment", "root"),
+    [
+        ({"ROS_LOG_DIR": "/logs"}, "/logs"),
+        ({"ROS_LOG_DIR": "", "ROS_HOME": "/ros"}, "/ros/log"),
+        ({"HOME": "/home/u"}, "/home/u/.ros/log"),
+        ({"ROS_LOG_DIR": "~/logs", "HOME": "/home/u"}, "/home/u/logs"),
+        ({"ROS_LOG_DIR": "logs"}, f"{Path.cwd()}/logs"),
+    ],
+)
+def test_a_relative_log_folder_is_below_the_current_one(environment: dict[str, str], root: str):
+    def node(name: str) -> Node:
+        return Node(executable="exe", exec_name=name)
+
+    nested = GroupAction([SetROSLogDir("arm"), node("nested")])
+    group = GroupAction([SetROSLogDir("robot_1"), node("relative"), nested])
+    entities = [group, SetROSLogDir("/elsewhere"), node("absolute")]
+    with interpreting(entities, environment=environment) as interpreter:
+        starts = started(interpreter.start())
+
+    folders = {start.spec.label: start.spec.env["ROS_LOG_DIR"] for start in starts}
+    assert folders == {
+        "relative": f"{root}/robot_1",
+        "nested": f"{root}/robot_1/arm",
+        "absolute": "/elsewhere",
+    }
 
 
 @pytest.mark.parametrize("name", ["", "bad name", "1st", "a-b"])
