@@ -169,6 +169,7 @@ class _VirtualTime:
         self._cause: int | None = None
         self._timers: list[tuple[float, int, model.Event]] = []
         self._cancelled: set[int] = set()
+        self._outliving: set[int] = set()  # timers that a shutdown waits for
         self._sequence = 0
         self._running: dict[int, int] = {}  # process_id -> index in the plan
         self._to_exit: deque[int] = deque()
@@ -204,7 +205,7 @@ class _VirtualTime:
         return self._interpreter.failure is None and self._phase != "shutdown"
 
     def _run_timers(self) -> None:
-        while self._continues and self._next_time_s() <= HORIZON_S:
+        while self._interpreter.failure is None and self._next_time_s() <= HORIZON_S:
             self._now_s = self._next_time_s()
             due: list[model.Event] = []
             while self._next_time_s() == self._now_s:
@@ -212,9 +213,15 @@ class _VirtualTime:
             self._interpreter.handle_together(due)
 
     def _next_time_s(self) -> float:
-        while self._timers and getattr(self._timers[0][2], "timer_id", None) in self._cancelled:
+        while self._timers and not self._still_comes(self._timers[0][2]):
             heapq.heappop(self._timers)
         return self._timers[0][0] if self._timers else math.inf
+
+    def _still_comes(self, event: model.Event) -> bool:
+        timer_id = getattr(event, "timer_id", None)
+        if self._phase == "shutdown" and timer_id not in self._outliving:
+            return False
+        return timer_id not in self._cancelled
 
     def _run_exits(self) -> None:
         while self._continues and self._to_exit:
@@ -266,6 +273,8 @@ class _VirtualTime:
                 return self._start(effect)
             case model.CallLater(timer_id=timer_id, delay_s=delay_s):
                 self._at(delay_s, model.TimerFired(timer_id=timer_id))
+                if effect.outlives_shutdown or self._phase == "shutdown":
+                    self._outliving.add(timer_id)
             case model.CancelTimer(timer_id=timer_id):
                 self._cancelled.add(timer_id)
             case model.LogMessage(logger=logger, text=text):

@@ -59,6 +59,7 @@ class CoreDriver:
         self._agent: RosAgent | None = None
         self._watching: dict[int, bool] = {}
         self._timers: dict[int, Timer] = {}
+        self._outliving: set[int] = set()
         self._inbox: deque[events.Event] = deque()
         self._busy = False
 
@@ -98,9 +99,8 @@ class CoreDriver:
             match effect:
                 case events.StartProcess():
                     self._run.start(effect)
-                case events.CallLater(timer_id=timer_id, delay_s=delay_s):
-                    fire = functools.partial(self._fire, timer_id)
-                    self._timers[timer_id] = self._reactor.call_later(delay_s, fire)
+                case events.CallLater():
+                    self._call_later(effect)
                 case events.CancelTimer(timer_id=timer_id):
                     if timer_id in self._timers:
                         self._timers.pop(timer_id).cancel()
@@ -124,16 +124,23 @@ class CoreDriver:
 
     # ---- timers
 
+    def _call_later(self, effect: events.CallLater) -> None:
+        fire = functools.partial(self._fire, effect.timer_id)
+        self._timers[effect.timer_id] = self._reactor.call_later(effect.delay_s, fire)
+        if effect.outlives_shutdown:
+            self._outliving.add(effect.timer_id)
+
     def _fire(self, timer_id: int) -> None:
         self._timers.pop(timer_id, None)
         self.feed(events.TimerFired(timer_id=timer_id))
         self._run.idle()
 
-    def cancel_timers(self) -> None:
-        """Cancel all timers, so that nothing starts any more."""
-        for timer in self._timers.values():
-            timer.cancel()
-        self._timers.clear()
+    def cancel_timers(self, *, all_of_them: bool = False) -> int:
+        """Cancel the timers that do not outlive a shutdown, or all; returns how many are left."""
+        kept = set() if all_of_them else self._outliving
+        for timer_id in self._timers.keys() - kept:
+            self._timers.pop(timer_id).cancel()
+        return len(self._timers)
 
     # ---- ROS
 

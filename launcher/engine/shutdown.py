@@ -111,6 +111,8 @@ class Shutdown:
             case rules.Order.SKIP_GRACE_PERIODS:
                 for process in list(self._processes):
                     self._driver.advance(process, Command.SKIP_GRACE)
+                self._core.cancel_timers(all_of_them=True)
+                self._reactor.call_later(0, self.idle)
                 if self._leftovers is not None:
                     self._leftovers.skip_grace()
             case rules.Order.REPORT_WAITING:
@@ -124,7 +126,9 @@ class Shutdown:
 
     def _stop_all(self, reason: str) -> None:
         self._log.note("stopping", reason=reason)
-        self._core.cancel_timers()
+        if self._core.cancel_timers():
+            text = "waiting for a timer with cancel_on_shutdown=False; Ctrl-C cancels it"
+            self._log.log("INFO", "launch", text)
         for process in reversed(list(self._processes)):
             self._driver.advance(process, Command.STOP)
         self._reactor.call_later(0, self.idle)

@@ -303,6 +303,8 @@ class Interpreter:
             self._drain()
         except Exception:
             # A handler fails again: stop the system without calling handlers.
+            for timer_id in tuple(self.host.timers):
+                self.host.cancel_call(timer_id)
             if not self.context.is_shutdown:
                 self.context._set_is_shutdown(True)
                 self.host.request(model.RequestShutdown(reason="exception in the launch file"))

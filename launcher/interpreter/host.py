@@ -126,10 +126,12 @@ class RunHost:
                 return process_id
         return None
 
-    def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
+    def call_later(
+        self, delay_s: float, callback: Callable[[], None], *, outlives_shutdown: bool = False
+    ) -> int:
         timer_id = self._new_id()
         self.timers[timer_id] = callback
-        self.request(model.CallLater(timer_id=timer_id, delay_s=delay_s))
+        self.request(model.CallLater(timer_id, delay_s, outlives_shutdown))
         return timer_id
 
     def cancel_call(self, timer_id: int) -> None:

@@ -37,8 +37,13 @@ if TYPE_CHECKING:
         def process_of(self, action: Any) -> int | None:
             """The process_id of the action while its process runs or will be restarted."""
 
-        def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
-            """Call `callback` after `delay_s` seconds; the result is for `cancel_call`."""
+        def call_later(
+            self, delay_s: float, callback: Callable[[], None], *, outlives_shutdown: bool = False
+        ) -> int:
+            """Call `callback` after `delay_s` seconds; the result is for `cancel_call`.
+
+            If it outlives a shutdown, the run does not end before.
+            """
 
         def cancel_call(self, timer_id: int) -> None:
             """Cancel a `call_later`."""
@@ -100,7 +105,9 @@ class NullHost:
     def process_of(self, action: Any) -> int | None:
         return None
 
-    def call_later(self, delay_s: float, callback: Callable[[], None]) -> int:
+    def call_later(
+        self, delay_s: float, callback: Callable[[], None], *, outlives_shutdown: bool = False
+    ) -> int:
         return 0
 
     def asyncio_loop(self) -> Any:

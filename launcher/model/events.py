@@ -41,10 +41,14 @@ class WriteStdin(Record):
 
 
 class CallLater(Record):
-    """Answer with TimerFired(timer_id) after `delay_s` seconds."""
+    """Answer with TimerFired(timer_id) after `delay_s` seconds.
+
+    The shutdown of the run waits for a timer that outlives it, and cancels all others.
+    """
 
     timer_id: int
     delay_s: float
+    outlives_shutdown: bool = False
 
 
 class CancelTimer(Record):

@@ -252,3 +252,31 @@ def test_a_reader_that_goes_away_does_not_hide_an_earlier_failure(bench: Bench):
     command.stdout.close()
     assert command.wait(60) == 1
     assert bench.survivors() == []
+
+
+LATE = 'TimerAction(period={period}, cancel_on_shutdown={cancel}, actions=[LogInfo(msg="{text}")])'
+
+
+def test_a_shutdown_waits_for_a_timer_that_it_does_not_cancel(bench: Bench):
+    """As in ROS 2; also for a timer that begins with the shutdown."""
+    kept = LATE.format(period=1.0, cancel=False, text="kept")
+    begun = LATE.format(period=0.1, cancel=True, text="begun")
+    cancelled = LATE.format(period=0.5, cancel=True, text="cancelled")
+    handler = f"RegisterEventHandler(OnShutdown(on_shutdown=[{begun}]))"
+    done = bench.run(f'sh("echo ready", on_exit=[Shutdown()]), {kept}, {cancelled}, {handler}')
+    output = done.stdout.decode()
+    assert done.returncode == 0
+    assert "cancel_on_shutdown=False" in output
+    assert re.findall(r"launch.user\]: (.*)", output) == ["begun", "kept"]
+
+
+def test_a_second_ctrl_c_cancels_a_timer_that_holds_up_the_shutdown(bench: Bench):
+    terminal = bench.terminal(
+        'sh("echo ready; exec sleep 600"), ' + LATE.format(period=600.0, cancel=False, text="kept")
+    )
+    terminal.wait_for("ready")
+    terminal.ctrl_c()
+    terminal.wait_for("waiting for a timer")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+    assert "kept" not in terminal.text

@@ -69,6 +69,19 @@ def test_a_cancelled_timer_takes_no_time(tmp_path: Path):
     ]
 
 
+def test_a_timer_that_outlives_the_shutdown_is_planned_after_it(tmp_path: Path):
+    plan = planned(
+        tmp_path,
+        "    return LaunchDescription([\n"
+        "        TimerAction(period=2.0, cancel_on_shutdown=False,"
+        " actions=[LogInfo(msg='kept')]),\n"
+        "        TimerAction(period=3.0, actions=[LogInfo(msg='cancelled')]),\n"
+        "        TimerAction(period=1.0, actions=[Shutdown()]),\n    ])\n",
+    )
+
+    assert [(text, stamp.time_s) for text, stamp in plan.logs] == [("kept", 2.0)]
+
+
 def test_a_respawned_process_starts_again_after_its_delay_and_ends_no_more(tmp_path: Path):
     plan = planned(
         tmp_path,

@@ -37,7 +37,9 @@ class TimerAction(Action):
     """Visits the actions once, `period` seconds after its own visit.
 
     The actions then run outside of the group that holds the timer, as in ROS 2: its launch
-    configurations, namespace and environment have been popped by that time.
+    configurations, namespace and environment have been popped by that time. Without
+    `cancel_on_shutdown` a shutdown waits for the timer and its actions, except that no process is
+    started any more.
     """
 
     def __init__(
@@ -63,6 +65,7 @@ class TimerAction(Action):
         self.__cancel_on_shutdown = normalize_typed_substitution(cancel_on_shutdown, bool)
         self.__context_locals: dict[str, Any] = {}
         self.__canceled = False
+        self.__outlives_shutdown = False
         self.__timer_id: int | None = None
         self._context: LaunchContext | None = None
         self._completed_future: Future | None = None
@@ -108,7 +111,10 @@ class TimerAction(Action):
         ros2_quirks.scope_is_lost(context, "this timer", self._origin)
         self.__context_locals = dict(context.get_locals_as_dict())
         context._host.later(lambda: self._start(context))
-        if perform_typed_substitution(context, self.__cancel_on_shutdown, bool):
+        self.__outlives_shutdown = not perform_typed_substitution(
+            context, self.__cancel_on_shutdown, bool
+        )
+        if not self.__outlives_shutdown:
             context.register_event_handler(
                 EventHandler(
                     matcher=lambda event: is_a_subclass(event, Shutdown),
@@ -125,7 +131,9 @@ class TimerAction(Action):
             return
         if not self.__canceled:
             self.__timer_id = context._host.call_later(
-                max(0.0, delay_s), lambda: self._fire(context)
+                max(0.0, delay_s),
+                lambda: self._fire(context),
+                outlives_shutdown=self.__outlives_shutdown,
             )
 
     def _fail(self, context: LaunchContext, error: Exception) -> None:

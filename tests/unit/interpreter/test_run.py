@@ -139,6 +139,21 @@ def test_a_cancelled_timer_never_fires():
         assert interpreter.handle(model.TimerFired(timer_id=first.timer_id)) == []
 
 
+def test_a_timer_outlives_a_shutdown_if_the_launch_file_says_so():
+    actions = [LogInfo(msg="late"), process("not started")]
+    cancelled = TimerAction(period=3.0, actions=[LogInfo(msg="never")])
+    kept = TimerAction(period=3.0, actions=actions, cancel_on_shutdown=False)
+    with interpreting([cancelled, kept, process()]) as interpreter:
+        first, second = [e for e in interpreter.start() if isinstance(e, model.CallLater)]
+        assert (first.outlives_shutdown, second.outlives_shutdown) == (False, True)
+
+        effects = interpreter.handle(model.SignalReceived(signum=signal.SIGINT))
+        assert effects[0] == model.CancelTimer(timer_id=first.timer_id)
+        assert kinds(effects) == ["CancelTimer", "RequestShutdown"]
+        effects = interpreter.handle(model.TimerFired(timer_id=second.timer_id))
+        assert (texts(effects), started(effects)) == (["late"], [])
+
+
 def test_ctrl_c_runs_the_shutdown_handlers_before_the_request():
     handler = OnShutdown(on_shutdown=[LogInfo(msg="bye"), process("saver")])
     with interpreting([RegisterEventHandler(handler), process()]) as interpreter:
@@ -170,11 +185,12 @@ def test_a_fault_in_a_handler_ends_the_run_and_is_kept():
 def test_a_shutdown_handler_that_fails_too_does_not_stop_the_stopping():
     broken = OpaqueFunction(function=lambda context: 1 / 0)
     handler = RegisterEventHandler(OnShutdown(on_shutdown=[broken]))
-    with interpreting([handler, process(on_exit=[broken]), process()]) as interpreter:
+    timer = TimerAction(period=600.0, actions=[], cancel_on_shutdown=False)
+    with interpreting([handler, timer, process(on_exit=[broken]), process()]) as interpreter:
         first = started(interpreter.start())[0].process_id
         effects = interpreter.handle(model.ProcessExited(process_id=first, pid=1, returncode=0))
 
-    assert kinds(effects)[-1] == "RequestShutdown"
+    assert kinds(effects)[-2:] == ["CancelTimer", "RequestShutdown"]
 
 
 @pytest.mark.parametrize(
