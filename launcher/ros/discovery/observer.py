@@ -17,6 +17,7 @@ from rclpy.context import Context
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import Parameter
 
+from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.discovery.domains import environment_domain
 from launcher.ros.discovery.endpoints import NODES_TOPIC
 from launcher.ros.discovery.gids import PARTICIPANT_BYTES, all_live, ghosts, scheme_holds
@@ -72,8 +73,9 @@ class Observer:
         return self
 
     def __exit__(self, *exit_info: object) -> None:
-        self.node.destroy_node()
-        self.context.try_shutdown()
+        with limited_clean_up():
+            self.node.destroy_node()
+            self.context.try_shutdown()
 
     @property
     def is_introduced(self) -> bool:

@@ -15,6 +15,7 @@ from typing import Any
 
 from rclpy.executors import ExternalShutdownException
 
+from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.probe.protocol import Request
 from launcher.ros.services import ServiceCaller
@@ -71,8 +72,9 @@ class Jobs:
 
     def close(self) -> None:
         """Shut the context down, which ends all waiting, and join the threads."""
-        self._observer.context.try_shutdown()
-        for _ in self._threads:
-            self._queue.put(None)
-        for thread in self._threads:
-            thread.join(JOIN_S)
+        with limited_clean_up(cpu_s=10.0, wall_s=2 * MAX_THREADS * JOIN_S):
+            self._observer.context.try_shutdown()
+            for _ in self._threads:
+                self._queue.put(None)
+            for thread in self._threads:
+                thread.join(JOIN_S)

@@ -1,0 +1,31 @@
+"""Limits the destruction of nodes, which may hang in Fast DDS.
+
+It may loop for ever with the GIL held if another participant leaves just then
+(eProsima/Fast-DDS#6513), or wait for ever for a lock in shared memory whose owner has died. Only a
+signal's default action ends such a process: no thread and no Python handler runs.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import sys
+from collections.abc import Iterator
+
+CPU_S = 2.0  # the destruction of a node takes 0.05 s
+WALL_S = 20.0
+
+
+@contextlib.contextmanager
+def limited_clean_up(*, cpu_s: float = CPU_S, wall_s: float = WALL_S) -> Iterator[None]:
+    """End the process by SIGPROF or SIGALRM if the block hangs; output is flushed before."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):  # closed, or without a reader
+            stream.flush()
+    signal.setitimer(signal.ITIMER_PROF, cpu_s)
+    signal.setitimer(signal.ITIMER_REAL, wall_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.setitimer(signal.ITIMER_REAL, 0)
