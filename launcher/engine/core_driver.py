@@ -17,8 +17,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
 
-    from launcher.engine.helpers.ros_agent import Request, RosAgent
+    from launcher.engine.helpers.ros_agent import RosTimer
     from launcher.engine.listener import RunListener
+    from launcher.engine.ros_requests import RosRequests
 
     class Core(Protocol):
         """The interpreter of a run: `launcher.interpreter.Interpreter`, or one of a test."""
@@ -56,12 +57,14 @@ class CoreDriver:
         self._run = run
         self._processes = processes
         self._agent_env = agent_env
-        self._agent: RosAgent | None = None
+        self._requests: RosRequests | None = None
         self._watching: dict[int, bool] = {}
-        self._timers: dict[int, Timer] = {}
+        self._timers: dict[int, Timer | RosTimer] = {}
+        self._on_ros_clock: set[int] = set()  # of these, those that follow the wall clock so far
         self._outliving: set[int] = set()
         self._inbox: deque[events.Event] = deque()
         self._busy = False
+        self._settling = False
 
     @property
     def expects_more(self) -> bool:
@@ -70,7 +73,7 @@ class CoreDriver:
 
     @property
     def is_loading(self) -> bool:
-        return self._agent is not None and self._agent.is_loading
+        return self._requests is not None and self._requests.is_loading
 
     def start(self) -> None:
         """Carry out the static part as a whole before the first event is handled."""
@@ -107,7 +110,9 @@ class CoreDriver:
                 case events.LogMessage(logger=logger, level=level, text=text):
                     self._log.log(level, logger, text)
                 case events.LoadComponent() | events.ChangeState() | events.WatchLifecycle():
-                    self._ask_ros(effect)
+                    self._ros.send(effect)
+                case events.UseSimTime(value=value):
+                    self._use_sim_time(value)
                 case events.RequestShutdown(reason=reason):
                     self._run.shut_down(reason)
                 case _ if effect.process_id in self._processes:  # else: stopped before its start
@@ -125,10 +130,16 @@ class CoreDriver:
     # ---- timers
 
     def _call_later(self, effect: events.CallLater) -> None:
-        fire = functools.partial(self._fire, effect.timer_id)
-        self._timers[effect.timer_id] = self._reactor.call_later(effect.delay_s, fire)
         if effect.outlives_shutdown:
             self._outliving.add(effect.timer_id)
+        if effect.on_ros_clock:
+            if self._requests is not None and self._requests.sim_time:
+                ros_timer = self._requests.call_later(effect.timer_id, effect.delay_s)
+                self._timers[effect.timer_id] = ros_timer
+                return
+            self._on_ros_clock.add(effect.timer_id)
+        fire = functools.partial(self._fire, effect.timer_id)
+        self._timers[effect.timer_id] = self._reactor.call_later(effect.delay_s, fire)
 
     def _fire(self, timer_id: int) -> None:
         self._timers.pop(timer_id, None)
@@ -144,21 +155,49 @@ class CoreDriver:
 
     # ---- ROS
 
-    def _ask_ros(self, request: Request) -> None:
-        if self._agent is None:
-            from launcher.engine.helpers.ros_agent import RosAgent
+    @property
+    def _ros(self) -> RosRequests:
+        """Imported with the first request: most launch files have none."""
+        if self._requests is None:
+            from launcher.engine.ros_requests import RosRequests
 
-            self._agent = RosAgent(self._reactor, self._agent_env, self._ros_answered)
-        self._agent.send(request)
+            self._requests = RosRequests(
+                self._reactor,
+                self._log,
+                self._agent_env,
+                self._processes.values(),
+                self._ros_answered,
+            )
+        return self._requests
+
+    def _use_sim_time(self, value: bool) -> None:
+        self._ros.use_sim_time(value)
+        if not value:
+            return
+        waiting, self._on_ros_clock = self._on_ros_clock, set()
+        for timer_id in waiting & self._timers.keys():
+            timer = self._timers[timer_id]
+            timer.cancel()
+            left_s = max(0.0, getattr(timer, "when") - self._reactor.now())  # noqa: B009
+            self._timers[timer_id] = self._ros.call_later(timer_id, left_s)
 
     def _ros_answered(self, event: events.Event) -> None:
+        if isinstance(event, (events.TimerFired, events.TimerLost)):
+            self._timers.pop(event.timer_id, None)
         self.feed(event)
-        self._run.idle()
+        if not self._settling:
+            self._run.idle()
 
-    def close_agent(self) -> None:
-        if self._agent is not None:
-            self._agent.close()
-            self._agent = None
+    def settle_requests(self) -> None:
+        """Answer the requests that nobody can answer any more."""
+        if self._requests is not None and not self._settling:
+            self._settling = True
+            self._requests.settle(expects_more=self.expects_more)
+            self._settling = False
+
+    def close_requests(self) -> None:
+        if self._requests is not None:
+            self._requests.close()
 
     # ---- output
 

@@ -85,6 +85,7 @@ class Shutdown:
 
     def idle(self) -> None:
         """End the run if nothing is left to wait for."""
+        self._core.settle_requests()
         self._handle(rules.Idle(self._core.expects_more, self._core.is_loading))
 
     def _handle(self, event: rules.ShutdownEvent) -> None:
@@ -138,7 +139,7 @@ class Shutdown:
     def _end_leftovers(self, skipped: int) -> None:
         from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
 
-        self._core.close_agent()
+        self._core.close_requests()
         processes = self._processes
         stuck = (process.child for process in processes if process.machine.is_stuck)
         stuck_pids = frozenset(child.pid for child in stuck if child is not None)

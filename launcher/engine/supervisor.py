@@ -188,7 +188,7 @@ class Supervisor:
                 # Only after an exception: an orderly end has reaped every child.
                 process.child.signal_group(signal.SIGKILL)
             self._driver.release(process)
-        self._core_driver.close_agent()
+        self._core_driver.close_requests()
         self._housekeeper.close()
         self._watchdog.close()
         self._write_plan()

@@ -175,6 +175,9 @@ class Interpreter:
                 callback = self.host.timers.pop(timer_id, None)
                 if callback is not None:
                     callback()
+            case model.TimerLost(timer_id=timer_id, reason=reason):
+                if self.host.timers.pop(timer_id, None) is not None:
+                    self.host.log("launch", "ERROR", f"a timer never fires: {reason}")
             case model.ProcessStarted(process_id=process_id, pid=pid):
                 process = self.host.processes[process_id]
                 process.active = True  # again, if the user started an exited process

@@ -127,11 +127,16 @@ class RunHost:
         return None
 
     def call_later(
-        self, delay_s: float, callback: Callable[[], None], *, outlives_shutdown: bool = False
+        self,
+        delay_s: float,
+        callback: Callable[[], None],
+        *,
+        outlives_shutdown: bool = False,
+        on_ros_clock: bool = False,
     ) -> int:
         timer_id = self._new_id()
         self.timers[timer_id] = callback
-        self.request(model.CallLater(timer_id, delay_s, outlives_shutdown))
+        self.request(model.CallLater(timer_id, delay_s, outlives_shutdown, on_ros_clock))
         return timer_id
 
     def cancel_call(self, timer_id: int) -> None:

@@ -38,7 +38,12 @@ if TYPE_CHECKING:
             """The process_id of the action while its process runs or will be restarted."""
 
         def call_later(
-            self, delay_s: float, callback: Callable[[], None], *, outlives_shutdown: bool = False
+            self,
+            delay_s: float,
+            callback: Callable[[], None],
+            *,
+            outlives_shutdown: bool = False,
+            on_ros_clock: bool = False,
         ) -> int:
             """Call `callback` after `delay_s` seconds; the result is for `cancel_call`.
 
@@ -105,9 +110,7 @@ class NullHost:
     def process_of(self, action: Any) -> int | None:
         return None
 
-    def call_later(
-        self, delay_s: float, callback: Callable[[], None], *, outlives_shutdown: bool = False
-    ) -> int:
+    def call_later(self, delay_s: float, callback: Callable[[], None], **options: bool) -> int:
         return 0
 
     def asyncio_loop(self) -> Any:

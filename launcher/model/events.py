@@ -43,12 +43,20 @@ class WriteStdin(Record):
 class CallLater(Record):
     """Answer with TimerFired(timer_id) after `delay_s` seconds.
 
-    The shutdown of the run waits for a timer that outlives it, and cancels all others.
+    The shutdown of the run waits for a timer that outlives it, and cancels all others. The ROS
+    clock is wall time, or that of a simulation after UseSimTime.
     """
 
     timer_id: int
     delay_s: float
     outlives_shutdown: bool = False
+    on_ros_clock: bool = False
+
+
+class UseSimTime(Record):
+    """From now on the ROS clock of the run is that of the simulation (`/clock`), or wall time."""
+
+    value: bool
 
 
 class CancelTimer(Record):
@@ -163,6 +171,13 @@ class TimerFired(Record):
     timer_id: int
 
 
+class TimerLost(Record):
+    """The timer will never fire."""
+
+    timer_id: int
+    reason: str
+
+
 class SignalReceived(Record):
     """The launcher itself got SIGINT, SIGTERM or SIGHUP and is going to stop everything."""
 
@@ -207,6 +222,7 @@ Effect = (
     | WriteStdin
     | CallLater
     | CancelTimer
+    | UseSimTime
     | LogMessage
     | RequestShutdown
     | LoadComponent
@@ -219,6 +235,7 @@ Event = (
     | SpawnFailed
     | ProcessOutput
     | TimerFired
+    | TimerLost
     | SignalReceived
     | ShutdownAsked
     | ComponentLoaded

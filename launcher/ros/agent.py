@@ -8,8 +8,13 @@ ends with its input. It keeps rclpy out of the supervisor, its client.
 | `{"do": "watch", "node": N}` | each time `{"node": N, "transition": T, "start_state": S, ...}` |
 | `{"do": "change_state", "id": I, "node": N, ...}` | `{"id": I, "error": null or text}` |
 | `{"do": "load", "id": I, "container": C, ...}` | `{"id": I, "full_node_name": F, "error": ...}` |
+| `{"do": "drop", "id": I}` | none, and none to request I any more |
+| `{"do": "timer", "id": I, "delay_s": S}` | `{"timer": I}` after this time on the ROS clock |
+| `{"do": "cancel_timer", "id": I}` | |
+| `{"do": "use_sim_time", "value": bool}` | |
 
-A request waits for its service as long as it takes, as in ROS 2.
+A request waits for its service as long as it takes, as in ROS 2; after a while there is a
+`{"warning": text}`.
 """
 
 from __future__ import annotations
@@ -19,19 +24,28 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from launcher.ros.clean_up import limited_clean_up
+from launcher.ros.errors import did_you_mean
 from launcher.ros.lifecycle_client import LifecycleClient, Step
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.ros.component_client import ContainerClient, Loaded
+
 PERIOD_S = 0.1  # of checks for services that requests wait for
+WARN_AFTER_S = 10.0  # that a node is not there which requests wait for
 
 Answer = dict[str, Any]
 
@@ -43,10 +57,13 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
         super().__init__(f"_launcher_agent_{os.getpid()}", start_parameter_services=False)
         self._write = write
         self._inbox: deque[Answer] = deque()
-        self._waiting: list[tuple[Any, Callable[[], None]]] = []
         self._lifecycle_nodes: dict[str, LifecycleClient] = {}
+        self._containers: dict[str, ContainerClient] = {}
+        self._timers_by_id: dict[int, Any] = {}
+        self._missing = MissingNodes()
         self._wake = self.create_guard_condition(self._take_requests)
-        self.create_timer(PERIOD_S, self._poll)
+        # Not on the ROS clock, which stands still while a simulation does.
+        self.create_timer(PERIOD_S, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def submit(self, request: Answer) -> None:
         """Queue a request; may be called from another thread."""
@@ -56,18 +73,29 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
     def _take_requests(self) -> None:
         while self._inbox:
             request = self._inbox.popleft()
-            {"watch": self._watch, "change_state": self._change_state, "load": self._load}[
-                request["do"]
-            ](request)
+            try:
+                getattr(self, f"_do_{request['do']}")(request)
+            except Exception as error:  # an invalid name; other requests are carried out
+                self._refuse(request, " ".join(str(error).split()))
 
-    def _watch(self, request: Answer) -> None:
+    def _refuse(self, request: Answer, error: str) -> None:
+        if request["do"] in ("load", "change_state"):
+            self._write({"id": request["id"], "error": error})
+        else:
+            self._write({"warning": f"cannot {request['do']} {request.get('node', '')}: {error}"})
+
+    def _do_watch(self, request: Answer) -> None:
         self._lifecycle_node(request["node"])
 
-    def _change_state(self, request: Answer) -> None:
+    def _do_change_state(self, request: Answer) -> None:
         number, label = request["transition_id"], request["transition"]
         self._lifecycle_node(request["node"]).request(
             number, label, lambda error: self._write({"id": request["id"], "error": error})
         )
+
+    def _do_drop(self, request: Answer) -> None:
+        for container in self._containers.values():
+            container.drop(request["id"])
 
     def _lifecycle_node(self, name: str) -> LifecycleClient:
         if name not in self._lifecycle_nodes:
@@ -80,13 +108,12 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
             self._lifecycle_nodes[name] = LifecycleClient(self, name, report)
         return self._lifecycle_nodes[name]
 
-    def _load(self, request: Answer) -> None:
+    def _do_load(self, request: Answer) -> None:
         try:
             from composition_interfaces.srv import LoadNode
         except ImportError:
-            self._write({"id": request["id"], "error": "composition_interfaces is not installed"})
+            self._refuse(request, "composition_interfaces is not installed")
             return
-        client = self.create_client(LoadNode, f"{request['container']}/_container/load_node")
         message = LoadNode.Request(
             package_name=request["package"],
             plugin_name=request["plugin"],
@@ -97,37 +124,70 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
             extra_arguments=_parameters(request["extra_arguments"]),
         )
 
-        def answer(response: LoadNode.Response) -> Answer:
-            return {
-                "full_node_name": response.full_node_name,
-                "unique_id": response.unique_id,
-                "error": None if response.success else response.error_message,
-            }
+        def done(loaded: Loaded | None, error: str | None) -> None:
+            answer: Answer = {"id": request["id"], "error": error}
+            if loaded is not None:
+                answer.update(full_node_name=loaded.full_name, unique_id=loaded.unique_id)
+            self._write(answer)
 
-        self._call(client, message, request["id"], answer)
+        self._container(request["container"]).load(request["id"], message, done)
 
-    def _call(
-        self, client: Any, message: Any, request_id: int, answer: Callable[[Any], Answer]
-    ) -> None:
-        def send() -> None:
-            future = client.call_async(message)
-            future.add_done_callback(
-                lambda done: self._write({"id": request_id, **answer(done.result())})
-            )
+    def _container(self, name: str) -> ContainerClient:
+        if name not in self._containers:
+            from launcher.ros.component_client import ContainerClient
 
-        self._waiting.append((client, send))
-        self._send_ready()
+            self._containers[name] = ContainerClient(self, name)
+        return self._containers[name]
+
+    # ---- the ROS clock
+
+    def _do_use_sim_time(self, request: Answer) -> None:
+        self.set_parameters([Parameter("use_sim_time", value=request["value"])])
+
+    def _do_timer(self, request: Answer) -> None:
+        number = request["id"]
+
+        def fire() -> None:
+            self._do_cancel_timer(request)
+            self._write({"timer": number})
+
+        self._timers_by_id[number] = self.create_timer(request["delay_s"], fire)
+
+    def _do_cancel_timer(self, request: Answer) -> None:
+        timer = self._timers_by_id.pop(request["id"], None)
+        if timer is not None:
+            self.destroy_timer(timer)
+
+    # ---- regularly
 
     def _poll(self) -> None:
-        self._send_ready()
+        for container in self._containers.values():
+            container.poll()
         for node in self._lifecycle_nodes.values():
             node.poll()
+        waited_for = [n for n, one in self._lifecycle_nodes.items() if one.waits_for_node]
+        waited_for += [n for n, c in self._containers.items() if c.request_ids and not c.is_there]
+        for name in self._missing.overdue(waited_for, time.monotonic()):
+            found = (f"{ns.rstrip('/')}/{n}" for n, ns in self.get_node_names_and_namespaces())
+            hint = did_you_mean(name, [n for n in found if "/_" not in n])
+            what = f"requests wait for node {name}, which is not there after {WARN_AFTER_S:.0f} s"
+            self._write({"warning": f"{what}; {hint}" if hint else what})
 
-    def _send_ready(self) -> None:
-        ready = [pair for pair in self._waiting if pair[0].service_is_ready()]
-        self._waiting = [pair for pair in self._waiting if pair not in ready]
-        for _, send in ready:
-            send()
+
+class MissingNodes:
+    """Which nodes have been waited for too long; each is reported once."""
+
+    def __init__(self) -> None:
+        self._since_s: dict[str, float] = {}
+        self._reported: set[str] = set()
+
+    def overdue(self, names: list[str], now_s: float) -> list[str]:
+        """Those of the names that are to be reported now; call it regularly."""
+        self._since_s = {name: self._since_s.get(name, now_s) for name in names}
+        due = [name for name, since_s in self._since_s.items() if now_s - since_s >= WARN_AFTER_S]
+        new = [name for name in due if name not in self._reported]
+        self._reported.update(new)
+        return new
 
 
 def _parameters(pairs: list[tuple[str, Any]]) -> list[Any]:
@@ -157,8 +217,9 @@ def main() -> None:
     except ExternalShutdownException:
         pass  # the input has ended
     finally:
-        agent.destroy_node()
-        rclpy.try_shutdown()
+        with limited_clean_up():
+            agent.destroy_node()
+            rclpy.try_shutdown()
 
 
 if __name__ == "__main__":

@@ -51,6 +51,11 @@ class LifecycleClient:
         self._unsent.append((message, answer))
         self.poll()
 
+    @property
+    def waits_for_node(self) -> bool:
+        """Whether a request waits for the node to be there."""
+        return bool(self._unsent)
+
     def poll(self) -> None:
         now_s = time.monotonic()
         while self._unsent and self._change.service_is_ready():
@@ -58,8 +63,9 @@ class LifecycleClient:
         for one in self._pending:
             if one.answer_future.done():
                 one.request.answer(one.answer_future.result().success, now_s)
-            if one.state_future is not None and one.state_future.done():
-                state, one.state_future = one.state_future.result().current_state.label, None
+            for question in [future for future in one.questions if future.done()]:
+                one.questions.remove(question)
+                state = question.result().current_state.label
                 self._conclude(one.request.on_state(state, now_s))
             if one.request.is_overdue(now_s):
                 if one.request.succeeded:
@@ -69,6 +75,8 @@ class LifecycleClient:
             one.pass_on()
             if one.request.is_settled:
                 self._change.remove_pending_request(one.answer_future)
+                for question in one.questions:
+                    self._get.remove_pending_request(question)
         self._pending = [one for one in self._pending if not one.request.is_settled]
 
     def _send(self, message: Any, answer: Answer, now_s: float) -> None:
@@ -79,11 +87,10 @@ class LifecycleClient:
         self._pending.append(_Pending(request, answer, self._change.call_async(message)))
 
     def _ask_state(self, one: _Pending) -> None:
-        if one.state_future is not None:  # the answer to this question may be lost as well
-            self._get.remove_pending_request(one.state_future)
-            one.state_future = None
         if self._get.service_is_ready():
-            one.state_future = self._get.call_async(GetState.Request())
+            one.questions.append(self._get.call_async(GetState.Request()))
+            if len(one.questions) > MAX_OPEN:
+                self._get.remove_pending_request(one.questions.pop(0))
 
     def _on_event(self, message: TransitionEvent, info: dict[str, int]) -> None:
         step = Step(message.start_state.label, message.goal_state.label)
@@ -114,7 +121,7 @@ class _Pending:
     def __init__(self, request: TransitionRequest, answer: Answer, answer_future: Any) -> None:
         self.request = request
         self.answer_future = answer_future
-        self.state_future: Any = None
+        self.questions: list[Any] = []
         self._answer: Answer | None = answer
 
     def pass_on(self) -> None:
@@ -125,6 +132,7 @@ class _Pending:
 
 
 OVERDUE_S = 1.0  # an answer after its request, events after the answer, a state after a question
+MAX_OPEN = 10  # questions without an answer: on a busy machine it takes long, and may be lost
 MAX_QUESTIONS = 10  # answers that the node is still in the state before the transition
 REFUSED = "the node refused the transition"
 PRIMARY_STATES = ("unconfigured", "inactive", "active", "finalized")

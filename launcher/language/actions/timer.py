@@ -42,6 +42,8 @@ class TimerAction(Action):
     started any more.
     """
 
+    _is_on_ros_clock = False
+
     def __init__(
         self,
         *,
@@ -134,6 +136,7 @@ class TimerAction(Action):
                 max(0.0, delay_s),
                 lambda: self._fire(context),
                 outlives_shutdown=self.__outlives_shutdown,
+                on_ros_clock=self._is_on_ros_clock,
             )
 
     def _fail(self, context: LaunchContext, error: Exception) -> None:
@@ -172,13 +175,25 @@ def _install_timer_event_handler(context: LaunchContext) -> None:
 @public("launch_ros.actions.ros_timer")
 @parsed
 class RosTimer(TimerAction):
-    """Like TimerAction; unlike there, a text as period is an error."""
+    """Like TimerAction, but on the ROS clock, which SetUseSimTime makes that of a simulation.
+
+    Unlike there, a text as period is an error.
+    """
+
+    _is_on_ros_clock = True
 
     def __init__(
         self, *, period: Any, actions: Iterable[LaunchDescriptionEntity], **kwargs: Any
     ) -> None:
         super().__init__(period=period, actions=actions, **kwargs)
         self.__period = normalize_typed_substitution(period, float)
+
+    def execute(self, context: LaunchContext) -> None:
+        super().execute(context)
+        parameters = context.launch_configurations.peek("global_params") or ()
+        if ("use_sim_time", True) in parameters:
+            # SetUseSimTime may follow in the same event.
+            context._host.later(lambda: ros2_quirks.timer_is_on_wall_time(context, self._origin))
 
     def describe(self) -> str:
         return f"RosTimer(period={self.__period}, actions=<actions>)"

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from launcher.language.diagnostics.origin import Origin
 
 _INCLUDERS = "_launch_file_includers"  # attribute of the context: file -> file that includes it
+_SIM_TIME = "_is_on_sim_time"  # attribute of the context
 
 
 def note_include(context: LaunchContext, path: str, origin: Origin | None) -> None:
@@ -61,3 +62,18 @@ def parameter_file_is_missing(context: LaunchContext, path: str, origin: Origin 
     """A node starts without a parameter file that does not exist."""
     text = f"parameter file {path} does not exist; the node starts without it"
     context._host.warn_quirk(text, origin)
+
+
+def note_sim_time(context: LaunchContext, value: bool) -> None:
+    """Remember whether timers of the launch file follow the clock of the simulation."""
+    setattr(context, _SIM_TIME, value)
+
+
+def timer_is_on_wall_time(context: LaunchContext, origin: Origin | None) -> None:
+    """Nodes of this scope use simulated time, a RosTimer does not."""
+    if not getattr(context, _SIM_TIME, False):
+        text = (
+            "this timer follows wall time: SetParameter('use_sim_time', True) is for nodes, "
+            "SetUseSimTime(True) for timers"
+        )
+        context._host.warn_quirk(text, origin)

@@ -26,6 +26,7 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.model.events import UseSimTime
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ class SetROSLogDir(Action):
 @public("launch_ros.actions.set_use_sim_time")
 @parsed
 class SetUseSimTime(Action):
-    """Makes the launcher's own clock, not the nodes, follow simulated time."""
+    """Makes timers of the launch file (RosTimer), not the nodes, follow simulated time."""
 
     def __init__(self, value: bool, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -171,6 +172,8 @@ class SetUseSimTime(Action):
         """ValueError unless the value is a bool, as in rclpy."""
         if not isinstance(self.value, bool):
             raise ValueError(f"Type 'Type.BOOL' and value '{self.value}' do not agree")
+        ros2_quirks.note_sim_time(context, self.value)
+        context._host.request(UseSimTime(value=self.value))
 
 
 @public("launch_ros.substitutions.parameter")

@@ -10,9 +10,9 @@ from launcher.language.actions.configuration import SetEnvironmentVariable, SetL
 from launcher.language.actions.events import RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess, OnProcessExit
-from launcher.language.actions.timer import TimerAction
+from launcher.language.actions.timer import RosTimer, TimerAction
 from launcher.language.ros.node import Node
-from launcher.language.ros.scope import PushROSNamespace, SetParameter
+from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetUseSimTime
 from launcher.model import events as model
 from launcher.planner import make_plan
 from tests.unit.interpreter.interpreting import interpreting
@@ -34,6 +34,18 @@ def test_a_timer_in_a_group_that_sets_something_loses_it():
         "the actions of this timer run outside of its group, without the group's ros_namespace"
         in warning
     )
+
+
+def test_a_ros_timer_beside_nodes_with_simulated_time_may_be_on_wall_time():
+    timer = RosTimer(period=1.0, actions=[])
+    parameter = SetParameter("use_sim_time", True)
+
+    (warning,) = warnings_of(parameter, timer)
+
+    assert "SetUseSimTime(True)" in warning
+    timer = RosTimer(period=1.0, actions=[])
+    assert warnings_of(parameter, timer, SetUseSimTime(True)) == []
+    assert warnings_of(RosTimer(period=1.0, actions=[])) == []
 
 
 def test_a_timer_in_a_group_loses_its_environment_too():
