@@ -140,6 +140,11 @@ class Parser:
         except LauncherError:
             raise
         except Exception as problem:  # third-party code may raise anything
+            from launcher.language.diagnostics.own_faults import own_fault
+
+            mistake = own_fault(problem, None if place is None else place.where)
+            if mistake is not None:
+                raise mistake from problem
             message = f"<{entity.type_name}>: {problem}"
             ros_type = type(problem).__name__
             raise FrontendError(message, place=place, ros_type=ros_type) from problem

@@ -102,6 +102,9 @@ class RunHost:
             spec = make_spec(action, self._context, self.generated)
         except Exception as error:
             # As in ROS 2, only the task of this process fails.
+            from launcher.language.diagnostics.own_faults import own_fault
+
+            error = own_fault(error, None) or error
             name = str(action.process_description.final_name)
             self.log(name, "ERROR", f"exception occurred while executing process: {error}")
             action._completed()

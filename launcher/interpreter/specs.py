@@ -49,7 +49,7 @@ def make_spec(
         emulate_tty=action._spawn_emulates_tty(context),
         output=action._output_policy,
         output_given=action._output_given,
-        restart=_restart_policy(action),
+        restart=_restart_policy(action, context),
         stop=_stop_policy(action, context, sigterm, sigkill),
         ros=_with_contents(action._ros_identity(), generated),
         sigterm_timeout_given=sigterm,
@@ -57,10 +57,15 @@ def make_spec(
     )
 
 
-def _restart_policy(action: ExecuteLocal) -> RestartPolicy:
+def _restart_policy(action: ExecuteLocal, context: LaunchContext) -> RestartPolicy:
     respawn, delay_s, retries = action._respawn_settings()
     if not respawn:
         return RestartPolicy()
+    given = action._respawn_delay_given
+    if delay_s is None and given is not None:
+        # ROS 2 fails when it is about to start the process again, so it must start here as well.
+        text = f"respawn_delay {given!r} is not a number of seconds; using 0"
+        context._host.warn_quirk(text, action._origin)
     limit = retries if isinstance(retries, int) and retries >= 0 else None
     return RestartPolicy(mode=RestartMode.ALWAYS, delay_s=delay_s or 0.0, max_restarts=limit)
 

@@ -64,6 +64,8 @@ class Configurations(_Table):
 
     def __getitem__(self, name: str) -> Any:
         self._read(name)
+        if name not in self:
+            raise KeyError(name)
         return super().__getitem__(name)
 
     def update(self, *others: Any, **values: Any) -> None:

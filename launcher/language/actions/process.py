@@ -263,7 +263,13 @@ class ExecuteLocal(Action):
         return evaluate_condition_expression(context, normalize_to_list_of_substitutions(value))
 
     def _respawn_settings(self) -> tuple[Any, float | None, int]:
-        return self.__respawn, self.__respawn_delay, self.__respawn_max_retries
+        delay_s = self.__respawn_delay
+        is_number = isinstance(delay_s, (int, float))
+        return self.__respawn, delay_s if is_number else None, self.__respawn_max_retries
+
+    @property
+    def _respawn_delay_given(self) -> Any:
+        return self.__respawn_delay
 
     def _ros_identity(self) -> RosIdentity | None:
         return None

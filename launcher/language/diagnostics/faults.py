@@ -10,6 +10,7 @@ from types import TracebackType
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.language.diagnostics import hints
 from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.diagnostics.own_faults import doubt, own_fault
 from launcher.language.sources import InvalidLaunchFileError
 
 TYPE_CHECKING = False
@@ -38,11 +39,14 @@ def explain(
         undecodable.__cause__ = error
         return undecodable
     place = getattr(error, "_launcher_place", None) or _place(error, path, entity)
+    mistake = own_fault(error, None if place is None else str(place))
+    if mistake is not None:
+        return mistake
     message = _message(error)
     line = None if place is None else _source_line(place)
     fault = LaunchFileError(
         hints.without_hint(message),
-        hint=hints.hint(error, message, context),
+        hint=hints.hint(error, message, context) or doubt(error),
         where=None if place is None else str(place),
         source_line=line,
         column=None if line is None else _column(error, message, line),

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 _PARAMETERS = "ros__parameters"
+_NO_NAME = "_"  # `/*` matches it
 
 
 def parameter_pairs(
@@ -40,8 +41,8 @@ def parameter_pairs(
 
 
 def _full_name(node_name: str, namespace: str | None) -> str:
-    # An empty name is an IndexError in ROS 2 too.
-    name = node_name if node_name[0] == "/" else f"/{node_name}"
+    # The plug-in chooses a name that is not given: only sections with wildcards can match.
+    name = f"/{node_name.lstrip('/') or _NO_NAME}"
     if namespace and namespace != "/":
         return f"/{namespace.strip('/')}{name}"
     return name
@@ -52,6 +53,8 @@ def _from_file(path: Path, full_name: str) -> dict[str, Any]:
 
     with path.open() as file:
         content = yaml.safe_load(file)
+    if not isinstance(content, dict):
+        raise RuntimeError(f"invalid yaml file {path}, error: it holds no parameters")
     sections = dict(_sections(content, []))
     if not sections:
         return content or {}

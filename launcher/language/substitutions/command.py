@@ -74,6 +74,8 @@ class Command(Substitution):
 
 
 def _run(words: list[str], *, merged: bool) -> subprocess.CompletedProcess[str]:
+    if not words:
+        raise IndexError("the command of $(command) is empty")  # the type as in ROS 2
     try:
         return subprocess.run(
             words,

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from launcher.language.actions.configuration import SetLaunchConfiguration
 from launcher.language.actions.events import EmitEvent, LogInfo, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess
@@ -24,6 +25,7 @@ from launcher.language.ros.lifecycle import (
 )
 from launcher.language.ros.node import Node
 from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetRemap, SetROSLogDir
+from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.model import events as model
 from tests.unit.interpreter.interpreting import interpreting, started, texts
 
@@ -157,6 +159,25 @@ def seen(start: str, goal: str, transition: str = "t") -> model.TransitionSeen:
     return model.TransitionSeen(
         node="/n", transition=transition, start_state=start, goal_state=goal
     )
+
+
+@pytest.mark.parametrize("empty", ["", [LaunchConfiguration("empty")]])
+def test_an_empty_namespace_is_none_also_of_a_component_without_a_name(empty, tmp_path: Path):
+    file = tmp_path / "some.yaml"
+    file.write_text(
+        "/**: {ros__parameters: {for_all: 1}}\nother: {ros__parameters: {not_mine: 1}}\n"
+    )
+    node = ComposableNode(
+        package="p", plugin="P", namespace=empty, parameters=[{"own": 1}, str(file)]
+    )
+    load = LoadComposableNodes(target_container="c", composable_node_descriptions=[node])
+
+    with interpreting([SetLaunchConfiguration("empty", ""), load]) as interpreter:
+        effects = interpreter.start()
+
+    (request,) = [e.request for e in effects if isinstance(e, model.LoadComponent)]
+    assert (request.name, request.namespace.strip("/")) == ("", "")
+    assert request.parameters == (("own", 1), ("for_all", 1))
 
 
 def test_a_lifecycle_node_is_watched_and_asked_for_its_transition():

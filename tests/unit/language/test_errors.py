@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -287,3 +288,102 @@ def test_a_generator_and_an_empty_text_are_lists_of_actions(tmp_path: Path):
     )
 
     assert (plan.error, [text for text, _ in plan.logs]) == (None, ["made"])
+
+
+# ---- faults of the launcher
+
+
+def failing(monkeypatch, error_of):
+    from launcher.language.actions.events import LogInfo
+
+    monkeypatch.setattr(LogInfo, "execute", error_of)
+
+
+# As code of the launcher, whatever file holds the test.
+OWN = """
+def index(self, context): return [][0]
+def attribute(self, context): return None.visit
+def deliberate(self, context): raise IndexError("bad value")
+def in_library(self, context): import json; return json.loads(None)
+def unpacked(self, context): a, b = (1,)
+"""
+
+
+def own_code() -> dict[str, Any]:
+    import launcher
+
+    code: dict[str, Any] = {}
+    exec(compile(OWN, str(Path(launcher.__file__).parent / "x.py"), "exec"), code)
+    return code
+
+
+@pytest.mark.parametrize("name", ["index", "attribute", "in_library", "unpacked"])
+def test_a_fault_of_the_launcher_says_so_and_asks_for_a_report(name, monkeypatch, tmp_path: Path):
+    failing(monkeypatch, own_code()[name])
+
+    error = planned(tmp_path, "    return LaunchDescription([\n        LogInfo(msg='x')])\n").error
+
+    assert error is not None
+    text = error.fault.render()
+    assert text.startswith(f"error: {tmp_path / 'broken.launch.py'}:8: the launcher failed here: ")
+    assert "launcher/x.py:" in text
+    assert "not of the launch file; please report it with the traceback" in text
+    assert error.fault.exit_code is ExitCode.PROCESS_FAILED
+
+
+@pytest.mark.parametrize("name", ["deliberate"])
+def test_what_the_launcher_raises_on_purpose_is_about_the_launch_file(name, monkeypatch, tmp_path):
+    failing(monkeypatch, own_code()[name])
+
+    error = planned(tmp_path, "    return LaunchDescription([\n        LogInfo(msg='x')])\n").error
+
+    assert error is not None
+    assert (error.fault.message, error.fault.exit_code) == ("IndexError: bad value", ExitCode.USAGE)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "Node(executable='x', env=5)",
+        "Node(executable='x', condition='true')",
+        "DeclareLaunchArgument('x', choices=5)",
+    ],
+)
+def test_a_value_of_a_wrong_type_that_nothing_checks_leaves_a_doubt(entry, tmp_path: Path):
+    error = planned(tmp_path, f"    return LaunchDescription([{entry}])\n").error
+
+    assert error is not None
+    assert error.fault.exit_code is ExitCode.USAGE
+    assert "if the values in this entry are right, please report it" in str(error.fault.hint)
+
+
+def test_a_fault_of_the_launcher_in_an_xml_file_says_so(monkeypatch, tmp_path: Path):
+    from launcher.language.actions.events import LogInfo
+
+    monkeypatch.setattr(LogInfo, "__init__", lambda self, **_: own_code()["index"](self, None))
+    file = tmp_path / "x.launch.xml"
+    file.write_text("<launch>\n  <log message='x'/>\n</launch>\n")
+
+    error = make_plan(str(file), []).error
+
+    assert error is not None
+    assert error.fault.message.startswith("the launcher failed here: IndexError")
+    assert error.fault.where == f"{file}:2"
+
+
+def test_a_respawn_delay_that_is_no_number_is_a_warning(tmp_path: Path):
+    entry = "Node(executable='x', respawn=True, respawn_delay='soon')"
+    plan = planned(tmp_path, f"    return LaunchDescription([{entry}])\n")
+
+    assert plan.error is None
+    assert [w.text for w in plan.warnings] == [
+        "respawn_delay 'soon' is not a number of seconds; using 0"
+    ]
+
+
+@pytest.mark.parametrize("entry", ["LogInfo(msg=Command(['']))"])
+def test_an_empty_command_is_an_error_of_the_file(entry, tmp_path: Path):
+    error = planned(tmp_path, f"    return LaunchDescription([{entry}])\n").error
+
+    assert error is not None
+    assert (error.kind, error.fault.exit_code) == ("IndexError", ExitCode.USAGE)
