@@ -277,8 +277,8 @@ class _VirtualTime:
                     self._outliving.add(timer_id)
             case model.CancelTimer(timer_id=timer_id):
                 self._cancelled.add(timer_id)
-            case model.LogMessage(logger=logger, text=text):
-                if logger == USER_LOGGER:
+            case model.LogMessage(logger=logger, text=text, sink=sink):
+                if logger == USER_LOGGER and sink != "log":
                     self._plan.logs.append((text, self._stamp))
                     self._trace.logged(text)
             case model.SignalProcess(process_id=process_id, signum=signum):

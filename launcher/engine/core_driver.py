@@ -107,8 +107,8 @@ class CoreDriver:
                 case events.CancelTimer(timer_id=timer_id):
                     if timer_id in self._timers:
                         self._timers.pop(timer_id).cancel()
-                case events.LogMessage(logger=logger, level=level, text=text):
-                    self._log.log(level, logger, text)
+                case events.LogMessage(level=level, logger=logger, text=text):
+                    self._log.log(level, logger, text, sink=effect.sink, line=effect.line)
                 case events.LoadComponent() | events.ChangeState() | events.WatchLifecycle():
                     self._ros.send(effect)
                 case events.UseSimTime(value=value):

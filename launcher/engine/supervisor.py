@@ -28,6 +28,7 @@ from launcher.model.options import RunOptions
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.core_driver import Core
+    from launcher.engine.logs.run_log import Wishes
     from launcher.engine.monitor.budgets import Judge, Verdict
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.run_control import RunControl
@@ -55,6 +56,7 @@ class Supervisor:
         run_id: str,
         run_path: str | None = None,
         options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
+        wishes: Wishes | None = None,
     ) -> None:
         self._core = core
         self._reactor = reactor
@@ -68,7 +70,7 @@ class Supervisor:
         warn = functools.partial(screen.log, "WARNING", "launch")
         soon = functools.partial(reactor.call_later, 0)
         self._directory = RunDirectory(run_path, warn, soon=soon)
-        self._log = RunLog(reactor, screen, self._directory)
+        self._log = RunLog(reactor, screen, self._directory, wishes)
         self._watchdog = WatchdogClient(reactor, run_id, self._log)
         self._reader = OutputReader(reactor, screen, self._directory, processes, self)
         self._driver = ProcessDriver(reactor, self._reader, self._log, self)

@@ -117,8 +117,8 @@ class Interpreter:
         """Like `start`, but keeps the effects before a fault: see `failure`."""
         current = session.current()
         current.sink = self.host.log
-        for message in current.pending:
-            self.host.log(*message)
+        for message, options in current.pending:
+            self.host.log(*message, **options)
         current.pending.clear()
         source = LaunchDescriptionSource(self._description, self._path)
         include = IncludeLaunchDescription(source, launch_arguments=self.arguments.items())

@@ -146,8 +146,10 @@ class RunHost:
         if self.timers.pop(timer_id, None) is not None:
             self.request(model.CancelTimer(timer_id=timer_id))
 
-    def log(self, logger: str, level: str, text: str) -> None:
-        self.request(model.LogMessage(logger=logger, level=level, text=text))
+    def log(
+        self, logger: str, level: str, text: str, *, sink: str = "", line: str | None = None
+    ) -> None:
+        self.request(model.LogMessage(logger=logger, level=level, text=text, sink=sink, line=line))
 
     def visiting(self, entity: Any) -> None:
         self._depth += 1

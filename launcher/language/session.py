@@ -3,9 +3,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
-Sink = Callable[[str, str, str], None]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Protocol
+
+    class Sink(Protocol):
+        """Takes a message; `sink` is where it goes, both if it is empty; `line` its final form."""
+
+        def __call__(
+            self, logger: str, level: str, text: str, *, sink: str = "", line: str | None = None
+        ) -> None: ...
+
+    class Formats(Protocol):
+        """How the launcher's own messages are written, if the launch file wants them otherwise.
+
+        The line, "" for the usual one, or None for none.
+        """
+
+        def screen_line(self, level: str, logger: str, text: str) -> str | None: ...
+        def file_line(self, level: str, logger: str, text: str) -> str | None: ...
 
 
 class Session:
@@ -16,18 +34,27 @@ class Session:
     ones for it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, is_script: bool = False) -> None:
+        self.is_script = is_script
+        self.formats: Formats | None = None
         self.environment = dict(os.environ)
         self._log_dir: str | None = None
         self.sink: Sink | None = None
-        self.pending: list[tuple[str, str, str]] = []
+        self.pending: list[tuple[tuple[str, str, str], dict[str, Any]]] = []
 
-    def log(self, logger: str, level: str, text: str) -> None:
+    @property
+    def prints(self) -> bool:
+        """Whether messages are to be printed at once: a script, of which nothing runs yet."""
+        return self.is_script and self.sink is None
+
+    def log(
+        self, logger: str, level: str, text: str, *, sink: str = "", line: str | None = None
+    ) -> None:
         """Hand a message of a logger to the interpreter, or keep it until one runs."""
         if self.sink is None:
-            self.pending.append((logger, level, text))
+            self.pending.append(((logger, level, text), {"sink": sink, "line": line}))
         else:
-            self.sink(logger, level, text)
+            self.sink(logger, level, text, sink=sink, line=line)
 
     @property
     def log_dir(self) -> str:
@@ -53,7 +80,7 @@ open_sessions: list[Session] = []  # of open vocabularies, the innermost last
 
 def current() -> Session:
     """The session of the innermost open vocabulary; a temporary one if none is open."""
-    return open_sessions[-1] if open_sessions else Session()
+    return open_sessions[-1] if open_sessions else Session(is_script=True)
 
 
 def replace_environment(values: Mapping[str, str]) -> None:

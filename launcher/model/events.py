@@ -66,11 +66,16 @@ class CancelTimer(Record):
 
 
 class LogMessage(Record):
-    """A message of the launcher: `[LEVEL] [logger]: text`."""
+    """A message of the launcher: `[LEVEL] [logger]: text`.
+
+    `sink` is `screen` or `log` if it goes only there; `line` is the whole line, formatted already.
+    """
 
     logger: str
     level: str
     text: str
+    sink: str = ""
+    line: str | None = None
 
 
 class RequestShutdown(Record):

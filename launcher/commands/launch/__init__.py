@@ -18,7 +18,7 @@ from launcher.commands.launch.target import (
     LaunchRequest,
 )
 from launcher.commands.launch.time_limit import limited
-from launcher.errors import OF_SMOKE, ExitCode, LaunchFileError, exit_code_table
+from launcher.errors import OF_SMOKE, ExitCode, LaunchFileError, UsageError, exit_code_table
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from launcher.commands.launch.run_plan import RunStep
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
+    from launcher.language.session import Session
     from launcher.model.events import Effect, Event
 
 # What serves the control socket takes 15 ms to import; the first processes start meanwhile.
@@ -99,6 +100,7 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
     with vocabulary(words) as session:
         # Launch files ask where the logs of their run are.
         session.log_dir = run_path
+        _read_log_formats()
         with limited(request.time_limit, request.path):
             description = frontends.load(request.path)
             if not request.lenient and not _is_declared(request, description):
@@ -116,13 +118,25 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
             core = LaunchCore(interpreter, description, request)
             core.evaluate()
             _check(core, interpreter, options)
-            code = _supervise(core, options, run_path, request)
+            code = _supervise(core, options, run_path, request, session)
         finally:
             interpreter.close()
     if interpreter.failure is not None:
         print(interpreter.failure.render(), file=sys.stderr)
         return ExitCode.PROCESS_FAILED
     return code
+
+
+def _read_log_formats() -> None:
+    """Apply ROS 2's variables for the formats of the launcher's own lines; UsageError."""
+    if not any(os.environ.get(f"OVERRIDE_LAUNCH_{what}_FORMAT") for what in ("SCREEN", "LOG")):
+        return
+    try:
+        from launcher.language import log
+
+        log.reset()
+    except ValueError as error:
+        raise UsageError(str(error), hint="for example: '[{levelname}] [{name}]: {msg}'") from None
 
 
 def _is_declared(request: LaunchRequest, description: LaunchDescription) -> bool:
@@ -215,7 +229,11 @@ def _ended_process(event: Event) -> int | None:
 
 
 def _supervise(
-    core: LaunchCore, options: RunOptions, run_path: str | None, request: LaunchRequest
+    core: LaunchCore,
+    options: RunOptions,
+    run_path: str | None,
+    request: LaunchRequest,
+    session: Session,
 ) -> ExitCode:
     from launcher.engine.output.stdout import StdoutWriter, passes_colour, wants_colour
     from launcher.engine.posix.reactor import Reactor
@@ -234,6 +252,7 @@ def _supervise(
             run_id=run_id,
             run_path=run_path,
             options=options,
+            wishes=session,
         )
         if not options.control:
             return supervisor.run()

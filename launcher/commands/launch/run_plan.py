@@ -83,8 +83,8 @@ class _PlanBuilder:
             case model.StartProcess(process_id=process_id):
                 self._indices[process_id] = len(plan.processes)
                 plan.processes.append(self._planned(effect, stamp))
-            case model.LogMessage(logger=logger, text=text):
-                if logger == USER_LOGGER:
+            case model.LogMessage(logger=logger, text=text, sink=sink):
+                if logger == USER_LOGGER and sink != "log":
                     plan.logs.append((text, stamp))
             case model.LoadComponent(request=load):
                 plan.loads.append((load, stamp))

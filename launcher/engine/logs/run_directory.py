@@ -85,7 +85,7 @@ class RunDirectory:
 
     def _make(self, path: str) -> None:
         try:
-            os.makedirs(path, exist_ok=self.path is not None)  # a node may make it, too
+            os.makedirs(path, exist_ok=True)  # a node may make it, too
             self._hold(path)
         except OSError as error:
             self._give_up(error)
@@ -130,6 +130,10 @@ class RunDirectory:
     def log(self, level: str, logger: str, text: str) -> None:
         line = f"{time.time():.7f} [{level}] [{logger}]: {text}\n"
         self._merge(line.encode(errors="surrogateescape"))
+
+    def log_line(self, line: str) -> None:
+        """A line that is formatted already."""
+        self._merge(f"{line}\n".encode(errors="surrogateescape"))
 
     def write_lines(self, name: str, policy: OutputPolicy, stream: str, lines: bytes) -> None:
         if self.path is None or self._broken:

@@ -11,25 +11,59 @@ from launcher.engine.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Protocol
+
     from launcher.engine.logs.messages import Line
+
+    class Formats(Protocol):
+        """Lines other than the usual ones: "" for the usual one, None for none."""
+
+        def screen_line(self, level: str, logger: str, text: str) -> str | None: ...
+        def file_line(self, level: str, logger: str, text: str) -> str | None: ...
+
+    class Wishes(Protocol):
+        """What the launch file wants, which it may change during the run."""
+
+        @property
+        def formats(self) -> Formats | None: ...
 
 
 class RunLog:
     """`ring` holds the last messages."""
 
-    def __init__(self, reactor: Reactor, screen: StdoutWriter, directory: RunDirectory) -> None:
+    def __init__(
+        self,
+        reactor: Reactor,
+        screen: StdoutWriter,
+        directory: RunDirectory,
+        wishes: Wishes | None = None,
+    ) -> None:
+        self._wishes = wishes
         self._reactor = reactor
         self._screen = screen
         self._directory = directory
         self.ring = LogRing()
 
-    def log(self, level: str, logger: str, text: str) -> None:
-        """Write a line to the screen and to `launch.log`."""
+    def log(
+        self, level: str, logger: str, text: str, *, sink: str = "", line: str | None = None
+    ) -> None:
+        """Write a line to the screen and to `launch.log`, or to one of them (see LogMessage)."""
         text = text if text.isascii() else _encodable(text)
-        line = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
-        self.ring.append("", self._reactor.now(), line)
-        self._screen.log(level, logger, text)
-        self._directory.log(level, logger, text)
+        formats = None if self._wishes is None or line is not None else self._wishes.formats
+        if sink != "log":
+            usual = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
+            self.ring.append("", self._reactor.now(), usual)
+            wanted = line or ("" if formats is None else formats.screen_line(level, logger, text))
+            if wanted:
+                self._screen.log_line(wanted)
+            elif wanted is not None:
+                self._screen.log(level, logger, text)
+        if sink != "screen":
+            wanted = line or ("" if formats is None else formats.file_line(level, logger, text))
+            if wanted:
+                self._directory.log_line(wanted)
+            elif wanted is not None:
+                self._directory.log(level, logger, text)
 
     def warn(self, text: str) -> None:
         self.log("WARNING", "launch", text)

@@ -156,6 +156,10 @@ class StdoutWriter:
         line = self._clean(text.encode(errors="surrogateescape") + b"\n")
         self._write_around(head + b" " + line)
 
+    def log_line(self, line: str) -> None:
+        """Write a line of our own that is formatted already."""
+        self._write_around(self._clean(line.encode(errors="surrogateescape") + b"\n"))
+
     # ---- writing
 
     def _write(self, block: bytes) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
@@ -88,11 +88,21 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
         yield session
     finally:
         replace_environment(session.environment)
+        _reset_logging(session)
         open_sessions.remove(session)
         sys.argv = argv
         sys.meta_path.remove(finder)
         _take_modules()
         sys.modules.update(saved)
+
+
+def _reset_logging(session: Session) -> None:
+    """Undo what a launch file has set in `launch.logging`, if any has loaded it."""
+    log = sys.modules.get("launcher.language.log")
+    if log is not None and session is open_sessions[0]:
+        session.is_script = True  # nothing runs any more
+        with suppress(ValueError):
+            log.reset()
 
 
 def _take_modules() -> dict[str, ModuleType]:

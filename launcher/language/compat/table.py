@@ -100,10 +100,10 @@ MODULES = {
         ),
     },
     "launch.logging.handlers": {
-        "logging": "FileHandler Handler NullHandler StreamHandler",
-        "logging.handlers": (
-            "MemoryHandler QueueHandler RotatingFileHandler SocketHandler SysLogHandler "
-            "TimedRotatingFileHandler WatchedFileHandler"
+        "launcher.language.log_handlers": (
+            "FileHandler Handler MemoryHandler NullHandler QueueHandler RotatingFileHandler "
+            "SocketHandler StreamHandler SysLogHandler TimedRotatingFileHandler "
+            "WatchedFileHandler"
         ),
     },
     "launch.some_actions_type": {
