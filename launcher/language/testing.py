@@ -116,6 +116,16 @@ def retry_on_failure(*, times: int, delay: float | None = None) -> Callable[[_T]
     return lambda test: test
 
 
+def ready_to_test_action_timeout(timeout: float) -> Callable[[_T], _T]:
+    """Mark a description: how long its ReadyToTest may take."""
+
+    def mark(description: _T) -> _T:
+        vars(description)["__ready_to_test_action_timeout__"] = timeout
+        return description
+
+    return mark
+
+
 def post_shutdown_test() -> Callable[[_T], _T]:
     """Mark test cases: they run after the shutdown."""
     return lambda test_case: test_case

@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
 import launcher.frontends  # noqa: F401 - gives the language its parsers
@@ -29,8 +29,11 @@ class _Finder:
     def find_spec(
         fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        if fullname.partition(".")[0] not in TOP_NAMES or not is_public(fullname):
+        top = fullname.partition(".")[0]
+        if top not in TOP_NAMES or not is_public(fullname):
             return None
+        if top == "launch_testing" and _is_installed(top):
+            return None  # it has everything, and works with the launcher's `launch`
         spec = ModuleSpec(fullname, _Finder, origin=table.__file__)  # type: ignore[arg-type]
         if submodules(fullname):
             folder = f"{_FOLDER}/{fullname}"  # does not exist; listed by _Listing
@@ -46,11 +49,12 @@ class _Finder:
     def exec_module(module: PublicModule) -> None:
         module.__file__ = table.__file__
         module.provide()
-        if module.__name__ == "launch_testing":
-            from pkgutil import extend_path
 
-            # Fall back on an installed launch_testing.
-            module.__path__ = extend_path(module.__path__, module.__name__)
+
+def _is_installed(package: str) -> bool:
+    """Whether the path has this package; a folder without `__init__.py` is none."""
+    spec = PathFinder.find_spec(package)
+    return spec is not None and spec.origin is not None
 
 
 class _Listing:

@@ -214,7 +214,9 @@ MODULES = {
     "launch_ros.utilities.plugin_support": {
         "launcher.language.ros.adapters": "PluginException satisfies_version",
     },
-    "launch_testing": {"launcher.language.testing": "parametrize post_shutdown_test"},
+    "launch_testing": {
+        "launcher.language.testing": "parametrize post_shutdown_test ready_to_test_action_timeout",
+    },
     "launch_testing.actions": {"launcher.language.testing": "ReadyToTest"},
     "launch_testing.legacy": {"launcher.language.testing": "LaunchTestService"},
     "launch_testing.markers": {"launcher.language.testing": "keep_alive retry_on_failure"},

@@ -51,25 +51,73 @@ def test_the_last_test_of_a_legacy_test_service_ends_the_system(tmp_path: Path):
     assert [reason for reason, _ in plan.shutdowns] == ["all tests finished"]
 
 
-def test_a_part_of_launch_testing_that_is_not_here_comes_from_an_installed_one(
+# Laid out like the real package: what it exports, and what its parts import from one another.
+INSTALLED = {
+    "__init__.py": (
+        "from .ready_to_test_action_timeout import ready_to_test_action_timeout\n"
+        "from . import asserts, io_handler, tools, util\n"
+    ),
+    "ready_to_test_action_timeout.py": (
+        "def ready_to_test_action_timeout(timeout):\n    return lambda made: made\n"
+    ),
+    "util/__init__.py": "from .proc_lookup import LIMIT\n",
+    "util/proc_lookup.py": "import launch.actions\nLIMIT = 'seen'\n",
+    "asserts/__init__.py": "from ..util import LIMIT\n",
+    "io_handler.py": "from .util import LIMIT\n",
+    "tools/__init__.py": (
+        "import launch.events.process\nfrom launch.utilities import ensure_argument_type\n"
+        "from ..io_handler import LIMIT\n"
+    ),
+    "test_runner.py": (
+        "from launch import LaunchService\nfrom launch.event_handlers import OnProcessIO\n"
+        "from .io_handler import LIMIT\n"
+    ),
+    "markers.py": "def keep_alive(made):\n    return made\n",
+}
+
+USES_INSTALLED = """
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+import launch_testing
+import launch_testing.test_runner
+import launch_testing.util
+from launch_testing.asserts import LIMIT
+from launch_testing.markers import keep_alive
+from launch_testing.tools import LIMIT as SAME
+
+@launch_testing.ready_to_test_action_timeout(10)
+def generate_launch_description():
+    return LaunchDescription([ExecuteProcess(cmd=[LIMIT, SAME, launch_testing.util.LIMIT])])
+"""
+
+
+def test_an_installed_launch_testing_is_used_as_a_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     package = tmp_path / "installed" / "launch_testing"
-    package.mkdir(parents=True)
-    (package / "__init__.py").touch()
-    (package / "asserts.py").write_text("LIMIT = 'seen'\n")
+    for name, text in INSTALLED.items():
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text(text)
     monkeypatch.syspath_prepend(package.parent)
+
+    assert commands(planned(tmp_path, USES_INSTALLED)) == [["seen", "seen", "seen"]]
+
+
+def test_a_folder_named_launch_testing_hides_nothing(tmp_path: Path, monkeypatch):
+    (tmp_path / "launch_testing").mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
 
     plan = planned(
         tmp_path,
+        "import launch_testing\n"
         "from launch import LaunchDescription\n"
-        "from launch.actions import ExecuteProcess\n"
-        "from launch_testing.asserts import LIMIT\n"
+        "from launch_testing.actions import ReadyToTest\n"
+        "@launch_testing.ready_to_test_action_timeout(3.0)\n"
         "def generate_launch_description():\n"
-        "    return LaunchDescription([ExecuteProcess(cmd=[LIMIT])])\n",
+        "    return LaunchDescription([ReadyToTest()])\n",
     )
 
-    assert commands(plan) == [["seen"]]
+    assert commands(plan) == []
 
 
 def make_package(prefix: Path, name: str, *programs: str) -> None:
