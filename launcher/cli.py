@@ -23,7 +23,7 @@ from launcher.text import did_you_mean, suggest
 def main(words: Sequence[str]) -> int:
     """Run one command line (without the program's name); the exit code."""
     words = list(words)
-    _add_wheels_to_ament_path()
+    add_wheels_to_ament_path()
     debug = _wants_traceback(words)
     try:
         return _dispatch(words)
@@ -49,7 +49,7 @@ def main(words: Sequence[str]) -> int:
         return ExitCode.PROCESS_FAILED
 
 
-def _add_wheels_to_ament_path() -> None:
+def add_wheels_to_ament_path() -> None:
     """Name the ament index of the wheels, as sourcing a set-up file does for ROS's own tools.
 
     The wheels install it below `sys.prefix` and set no `AMENT_PREFIX_PATH` (CONFORMANCE 4.23). One

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command
@@ -65,11 +65,12 @@ class CoreDriver:
         self._inbox: deque[events.Event] = deque()
         self._busy = False
         self._settling = False
+        self.stays: Callable[[], bool] = lambda: False
 
     @property
     def expects_more(self) -> bool:
-        """Whether a timer or an unhandled event may start something."""
-        return bool(self._timers or self._inbox or self._busy)
+        """Whether a timer, an unhandled event or `stays` may start something."""
+        return bool(self._timers or self._inbox or self._busy) or self.stays()
 
     @property
     def is_loading(self) -> bool:

@@ -55,6 +55,10 @@ class Shutdown:
         return self._machine.is_stopping
 
     @property
+    def stop_signal(self) -> int | None:
+        return self._machine.stop_signal
+
+    @property
     def first_failure(self) -> str | None:
         """The report on the first unexpected exit, or budget that was exceeded."""
         return self._machine.first_failure

@@ -150,7 +150,7 @@ class ShutdownMachine:
     def __init__(self, processes: Collection[Process], *, exit_when_any_dies: bool = False) -> None:
         self._processes = processes
         self._exit_when_any_dies = exit_when_any_dies
-        self._stop_signal: int | None = None
+        self.stop_signal: int | None = None
         self._is_output_closed = False
         self._reason: str | None = None
         self._skipped = 0
@@ -171,9 +171,9 @@ class ShutdownMachine:
         )
         if self.first_failure is None and not has_killed:
             return ExitCode.PROCESS_FAILED if has_lost_output else ExitCode.OK
-        if self._stop_signal is None:
+        if self.stop_signal is None:
             return ExitCode.PROCESS_FAILED
-        is_interrupt = self._stop_signal == signal.SIGINT
+        is_interrupt = self.stop_signal == signal.SIGINT
         return ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
 
     def handle(self, event: ShutdownEvent, now: float) -> list[ShutdownAction]:
@@ -208,8 +208,8 @@ class ShutdownMachine:
         return []
 
     def _interrupt(self, signum: int, now: float) -> list[ShutdownAction]:
-        is_first = self._stop_signal is None
-        self._stop_signal = self._stop_signal or signum
+        is_first = self.stop_signal is None
+        self.stop_signal = self.stop_signal or signum
         name = signal.Signals(signum).name
         how = "ctrl-c (SIGINT)" if signum == signal.SIGINT else name
         if not self.is_stopping:

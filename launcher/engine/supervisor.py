@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import functools
 import gc
 import os
 import signal
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.run_control import RunControl
     from launcher.engine.shutdown import Shutdown
+    from launcher.model.events import Event
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
@@ -155,6 +157,13 @@ class Supervisor:
 
     def run(self) -> ExitCode:
         """Run to the end, and return the exit code. No process is left even after an exception."""
+        with self.running():
+            self._reactor.run()
+        return self._shutdown.exit_code()
+
+    @contextlib.contextmanager
+    def running(self) -> Iterator[None]:
+        """The run; within, the reactor must run until it is stopped."""
         self._reactor.on_signals(STOP_SIGNALS, lambda signum: self._shutdown.interrupt(signum))
         set_close_on_exec()
         self._reactor.on_signals((signal.SIGWINCH,), self._terminal_resized)
@@ -164,12 +173,25 @@ class Supervisor:
                 self._log.log("INFO", "launch", f"All log files can be found below {path}")
             self._begin()
             self._shutdown.idle()
-            self._reactor.run()
+            yield
             if self._shutdown.first_failure is not None:
                 self._log.log("ERROR", "launch", self._shutdown.first_failure)
         finally:
             self._clean_up()
-        return self._shutdown.exit_code()
+
+    @property
+    def stop_signal(self) -> int | None:
+        """The first signal that ended the run."""
+        return self._shutdown.stop_signal
+
+    def feed(self, event: Event) -> None:
+        """Pass an event to the core from outside, in the thread of the reactor."""
+        self._core_driver.feed(event)
+        self._shutdown.idle()
+
+    def stay_while(self, condition: Callable[[], bool]) -> None:
+        """Do not end for want of processes while this is true."""
+        self._core_driver.stays = condition
 
     def _begin(self) -> None:
         timeout_s = self._options.timeout_s

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.errors import LaunchFileError
 from launcher.interpreter.host import Answer, Quirk, RunHost
@@ -55,6 +55,8 @@ class Interpreter:
     `path` is the launch file (for `ThisLaunchFileDir` and messages); `environment` replaces
     `os.environ` for the run. `answer` is for a driver in virtual time (see RunHost): there the
     interpreter does not shut down an idle or failed run, and keeps the effects of a failed visit.
+    `context` is that of a LaunchService, with the handlers that a run needs; the run does not end
+    for want of processes while `stays()`.
     """
 
     def __init__(
@@ -66,6 +68,8 @@ class Interpreter:
         environment: Mapping[str, str] | None = None,
         noninteractive: bool = False,
         answer: Answer | None = None,
+        context: LaunchContext | None = None,
+        stays: Callable[[], bool] = lambda: False,
     ) -> None:
         self._environment_before = dict(os.environ)
         if environment is not None:
@@ -80,15 +84,20 @@ class Interpreter:
         self._is_virtual = answer is not None
         self._handlers_without_output: tuple[Any, ...] = ()
         self.failure: LaunchFileError | None = None
-        self.context = LaunchContext(
+        self._stays = stays
+        self.context = context or self._new_context(noninteractive)
+        self.host = RunHost(self.context, answer)
+        self.context._host = self.host
+
+    def _new_context(self, noninteractive: bool) -> LaunchContext:
+        context = LaunchContext(
             argv=[f"{name}:={value}" for name, value in self.arguments.items()],
             noninteractive=noninteractive,
         )
-        self.context._remember_environment(self.environment)
-        self.host = RunHost(self.context, answer)
-        self.context._host = self.host
-        self.context.register_event_handler(OnIncludeLaunchDescription())
-        self.context.register_event_handler(OnShutdown(on_shutdown=self._on_shutdown))
+        context._remember_environment(self.environment)
+        context.register_event_handler(OnIncludeLaunchDescription())
+        context.register_event_handler(OnShutdown(on_shutdown=self._on_shutdown))
+        return context
 
     @property
     def warnings(self) -> Sequence[Quirk]:
@@ -113,13 +122,21 @@ class Interpreter:
             raise self.failure
         return self.take_effects()
 
-    def begin(self) -> None:
-        """Like `start`, but keeps the effects before a fault: see `failure`."""
+    def resume(self) -> list[model.Effect]:
+        """Instead of `start`, with the context of a LaunchService: what waits in its queue."""
+        self._take_messages()
+        return self.handle_together([])
+
+    def _take_messages(self) -> None:
         current = session.current()
         current.sink = self.host.log
         for message, options in current.pending:
             self.host.log(*message, **options)
         current.pending.clear()
+
+    def begin(self) -> None:
+        """Like `start`, but keeps the effects before a fault: see `failure`."""
+        self._take_messages()
         source = LaunchDescriptionSource(self._description, self._path)
         include = IncludeLaunchDescription(source, launch_arguments=self.arguments.items())
         include._origin = None  # from the command line
@@ -193,6 +210,8 @@ class Interpreter:
                 self.context.emit_event_sync(kind(text=data, **self._details(process_id)))
             case model.SignalReceived(signum=signum):
                 self._signal_received(signum)
+            case model.Emitted(event=emitted):
+                self.context.emit_event_sync(emitted)
             case model.ShutdownAsked(reason=reason):
                 self._begin_shutdown(launch_events.Shutdown(reason=reason))
             case _:
@@ -254,7 +273,7 @@ class Interpreter:
     def _becomes_idle(self) -> bool:
         if self._is_virtual or self.host.is_busy or self.host.shutdown_pending:
             return False
-        if self.context.is_shutdown:
+        if self.context.is_shutdown or self._stays():
             return False
         self._begin_shutdown(launch_events.Shutdown(reason="idle"))
         return True
@@ -281,9 +300,12 @@ class Interpreter:
             self.context.emit_event_sync(event)
 
     def _on_shutdown(self, event: Any, context: LaunchContext) -> None:
-        # Registered first, so called last: handlers of the launch file have run.
-        if not context.is_shutdown:
-            context._set_is_shutdown(True)
+        self.decide_shutdown(event)
+
+    def decide_shutdown(self, event: Any) -> None:
+        """Request the shutdown; the last handler, so that those of the launch file have run."""
+        if not self.context.is_shutdown:
+            self.context._set_is_shutdown(True)
             self.host.request(model.RequestShutdown(reason=event.reason))
         self.host.shutdown_pending = False
 

@@ -1,20 +1,32 @@
-"""ROS 2's API to run a description from a script; not available here."""
+"""LaunchService: runs descriptions from a script."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
+from launcher.language import session
 from launcher.language.context import LaunchContext
+from launcher.language.events.handlers import OnIncludeLaunchDescription, OnShutdown
+from launcher.language.events.launch import IncludeLaunchDescription, Shutdown
+from launcher.language.host import NullHost
 from launcher.language.naming import public
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, NoReturn
+    from collections.abc import Generator
+    from typing import Any
+
+_NO_RUN = (
+    "LaunchService.run() is not available inside of a launch file; start the launch file itself, "
+    "or run the LaunchService in a script that says `import launcher.api` first"
+)
 
 
 @public("launch.launch_service")
 class LaunchService:
-    """Collects descriptions; `run` raises RuntimeError."""
+    """Runs the descriptions that it includes; `emit_event` and `shutdown` from any thread."""
 
     def __init__(
         self,
@@ -24,38 +36,110 @@ class LaunchService:
         debug: bool = False,
     ) -> None:
         self.__context = LaunchContext(argv=argv, noninteractive=noninteractive)
-        self._descriptions: list[Any] = []
-        self._debug = debug
+        self.__context.register_event_handler(OnIncludeLaunchDescription())
+        self.__context.register_event_handler(OnShutdown(on_shutdown=self.__on_shutdown))
+        self.__lock = threading.RLock()
+        self.__is_running = False
+        self.__run: session.ServiceRun | None = None
+        self.__task: Any = None
+        if debug:
+            from launcher.language.log import launch_config
+
+            launch_config.level = "DEBUG"
 
     @property
     def context(self) -> LaunchContext:
-        """The context; nothing runs in it."""
+        """The context, which keeps its handlers and configurations from one run to the next."""
         return self.__context
 
     @property
-    def event_loop(self) -> None:
-        return None
+    def event_loop(self) -> Any:
+        """The loop for coroutines of the launch; None when nothing runs."""
+        return None if self.__run is None else self.__context.asyncio_loop
 
     @property
-    def task(self) -> None:
-        return None
+    def task(self) -> Any:
+        """The asyncio task that awaits `run_async`; None if none does."""
+        return self.__task
 
     def emit_event(self, event: Any) -> None:
-        self.__context.emit_event_sync(event)
+        """Queue an event; without a run it waits for the next one."""
+        with self.__lock:
+            if self.__run is None:
+                self.__context.emit_event_sync(event)
+            else:
+                self.__run.post(event)
 
     def include_launch_description(self, launch_description: Any) -> None:
-        self._descriptions.append(launch_description)
+        """Visit a description in this run, or at the start of the next one."""
+        self.emit_event(IncludeLaunchDescription(launch_description))
 
-    def run(self, *, shutdown_when_idle: bool = True) -> NoReturn:
-        """RuntimeError: a launch file cannot run a second launcher inside this one."""
-        raise RuntimeError(
-            "LaunchService.run() is not available inside of a launch file; "
-            "start the file with `python -m launcher FILE`"
-        )
+    def run(self, *, shutdown_when_idle: bool = True) -> int:
+        """Run until nothing is left to do, or without `shutdown_when_idle` until `shutdown`.
 
-    async def run_async(self, *, shutdown_when_idle: bool = True) -> NoReturn:
-        """RuntimeError, like `run`."""
-        self.run(shutdown_when_idle=shutdown_when_idle)
+        0, or 1 after an exception in the launch or a SIGTERM. The end of a process, whatever its
+        exit code, is no failure, as in ROS 2.
+        """
+        with self.__running(shutdown_when_idle) as run:
+            return run.run()
 
-    def shutdown(self) -> None:
-        """No-op."""
+    async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
+        """`run` within the asyncio loop of the caller, whose other tasks go on."""
+        import asyncio
+
+        with self.__running(shutdown_when_idle) as run:
+            self.__task = asyncio.current_task()
+            try:
+                return await run.run_async()
+            finally:
+                self.__task = None
+
+    def shutdown(self, force_sync: bool = False) -> Any:
+        """Stop everything; `run` returns then. Nothing if nothing runs.
+
+        The result may be awaited if an asyncio loop runs in this thread, unless `force_sync`.
+        """
+        with self.__lock:
+            if self.__run is not None:
+                self.__run.post(Shutdown(reason="LaunchService.shutdown() called"))
+        return None if force_sync or not _is_in_loop() else _Done()
+
+    @contextmanager
+    def __running(self, shutdown_when_idle: bool) -> Iterator[session.ServiceRun]:
+        runner = session.current().runner
+        if runner is None:
+            raise RuntimeError(_NO_RUN)
+        with self.__lock:
+            if self.__is_running:
+                raise RuntimeError("this LaunchService is already running")
+            self.__is_running = True
+        self.__context._set_is_shutdown(False)
+        try:
+            run = runner(self.__context, shutdown_when_idle)
+            with self.__lock:
+                self.__run = run
+            yield run
+        finally:
+            with self.__lock:
+                if self.__run is not None:
+                    self.__run.close()
+                self.__run, self.__is_running = None, False
+                self.__context._completion_futures.clear()
+                self.__context._host = NullHost()
+
+    def __on_shutdown(self, event: Any, context: LaunchContext) -> None:
+        if self.__run is not None:
+            self.__run.shut_down(event)
+
+
+def _is_in_loop() -> bool:
+    from asyncio import events
+
+    return events._get_running_loop() is not None
+
+
+class _Done:
+    """Awaited without waiting: the shutdown has been requested."""
+
+    def __await__(self) -> Generator[Any, None, None]:
+        yield from ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,6 +25,17 @@ if TYPE_CHECKING:
         def screen_line(self, level: str, logger: str, text: str) -> str | None: ...
         def file_line(self, level: str, logger: str, text: str) -> str | None: ...
 
+    class ServiceRun(Protocol):
+        """One run of a LaunchService; `post` from any thread, `close` at the end."""
+
+        def post(self, event: Any) -> None: ...
+        def run(self) -> int: ...
+        async def run_async(self) -> int: ...
+        def shut_down(self, event: Any) -> None: ...
+        def close(self) -> None: ...
+
+    Runner = Callable[[Any, bool], ServiceRun]  # of a context, and whether to end when idle
+
 
 class Session:
     """The log folder, and where messages of loggers go: (logger, level, text).
@@ -37,8 +48,11 @@ class Session:
     def __init__(self, *, is_script: bool = False) -> None:
         self.is_script = is_script
         self.formats: Formats | None = None
+        self.runner: Runner | None = None
+        self.make_log_dir: Callable[[], str | None] = lambda: None
         self.environment = dict(os.environ)
         self._log_dir: str | None = None
+        self._made_log_dir: str | None = None
         self.sink: Sink | None = None
         self.pending: list[tuple[tuple[str, str, str], dict[str, Any]]] = []
 
@@ -56,10 +70,16 @@ class Session:
         else:
             self.sink(logger, level, text, sink=sink, line=line)
 
+    def forget_log_dir(self) -> None:
+        """Make another folder for the next run, unless the script has set one."""
+        self._made_log_dir = None
+
     @property
     def log_dir(self) -> str:
         """The folder that the driver has set, else the parent folder of all runs."""
-        return default_log_dir() if self._log_dir is None else self._log_dir
+        if self._log_dir is None:
+            self._made_log_dir = self._made_log_dir or self.make_log_dir()
+        return self._log_dir or self._made_log_dir or default_log_dir()
 
     @log_dir.setter
     def log_dir(self, folder: str | None) -> None:

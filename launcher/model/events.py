@@ -10,6 +10,10 @@ from __future__ import annotations
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 # ---- effects: interpreter -> driver
 
 
@@ -195,6 +199,12 @@ class ShutdownAsked(Record):
     reason: str
 
 
+class Emitted(Record):
+    """A LaunchService got this event of the launch language, from outside of the run."""
+
+    event: Any
+
+
 class ComponentLoaded(Record):
     """The container answered a LoadComponent; `error` is None if the node was loaded."""
 
@@ -243,6 +253,7 @@ Event = (
     | TimerLost
     | SignalReceived
     | ShutdownAsked
+    | Emitted
     | ComponentLoaded
     | StateChanged
     | TransitionSeen

@@ -69,6 +69,7 @@ MAY_IMPORT = {
         "packages",
         "control",
     },
+    "api": {"cli", "commands", "model"},
     "absent_verbs": {"errors", "commands", "frontends", "packages"},
     "__main__": {"cli"},
     "__init__": set(),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from launcher.command_line import Command, option
 from launcher.commands import VERBS
+from launcher.commands.launch.core import LaunchCore, supervising
 from launcher.commands.launch.options import RUN_OPTIONS, run_options
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
@@ -18,23 +18,13 @@ from launcher.commands.launch.target import (
     LaunchRequest,
 )
 from launcher.commands.launch.time_limit import limited
-from launcher.errors import OF_SMOKE, ExitCode, LaunchFileError, UsageError, exit_code_table
+from launcher.errors import OF_SMOKE, ExitCode, UsageError, exit_code_table
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
-
-    from launcher.commands.launch.helpers import Helpers
-    from launcher.commands.launch.run_plan import RunStep
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
-    from launcher.language.session import Session
-    from launcher.model.events import Effect, Event
-
-# What serves the control socket takes 15 ms to import; the first processes start meanwhile.
-HELPERS_DELAY_S = 0.05
-MAX_RECORDED_STEPS = 2000  # bounds the memory for the plan of a run
 
 COMMAND = Command(
     "launch",
@@ -89,7 +79,24 @@ def main(words: Sequence[str]) -> int:
 
 
 def launch(request: LaunchRequest, options: RunOptions) -> int:
-    """Evaluate the launch file, then run what it describes."""
+    """Evaluate the launch file, then run what it describes; a script of a LaunchService runs."""
+    if _is_script(request.path):
+        from launcher.commands.launch.service import run_script
+
+        return run_script(request, options)
+    return _launch(request, options)
+
+
+def _is_script(path: str) -> bool:
+    """Whether a Python file describes nothing, but runs a LaunchService itself."""
+    if not path.endswith(".py"):
+        return False
+    with open(path, "rb") as file:
+        text = file.read()
+    return b"LaunchService" in text and b"generate_launch_description" not in text
+
+
+def _launch(request: LaunchRequest, options: RunOptions) -> int:
     from launcher import frontends
     from launcher.engine.logs.run_directory import new_run_path
     from launcher.interpreter import Interpreter
@@ -118,7 +125,8 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
             core = LaunchCore(interpreter, description, request)
             core.evaluate()
             _check(core, interpreter, options)
-            code = _supervise(core, options, run_path, request, session)
+            with supervising(core, options, run_path, request, session) as (supervisor, _):
+                code = supervisor.run()
         finally:
             interpreter.close()
     if interpreter.failure is not None:
@@ -162,119 +170,3 @@ def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> N
     checks.refuse_domain(domain, core.effects)
     if not interpreter.may_start_more:
         checks.refuse_missing(options.required, core.effects)
-
-
-class LaunchCore:
-    """An interpreter whose start is limited in time, and which records what the run did."""
-
-    def __init__(
-        self, interpreter: Interpreter, description: LaunchDescription, request: LaunchRequest
-    ) -> None:
-        self._interpreter = interpreter
-        self._description = description
-        self._request = request
-        self.effects: Sequence[Effect] = ()  # of the static part
-        self._steps: list[RunStep] = []
-
-    def evaluate(self) -> None:
-        """Visit the static part, before any file or process is created; LauncherError."""
-        try:
-            with limited(self._request.time_limit, self._request.path):
-                self.effects = self._interpreter.start()
-        except LaunchFileError as fault:
-            from launcher.commands.launch import mistakes
-
-            errors = mistakes.of_launch_file(
-                fault,
-                self._description,
-                self._interpreter.context,
-                self._request.arguments,
-                os.environ,
-            )
-            raise mistakes.together(errors) from fault
-
-    def start(self) -> Sequence[Effect]:
-        """Begin the run: the effects of the static part, which are recorded."""
-        self._steps.append((time.monotonic(), None, self.effects))
-        return self.effects
-
-    def handle(self, event: Event) -> Sequence[Effect]:
-        effects = self._interpreter.handle(event)
-        if effects and len(self._steps) < MAX_RECORDED_STEPS:
-            self._steps.append((time.monotonic(), _ended_process(event), effects))
-        return effects
-
-    def watches_output(self, process_id: int) -> bool:
-        """Whether the launch file wants the output of this process."""
-        return self._interpreter.watches_output(process_id)
-
-    def plan(self) -> Mapping[str, Any]:
-        """The plan document of the run so far."""
-        from launcher.commands.launch.run_plan import run_document
-
-        return run_document(self._interpreter, self._request.path, self._steps)
-
-    def plan_lines(self) -> Sequence[str]:
-        """The same as a tree, line by line."""
-        from launcher.commands.launch.run_plan import run_text
-
-        return run_text(self._interpreter, self._request.path, self._steps)
-
-
-def _ended_process(event: Event) -> int | None:
-    """The process whose end this event reports."""
-    from launcher.model.events import ProcessExited, SpawnFailed
-
-    return event.process_id if isinstance(event, (ProcessExited, SpawnFailed)) else None
-
-
-def _supervise(
-    core: LaunchCore,
-    options: RunOptions,
-    run_path: str | None,
-    request: LaunchRequest,
-    session: Session,
-) -> ExitCode:
-    from launcher.engine.output.stdout import StdoutWriter, passes_colour, wants_colour
-    from launcher.engine.posix.reactor import Reactor
-    from launcher.engine.supervisor import Supervisor
-
-    environment = dict(os.environ)
-    run_id = f"{os.getpid()}-{os.urandom(6).hex()}"
-    with Reactor() as reactor:
-        plain = not passes_colour(1, environment)
-        screen = StdoutWriter(reactor, colour=wants_colour(1, environment), plain=plain)
-        supervisor = Supervisor(
-            core,
-            env=environment,
-            reactor=reactor,
-            screen=screen,
-            run_id=run_id,
-            run_path=run_path,
-            options=options,
-            wishes=session,
-        )
-        if not options.control:
-            return supervisor.run()
-        started = time.time()
-        opened: list[Helpers] = []
-
-        def open_helpers() -> None:
-            from launcher.commands.launch.helpers import Helpers
-
-            helpers = Helpers(
-                supervisor,
-                reactor=reactor,
-                screen=screen,
-                options=options,
-                environment=environment,
-            )
-            opened.append(helpers)
-            helpers.open(request, run_id=run_id, started=started)
-
-        supervisor.on_begun = lambda: reactor.call_later(HELPERS_DELAY_S, open_helpers)
-        try:
-            return supervisor.run()
-        finally:
-            for helpers in opened:
-                helpers.close()

@@ -43,6 +43,7 @@ class Reactor:
         self._handlers: dict[int, Callable[[int], None]] = {}
         self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
         self._wakeup: tuple[int, int] | None = None
+        self._wakeup_before = -1
 
     def __enter__(self) -> Reactor:
         return self
@@ -87,12 +88,17 @@ class Reactor:
         """Call back, outside of signal context, when one of these signals arrives.
 
         Inherited `SIG_IGN` is replaced, too: a shell that starts us with `&` ignores SIGINT for us
-        (CONFORMANCE 1.27).
+        (CONFORMANCE 1.27). Nothing in another thread than the main one, which gets all signals.
         """
         if self._wakeup is None:
             read_end, write_end = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+            try:
+                self._wakeup_before = signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
+            except ValueError:
+                os.close(read_end)
+                os.close(write_end)
+                return
             self._wakeup = (read_end, write_end)
-            signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
             self.add_reader(read_end, self._deliver_signals)
         for signum in signums:
             self._handlers[signum] = callback
@@ -104,26 +110,43 @@ class Reactor:
             handler = self._handlers.get(signum)
             if handler is not None:
                 handler(signum)
+            elif self._wakeup_before >= 0:
+                os.write(self._wakeup_before, bytes([signum]))  # an asyncio loop around this one
 
     # ---- running
 
     def run(self) -> None:
         """Serve until `stop()` is called; not at all if it was called before."""
         while not self._stopped:
-            callbacks = self._callbacks
-            ready = self._epoll.poll(self._timeout_s())
-            for fd, callback in [(fd, callbacks.get(fd)) for fd, _ in ready]:
-                # An earlier callback of this pass may have removed this one, or closed the file
-                # and opened another with the same number.
-                if callback is not None and callbacks.get(fd) is callback:
-                    callback()
-            self._fire_timers()
+            self._turn(self.timeout_s())
+
+    def _turn(self, timeout_s: float | None) -> None:
+        callbacks = self._callbacks
+        ready = self._epoll.poll(timeout_s)
+        for fd, callback in [(fd, callbacks.get(fd)) for fd, _ in ready]:
+            # An earlier callback of this pass may have removed this one, or closed the file
+            # and opened another with the same number.
+            if callback is not None and callbacks.get(fd) is callback:
+                callback()
+        self._fire_timers()
+
+    # ---- within another loop: turn when `fileno()` is readable, and after `timeout_s()`
+
+    def fileno(self) -> int:
+        return self._epoll.fileno()
+
+    def turn(self) -> bool:
+        """One pass without waiting; False after `stop()`."""
+        if not self._stopped:
+            self._turn(0)
+        return not self._stopped
 
     def stop(self) -> None:
         """Let `run()` return after the current pass."""
         self._stopped = True
 
-    def _timeout_s(self) -> float | None:
+    def timeout_s(self) -> float | None:
+        """Seconds to the next timer; None without one."""
         while self._timers and self._timers[0][2].callback is None:
             self._take_first()
         if not self._timers:
@@ -148,7 +171,7 @@ class Reactor:
             signal.signal(signum, signal.SIG_DFL if before is None else before)
         self._before.clear()
         if self._wakeup is not None:
-            signal.set_wakeup_fd(-1)
+            signal.set_wakeup_fd(self._wakeup_before)
             for fd in self._wakeup:
                 os.close(fd)
             self._wakeup = None

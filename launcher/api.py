@@ -1,0 +1,21 @@
+"""`import launcher.api` in a script makes `launch` and `launch_ros` the launcher's own.
+
+import launcher.api  # before `import launch`
+from launch import LaunchDescription, LaunchService
+from launch.actions import ExecuteProcess
+
+service = LaunchService()
+service.include_launch_description(LaunchDescription([ExecuteProcess(cmd=["date"])]))
+raise SystemExit(service.run())
+"""
+
+import atexit
+
+from launcher.cli import add_wheels_to_ament_path
+from launcher.commands.launch.service import script_vocabulary
+from launcher.model.options import RunOptions
+
+add_wheels_to_ament_path()
+_vocabulary = script_vocabulary(RunOptions(console=False))
+_vocabulary.__enter__()
+atexit.register(_vocabulary.__exit__, None, None, None)
