@@ -17,7 +17,7 @@ LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-
 
 .DEFAULT_GOAL := help
 .PHONY: help run test check lint types unit coverage browser smoke overflow picture drill \
-        env dev lock clean
+        picker env dev lock clean
 
 ## help: print this list
 help:
@@ -78,9 +78,13 @@ overflow: $(VENV)/.run
 picture: $(VENV)/.dev
 	@$(PY) -m tools.draw_fleet docs/fleet.svg
 
-## drill: kill and start robot_2 in the console, draw the terminal into docs/drill.svg
+## drill: kill and start robot_2 in the console, draw the terminal into docs/drill.svg, drill-80.svg
 drill: $(VENV)/.dev
-	@$(PY) -m tools.record_drill docs/drill.svg
+	@$(PY) -m tools.record_console docs drill drill-80
+
+## picker: use the console's picker, draw the terminal into docs/picker.svg, picker-log.svg
+picker: $(VENV)/.dev
+	@$(PY) -m tools.record_console docs picker picker-log
 
 ## env: create or update .venv for running the launcher
 env: $(VENV)/.run

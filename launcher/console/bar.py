@@ -17,6 +17,7 @@ SEPARATOR = ("class:bar.quiet", " | ")
 CUT = "..."
 LONG_NAME, SHORT_NAME = 20, 12  # columns of names, before counts replace them
 NAMED = 2  # names behind a filter; others are counted
+HINT, SHORT_HINT = "help | F2 processes | Ctrl-C stops the run", "help | Ctrl-C stops the run"
 SHOW = "`show` shows everything"
 MAX_PATTERN = 30  # columns
 MIN_FOLDER = 10  # characters; what is shorter is not shown
@@ -131,7 +132,7 @@ def extended(line: Line, more: Sequence[Line], columns: int) -> Line:
 
 def folder_line(folder: str, columns: int) -> Line:
     """A hint for newcomers and the log folder, whose end says most."""
-    hint = "help | Ctrl-C stops the run"
+    hint = HINT if get_cwidth(HINT) <= columns else SHORT_HINT
     text = f"{hint} | {folder}"
     while get_cwidth(text) > columns and len(folder) > MIN_FOLDER:
         folder = folder[1:]

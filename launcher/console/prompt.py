@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol
 
 from prompt_toolkit.application import Application, get_app
 from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import Completer
+from prompt_toolkit.data_structures import Point
 from prompt_toolkit.filters import Condition, has_completions, is_searching
 from prompt_toolkit.formatted_text import ANSI, AnyFormattedText, StyleAndTextTuples
 from prompt_toolkit.history import History
@@ -60,8 +61,23 @@ class Host(Protocol):
     def is_watching(self) -> bool:
         """Whether the next key goes to `any_key`."""
 
-    def any_key(self, key: str) -> None:
-        """Handle a key, given by name, while a stream is shown."""
+    def is_picking(self) -> bool:
+        """Whether the panel is open."""
+
+    def pick(self) -> None:
+        """Open the panel."""
+
+    def panel(self, columns: int, rows: int) -> Sequence[Line]:
+        """Lines of the panel in a terminal of this size."""
+
+    def panel_cursor(self, lines: Sequence[Line]) -> tuple[int, int]:
+        """(character, row) of the cursor in these lines."""
+
+    def is_typing(self) -> bool:
+        """Whether the cursor in the panel is visible."""
+
+    def any_key(self, key: str, text: str) -> None:
+        """Handle a key, given by name and text, while a stream or the panel is shown."""
 
     def entered(self, line: str) -> None:
         """Enter."""
@@ -91,52 +107,85 @@ def make_application(
         return False  # the line is empty again
 
     buffer = Buffer(completer=completer, history=history, multiline=False, accept_handler=accept)
+    panel = _panel(host, output)
+    layout = Layout(_rows(buffer, host, output, panel))
+
+    def move_focus(application: Application[None]) -> None:
+        if host.is_picking() != layout.has_focus(panel):
+            layout.focus(panel if host.is_picking() else buffer)
+
     return Application(
-        layout=Layout(_rows(buffer, host, output)),
+        layout=layout,
+        before_render=move_focus,
         key_bindings=merge_key_bindings([_keys(host, buffer), search_keys(buffer)]),
         style=COLOURS if colour else PLAIN,
-        input=Keyboard(),
+        input=Keyboard(host.is_picking),
         output=output,
         erase_when_done=True,
         terminal_size_polling_interval=None,
     )
 
 
-def _rows(buffer: Buffer, host: Host, output: FooterOutput) -> HSplit:
+def _rows(buffer: Buffer, host: Host, output: FooterOutput, panel: Window) -> HSplit:
     search = search_row(buffer)
     sign = BeforeInput(SIGN, style="class:prompt")
     above = Condition(lambda: bool(host.above()))
     few = Condition(lambda: output.get_size().rows < SHORT_ROWS)
+    picking = Condition(host.is_picking)
 
     def status() -> StyleAndTextTuples:
-        lines = host.status(output.get_size().columns, few=few())
-        pieces: StyleAndTextTuples = []
-        for line in lines:
-            pieces += [("", "\n"), *line] if pieces else line
-        return pieces
+        return _below_each_other(host.status(output.get_size().columns, few=few()))
+
+    prompt = Window(
+        BufferControl(
+            buffer,
+            input_processors=[sign],
+            search_buffer_control=search.control,
+            preview_search=True,
+        ),
+        height=1,
+        # By default a window that has scrolled, as in a narrow terminal, comes back no farther
+        # than to the cursor.
+        get_horizontal_scroll=lambda window: 0,
+    )
 
     return HSplit(
         [
             ConditionalContainer(_text(lambda: ANSI(host.above())), above),
-            Window(
-                BufferControl(
-                    buffer,
-                    input_processors=[sign],
-                    search_buffer_control=search.control,
-                    preview_search=True,
-                ),
-                height=1,
-                # By default a window that has scrolled, as in a narrow terminal, comes back no
-                # farther than to the cursor.
-                get_horizontal_scroll=lambda window: 0,
-            ),
+            ConditionalContainer(panel, picking),
+            ConditionalContainer(prompt, ~picking),
             search,
             ConditionalContainer(
                 _text(lambda: _candidates(buffer, output.get_size().columns)),
-                has_completions & ~few,
+                has_completions & ~few & ~picking,
             ),
             _text(status),
         ]
+    )
+
+
+def _below_each_other(lines: Sequence[Line]) -> StyleAndTextTuples:
+    pieces: StyleAndTextTuples = []
+    for number, line in enumerate(lines):
+        pieces += [("", "\n"), *line] if number else line
+    return pieces
+
+
+def _panel(host: Host, output: FooterOutput) -> Window:
+    def lines() -> Sequence[Line]:
+        return host.panel(output.get_size().columns, output.get_size().rows)
+
+    def cursor() -> Point:
+        column, row = host.panel_cursor(lines())
+        return Point(column, row)
+
+    return Window(
+        FormattedTextControl(
+            lambda: _below_each_other(lines()), focusable=True, get_cursor_position=cursor
+        ),
+        dont_extend_height=True,
+        wrap_lines=False,
+        always_hide_cursor=~Condition(host.is_typing),
     )
 
 
@@ -179,7 +228,8 @@ def _keys(host: Host, buffer: Buffer) -> KeyBindings:
     def insert(text: str) -> None:
         buffer.insert_text("".join(filter(str.isprintable, text.replace("\t", " "))))
 
-    watching = Condition(host.is_watching)
+    picking = Condition(host.is_picking)
+    watching = Condition(host.is_watching) | picking
 
     @keys.add("c-c", eager=True)
     def _(event: KeyPressEvent) -> None:
@@ -195,8 +245,12 @@ def _keys(host: Host, buffer: Buffer) -> KeyBindings:
 
     @keys.add(Keys.Any, filter=watching, eager=True)
     def _(event: KeyPressEvent) -> None:
-        key = event.key_sequence[0].key
-        host.any_key(key.value if isinstance(key, Keys) else key)
+        press = event.key_sequence[0]
+        host.any_key(press.key.value if isinstance(press.key, Keys) else press.key, press.data)
+
+    @keys.add("f2", filter=~is_searching)
+    def _(event: KeyPressEvent) -> None:
+        host.pick()
 
     @keys.add(Keys.BracketedPaste)
     def _(event: KeyPressEvent) -> None:
@@ -211,6 +265,7 @@ def _keys(host: Host, buffer: Buffer) -> KeyBindings:
     def _(event: KeyPressEvent) -> None:
         host.left()
 
+    @keys.add("c-l", filter=picking, eager=True)
     @keys.add("c-l")
     def _(event: KeyPressEvent) -> None:
         event.app.renderer.clear()
@@ -219,16 +274,34 @@ def _keys(host: Host, buffer: Buffer) -> KeyBindings:
 
 
 class Keyboard(Vt100Input):
-    """The terminal on standard input; bytes that cannot be decoded become U+FFFD."""
+    """The terminal on standard input; bytes that cannot be decoded become U+FFFD.
 
-    def __init__(self) -> None:
+    Where `single_keys` is true, letters are commands. A key of which prompt_toolkit knows nothing
+    arrives as Esc and letters in one read, and is ignored then.
+    """
+
+    def __init__(self, single_keys: Callable[[], bool]) -> None:
         super().__init__(sys.stdin)
+        self._single_keys = single_keys
         self.stdin_reader = PosixStdinReader(
             self.fileno(), errors="replace", encoding=sys.stdin.encoding
         )
 
     def read_keys(self) -> list[KeyPress]:
-        return [press for press in super().read_keys() if press.key not in _IGNORED]
+        read = [press for press in super().read_keys() if press.key not in _IGNORED]
+        if len(read) > 1 and self._single_keys():
+            return list(_known(read))
+        return read
+
+
+def _known(presses: Sequence[KeyPress]) -> Iterator[KeyPress]:
+    """Without Esc and the letters behind it, up to a key that is known again."""
+    is_known = True
+    for press in presses:
+        if isinstance(press.key, Keys):
+            is_known = press.key != Keys.Escape
+        if is_known:
+            yield press
 
 
 def search_row(buffer: Buffer) -> SearchToolbar:

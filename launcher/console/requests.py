@@ -19,7 +19,8 @@ from launcher.text import did_you_mean
 KEYS = (
     ("Tab", "complete verbs, names, patterns, options and signals"),
     ("Up, Ctrl-R", "previous lines; search in them"),
-    ("Ctrl-C", "stop everything; again: without waiting. In top and logs -f: end these"),
+    ("F2", "the list of processes: arrows, / searches, Enter shows the log, q goes back"),
+    ("Ctrl-C", "stop everything; again: without waiting. In top, logs -f and the list: end these"),
     ("Ctrl-D", "the same as quit"),
     ("Ctrl-Z", "suspend; fg resumes"),
 )

@@ -20,6 +20,7 @@ from launcher.console.completion import WordCompleter
 from launcher.console.display import GUTTER, Display
 from launcher.console.feed import Feed
 from launcher.console.history import history_path, open_history
+from launcher.console.panel import Panel
 from launcher.console.prompt import make_application
 from launcher.console.requests import answer, follows, problem, read_call
 from launcher.console.terminal import Terminal
@@ -67,6 +68,9 @@ class ConsoleSession:
         self._loop = asyncio.get_running_loop()
         self._terminal = Terminal(self._loop)
         self._display = Display(self._terminal, colour=colour)
+        self._panel = Panel(
+            run, self._display, self._terminal, lambda: self._processes, self.entered
+        )
         self._processes: Sequence[Mapping[str, Any]] = ()
         self._tasks: set[asyncio.Future[Any]] = set()
         self._lines: deque[str] = deque()
@@ -198,7 +202,9 @@ class ConsoleSession:
 
     def status(self, columns: int, *, few: bool) -> Sequence[Line]:
         folder = _below_home(self._run.log_dir or "no log files")
-        hint = self._watch.hint if self._watch is not None and self.is_watching() else ""
+        hint = self._panel.hint(columns)
+        if self._watch is not None and self.is_watching():
+            hint = self._watch.hint
         return status_lines(self._processes, folder, columns, hint=hint, few=few)
 
     # ---- input
@@ -227,6 +233,9 @@ class ConsoleSession:
     async def _answer(self, line: str) -> None:
         try:
             call = read_call(line)
+            if call.verb.name == "pick":
+                self.pick()
+                return
             await (self._follow(call) if follows(call) else self._ask(call))
         except UsageError as error:
             self._show_error(error)
@@ -248,6 +257,7 @@ class ConsoleSession:
         await self._refresh()
 
     async def _follow(self, call: Call) -> None:
+        self._panel.close()
         watch = self._watch = Watch(self._run, call, self._display, self._terminal.size)
         try:
             await in_thread(lambda: watch.run(self._loop))
@@ -255,19 +265,39 @@ class ConsoleSession:
             self._watch = None
             self._application.invalidate()
 
-    def any_key(self, key: str) -> None:
-        if self._watch is not None:
+    def any_key(self, key: str, text: str) -> None:
+        if self._panel.is_open:
+            self._panel.press(key, text)
+        elif self._watch is not None:
             self._watch.press(key)
 
     def is_watching(self) -> bool:
         return self._watch is not None and not self._watch.is_closed
 
+    def pick(self) -> None:
+        self._panel.open()
+
+    def is_picking(self) -> bool:
+        return self._panel.is_open
+
+    def is_typing(self) -> bool:
+        return self._panel.has_cursor
+
+    def panel(self, columns: int, rows: int) -> Sequence[Line]:
+        return self._panel.lines(columns, rows)
+
+    def panel_cursor(self, lines: Sequence[Line]) -> tuple[int, int]:
+        return self._panel.cursor(lines)
+
     def signalled(self, signum: int) -> None:
         """Send the signal to the launcher, which escalates at each further one.
 
-        Ctrl-C while a stream is shown ends only the stream, as in `tail -f`.
+        Ctrl-C while a stream or the picker is shown ends only that, as in `tail -f`.
         """
         self._lines.clear()
+        if signum == signal.SIGINT and self._panel.is_open:
+            self._panel.close()
+            return
         if signum == signal.SIGINT and self._watch is not None and self.is_watching():
             self._watch.close()
             return

@@ -57,6 +57,11 @@ class Terminal:
         except OSError:
             return True  # the launcher was the session leader and has exited
 
+    @property
+    def is_slow(self) -> bool:
+        """Whether output is waiting."""
+        return bool(self._waiting)
+
     def write(self, data: bytes) -> None:
         """Write `data` after what is waiting."""
         if self._waiting:

@@ -162,6 +162,9 @@ class Service:
         text = [f"{verb.usage:<{width}}  {verb.help}" for verb in verbs.VERBS]
         exchange.reply({"verbs": table}, text)
 
+    def _do_pick(self, call: Call, exchange: Exchange) -> None:
+        raise BadCallError("bad-request", "pick works only in the console of the run")
+
     def _do_logs(self, call: Call, exchange: Exchange) -> None:
         chosen = self._chosen(call) if call.names else None
         items = self._logs.last(chosen, call.options.get("lines", LAST_LINES))

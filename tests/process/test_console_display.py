@@ -102,9 +102,9 @@ def test_a_coloured_mark_distinguishes_answers_from_process_output(bench: Bench)
     terminal.wait_for("| error: unknown verb 'bogus'", "| hint: `help` lists all verbs")
     cells = terminal.cells()
     marks = {terminal.cells()[n][0] for n, row in enumerate(terminal.rows) if row.startswith("| ")}
-    assert marks == {("|", "cyan", True)}
+    assert marks == {("|", "cyan", True, False)}
     (row,) = (cells[n] for n, text in enumerate(terminal.rows) if text.startswith("| error"))
-    assert {colour for _, colour, _ in row[2:29]} == {"red"}
+    assert {colour for _, colour, *_ in row[2:29]} == {"red"}
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
 

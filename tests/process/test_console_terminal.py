@@ -202,7 +202,7 @@ def strike():
     while not os.path.exists("{go}"): time.sleep(0.02)
     import launcher.console.session as session
     def broken(*_): raise ZeroDivisionError("a broken bar")
-    session.status_line = broken
+    session.status_lines = broken
 
 if "launcher.console" in sys.orig_argv:
     threading.Thread(target=strike, daemon=True).start()

@@ -19,6 +19,8 @@ READ_BYTES = 64 * 1024
 SLOW_READ_BYTES = 4096
 HISTORY_LINES = 50_000
 
+Cell = tuple[str, str, bool, bool]  # character, colour, bold, reversed
+
 
 def _settings_of_a_new_terminal() -> list[Any]:
     ours, theirs = os.openpty()
@@ -110,11 +112,13 @@ class ScreenTerminal:
         """The terminal's, as `stty` would show them."""
         return termios.tcgetattr(self._fd)
 
-    def cells(self) -> list[list[tuple[str, str, bool]]]:
-        """Of each place on the screen: its character, colour, and whether it is bold."""
+    def cells(self) -> list[list[Cell]]:
+        """Each place on the screen."""
         columns = range(self._screen.columns)
         rows = [self._screen.buffer[number] for number in range(self._screen.lines)]
-        return [[(row[x].data, row[x].fg, row[x].bold) for x in columns] for row in rows]
+        return [
+            [(row[x].data, row[x].fg, row[x].bold, row[x].reverse) for x in columns] for row in rows
+        ]
 
     # ---- waiting
 

@@ -144,8 +144,9 @@ def test_the_bar_is_never_wider_than_the_terminal(columns: int):
 @pytest.mark.parametrize(
     ("columns", "text"),
     [
-        (60, "help | Ctrl-C stops the run | ~/.ros/log/2026-11-21-vm-4711"),
-        (52, "help | Ctrl-C stops the run | .../2026-11-21-vm-4711"),
+        (75, "help | F2 processes | Ctrl-C stops the run | ~/.ros/log/2026-11-21-vm-4711"),
+        (67, "help | F2 processes | Ctrl-C stops the run | .../2026-11-21-vm-4711"),
+        (43, "help | F2 processes | Ctrl-C stops the run"),
         (40, "help | Ctrl-C stops the run"),
         (16, "help | Ctrl-C..."),
     ],
