@@ -16,6 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.interpreter.node_names import NodeNames
     from launcher.interpreter.trace import Trace
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
@@ -67,6 +68,7 @@ class RunHost:
         self.declared_arguments: dict[str, Any] = {}
         self.names_read: set[str] = set()
         self.quirks: dict[Quirk, None] = {}
+        self._node_names: NodeNames | None = None
         self.shutdown_pending = False
         self.trace: Trace | None = None
         self._depth = 0
@@ -111,7 +113,18 @@ class RunHost:
             return
         process_id = self._new_id()
         self.processes[process_id] = Process(action)
+        if "--ros-args" in spec.argv:
+            self._names_of_nodes.add_process(spec, self.processes[process_id])
         self.request(model.StartProcess(process_id=process_id, spec=spec))
+
+    @property
+    def _names_of_nodes(self) -> NodeNames:
+        """Imported with the first node."""
+        if self._node_names is None:
+            from launcher.interpreter.node_names import NodeNames
+
+            self._node_names = NodeNames(self)
+        return self._node_names
 
     def _new_id(self) -> int:
         self._next_id += 1
@@ -184,7 +197,10 @@ class RunHost:
     def remember_file(self, path: str, content: Any) -> None:
         self.generated[path] = content
 
-    def load_component(self, request: Any, done: Callable[[Any], None]) -> None:
+    def load_component(
+        self, request: Any, done: Callable[[Any], None], origin: Origin | None = None
+    ) -> None:
+        self._names_of_nodes.add_component(request, origin)
         request_id = self._new_id()
         self.waiting[request_id] = done
         self.request(model.LoadComponent(request_id=request_id, request=request))

@@ -80,8 +80,10 @@ if TYPE_CHECKING:
         def remember_file(self, path: str, content: Any) -> None:
             """Register a generated parameter file: shown in plans, deleted after the run."""
 
-        def load_component(self, request: Any, done: Callable[[Any], None]) -> None:
-            """Ask a container to load a node; `done` gets the answer event."""
+        def load_component(
+            self, request: Any, done: Callable[[Any], None], origin: Origin | None = None
+        ) -> None:
+            """Ask a container to load a node, described at `origin`; `done` gets the answer."""
 
         def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
             """Ask a lifecycle node for a transition; `done` gets the answer event."""

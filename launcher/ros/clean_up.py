@@ -22,10 +22,10 @@ def limited_clean_up(*, cpu_s: float = CPU_S, wall_s: float = WALL_S) -> Iterato
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError):  # closed, or without a reader
             stream.flush()
-    signal.setitimer(signal.ITIMER_PROF, cpu_s)
-    signal.setitimer(signal.ITIMER_REAL, wall_s)
+    limits = ((signal.ITIMER_PROF, cpu_s), (signal.ITIMER_REAL, wall_s))
+    before = [(which, signal.setitimer(which, limit_s)) for which, limit_s in limits]
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        for which, timer in before:
+            signal.setitimer(which, *timer)

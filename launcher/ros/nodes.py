@@ -118,10 +118,10 @@ class Owner:
 
 def rows(caller: ServiceCaller, *, hidden: bool, timeout_s: float) -> list[Row]:
     """One row per node and process, sorted by name. Takes as long as the slowest node, bounded."""
-    owners = list(_owners(caller, hidden=hidden))
-    pids = {owner.pid for owner in owners if owner.pid is not None}
+    found = list(owners(caller, hidden=hidden))
+    pids = {owner.pid for owner in found if owner.pid is not None}
     start, before = time.monotonic(), {pid: vitals(pid) for pid in pids}
-    answers = _probe(caller, {o.node for o in owners if not o.gone}, timeout_s)
+    answers = _probe(caller, {o.node for o in found if not o.gone}, timeout_s)
     time.sleep(max(0.0, start + _SAMPLE_S - time.monotonic()))
     elapsed_s, after = time.monotonic() - start, {pid: vitals(pid) for pid in pids}
     return [_silent_row(pid) for pid in _silent_pids(caller)] + [
@@ -132,7 +132,7 @@ def rows(caller: ServiceCaller, *, hidden: bool, timeout_s: float) -> list[Row]:
             elapsed_s,
             answers.get(owner.node, UNKNOWN),
         )
-        for owner in owners
+        for owner in found
     ]
 
 
@@ -173,7 +173,8 @@ def _process_row(
     )
 
 
-def _owners(caller: ServiceCaller, *, hidden: bool) -> Iterator[Owner]:
+def owners(caller: ServiceCaller, *, hidden: bool) -> Iterator[Owner]:
+    """The nodes and their processes; a node of several processes comes several times."""
     observer = caller.observer
     own_gid = observer.own_gid()
     trusted = gids.scheme_holds(own_gid, os.getpid())

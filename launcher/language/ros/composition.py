@@ -11,7 +11,7 @@ from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.component_parameters import parameter_pairs
 from launcher.language.ros.names import (
-    count_node,
+    add_node_name,
     evaluate_remap_rules,
     normalize_remap_rules,
     resolve_namespace,
@@ -126,11 +126,12 @@ class ComposableNodeContainer(Node):
             for description in self.__composable_node_descriptions or ()
             if _is_wanted(description, context)
         ]
-        loads = (
-            [LoadComposableNodes(composable_node_descriptions=wanted, target_container=self)]
-            if wanted
-            else []
-        )
+        loads = []
+        if wanted:
+            loads = [
+                LoadComposableNodes(composable_node_descriptions=wanted, target_container=self)
+            ]
+            loads[0]._origin = self._origin
         return [*(super().execute(context) or ()), *loads] or None
 
 
@@ -184,7 +185,7 @@ class LoadComposableNodes(Action):
             if rest:
                 context._host.later(lambda: self._send(context, rest))
 
-        context._host.load_component(first, answered)
+        context._host.load_component(first, answered, self._origin)
 
     def _report(
         self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded
@@ -198,7 +199,7 @@ class LoadComposableNodes(Action):
             )
             context._host.log(_LOGGER, "ERROR", text)
             return
-        count_node(context, name, container)
+        add_node_name(context, name)
         text = f"Loaded node '{answer.full_node_name}' in container '{container}'"
         context._host.log(_LOGGER, "INFO", text)
 

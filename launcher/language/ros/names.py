@@ -148,18 +148,6 @@ def get_node_name_count(context: LaunchContext, node_name: str) -> int:
     return count
 
 
-def count_node(context: LaunchContext, node_name: str, logger: str) -> None:
-    """Count one more use; log a warning as `logger` if it is not the first."""
-    add_node_name(context, node_name)
-    count = get_node_name_count(context, node_name)
-    if count > 1:
-        text = (
-            f"there are now at least {count} nodes with the name {node_name} created within "
-            "this launch context"
-        )
-        context._host.log(logger, "WARNING", text)
-
-
 RemapRule = tuple[tuple[Substitution, ...], tuple[Substitution, ...]]
 
 

@@ -14,7 +14,7 @@ from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
-    count_node,
+    add_node_name,
     evaluate_remap_rules,
     normalize_remap_rules,
     prefix_namespace,
@@ -251,7 +251,7 @@ class Node(ExecuteProcess):
         context.extend_locals({"ros_specific_arguments": arguments})
         result = super().execute(context)
         if self.is_node_name_fully_specified():
-            count_node(context, self.node_name, str(self.name))
+            add_node_name(context, self.node_name)
         return result
 
     def _ros_identity(self) -> RosIdentity:

@@ -11,6 +11,7 @@ from launcher.language.actions.events import RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess, OnProcessExit
 from launcher.language.actions.timer import RosTimer, TimerAction
+from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer
 from launcher.language.ros.node import Node
 from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetUseSimTime
 from launcher.model import events as model
@@ -125,3 +126,46 @@ def test_an_argument_of_the_parent_gives_no_warning():
     declare = [DeclareLaunchArgument("rate", default_value=value) for value in "12"]
 
     assert warnings_of(*declare) == []
+
+
+def names_warned_of(*entities: Any, **options: Any) -> list[str]:
+    with interpreting(entities, **options) as interpreter:
+        interpreter.start()
+        return [f"{warning.origin}: {warning.text}" for warning in interpreter.warnings]
+
+
+def test_two_nodes_of_one_full_name_are_named_with_their_places():
+    first = Node(executable="x", name="n", namespace="arm")
+    second = Node(executable="y", arguments=["--ros-args", "-r", "__ns:=/arm", "-r", "__node:=n"])
+
+    (warning,) = names_warned_of(first, second)
+
+    text = f"y-2 and x-1 ({first._origin}) have the same node name /arm/n"
+    assert warning == f"{second._origin}: {text}"
+
+
+def test_a_loaded_node_may_have_the_name_of_another_one():
+    node = Node(executable="x", name="n")
+    descriptions = [ComposableNode(package="p", plugin="P", name="n")]
+    box = ComposableNodeContainer(
+        executable="b", name="box", namespace="", composable_node_descriptions=descriptions
+    )
+
+    (warning,) = names_warned_of(node, box)
+
+    text = f"P in /box and x-1 ({node._origin}) have the same node name /n"
+    assert warning == f"{box._origin}: {text}"
+
+
+def test_nodes_of_different_names_or_domains_or_times_do_not_collide():
+    again = Node(executable="x", name="n")
+    first = Node(executable="x", name="n", on_exit=[again])
+    elsewhere = Node(executable="x", name="n", additional_env={"ROS_DOMAIN_ID": "7"})
+    other = Node(executable="x", name="n", namespace="arm")
+    unnamed = [Node(executable="x"), Node(executable="x")]
+    with interpreting([first, elsewhere, other, *unnamed], environment={}) as interpreter:
+        started, *_ = [e for e in interpreter.start() if isinstance(e, model.StartProcess)]
+        exited = model.ProcessExited(process_id=started.process_id, pid=1, returncode=0)
+        interpreter.handle(exited)
+
+        assert interpreter.warnings == ()

@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from launcher.ros.clean_up import limited_clean_up
+
 SCRIPT = """
 import threading, time
 import launcher.ros.clean_up as clean_up
@@ -29,10 +31,8 @@ def test_a_process_whose_clean_up_hangs_dies_with_its_output_written(waits: bool
     assert done.stdout == b"the output is written before\n"
 
 
-@pytest.mark.basic
-def test_an_ordinary_clean_up_leaves_no_timer():
-    from launcher.ros.clean_up import limited_clean_up
-
-    with limited_clean_up():
-        assert signal.getitimer(signal.ITIMER_PROF)[0] > 0
-    assert signal.getitimer(signal.ITIMER_PROF) == signal.getitimer(signal.ITIMER_REAL) == (0, 0)
+def test_an_ordinary_clean_up_gives_the_timers_back():
+    before = signal.getitimer(signal.ITIMER_PROF)
+    with limited_clean_up(cpu_s=100.0):
+        assert 50.0 < signal.getitimer(signal.ITIMER_PROF)[0] <= 100.5
+    assert signal.getitimer(signal.ITIMER_PROF) == before
