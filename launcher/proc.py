@@ -10,12 +10,12 @@ import os
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
 ROOT = "/proc"  # replaced by tests
 
-# Indices into `stat_fields`, for fields 3, 9, 14, 15, 22 and 26 of proc(5).
-STATE, FLAGS, USER_TICKS, SYSTEM_TICKS, START_TICKS, START_CODE = 0, 6, 11, 12, 19, 23
+# Indices into `stat_fields`, for fields 3, 4, 9, 14, 15, 22 and 26 of proc(5).
+STATE, PARENT, FLAGS, USER_TICKS, SYSTEM_TICKS, START_TICKS, START_CODE = 0, 1, 6, 11, 12, 19, 23
 # PF_EXITING and PF_KTHREAD of the kernel's linux/sched.h.
 _EXITING, _KERNEL_THREAD = 0x4, 0x200000
 
@@ -104,6 +104,33 @@ def start_ticks(pid: int) -> int | None:
     if not fields or fields[STATE] in (b"Z", b"X"):
         return None
     return int(fields[START_TICKS])
+
+
+def children(pid: int) -> list[int]:
+    """Pids of its children, zombies included; one that was born just now may be missing."""
+    folder = f"{ROOT}/{pid}/task"
+    try:
+        threads = os.listdir(folder)
+    except OSError:
+        return []
+    if not os.path.exists(f"{folder}/{pid}/children"):  # the kernel was built without it
+        return [
+            child for child in pids() if stat_fields(child)[PARENT : PARENT + 1] == [b"%d" % pid]
+        ]
+    return [int(child) for each in threads for child in read(pid, f"task/{each}/children").split()]
+
+
+def family(roots: Iterable[int]) -> dict[int, int]:
+    """Pid -> start in clock ticks of these processes and all their descendants, without zombies."""
+    found: dict[int, int] = {}
+    waiting = list(roots)
+    while waiting:
+        pid = waiting.pop()
+        started = start_ticks(pid)
+        if started is not None and pid not in found:
+            found[pid] = started
+            waiting += children(pid)
+    return found
 
 
 def status_field(pid: int | str, name: str) -> str:

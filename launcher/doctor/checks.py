@@ -198,6 +198,14 @@ def leftover_processes(facts: Facts) -> Verdict:
     )
 
 
+@_check("stale control groups")
+def stale_control_groups(facts: Facts) -> Verdict:
+    if not facts.stale_groups:
+        return _ok("no killed run has left its control group")
+    text = f"killed runs have left {', '.join(facts.stale_groups)}"
+    return _note(text, f"{FIX} removes them", is_fixable=True)
+
+
 def _listed(processes: Iterable[Leftover | Unreachable]) -> str:
     return ", ".join(f"{process.command} [{process.pid}]" for process in processes)
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import launcher
 from launcher import proc
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable
-from launcher.engine.cleanup.run_id import abandoned_runs
+from launcher.engine.cleanup.run_id import abandoned_groups, abandoned_runs
 from launcher.engine.logs.run_directory import log_root
 from launcher.engine.monitor import shared_memory
 from launcher.text import escape
@@ -51,6 +51,7 @@ def collect(env: Mapping[str, str]) -> Facts:
     return Facts(
         stale=tuple(shared_memory.stale()),
         leftovers=leftovers(),
+        stale_groups=tuple(group.path for _, group in abandoned_groups()),
         unreachable=unreachable(),
         shared_memory=space(shared_memory.FOLDER),
         import_errors=import_errors(env),

@@ -59,6 +59,7 @@ class Facts(Record):
 
     stale: tuple[Stale, ...]
     leftovers: tuple[Leftover, ...]
+    stale_groups: tuple[str, ...]  # control groups of runs whose launcher has exited
     unreachable: tuple[Unreachable, ...]
     shared_memory: Space | None
     import_errors: dict[str, str]  # module -> why it cannot be imported

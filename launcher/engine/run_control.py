@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 
 class RunControl:
-    """One per run; `on_process` is called with each process that is started for the first time."""
+    """One per run; `on_process` is called with each process that is started for the first time.
+
+    `keep` is called with the pid of a helper process that outlives a killed launcher.
+    """
 
     def __init__(
         self,
@@ -33,11 +36,13 @@ class RunControl:
         processes: Mapping[int, Process],
         housekeeper: Housekeeper,
         log_dir: str | None,
+        keep: Callable[[int], None],
     ) -> None:
         self.reactor = reactor
         self.log = log
         self.core = core
         self.log_dir = log_dir
+        self.keep = keep
         self.process_control = ProcessControl(reactor, driver, log, shutdown)
         self.filters = ScreenFilters(processes.values(), log)
         self.on_process: Callable[[Process], None] = lambda process: None

@@ -6,6 +6,7 @@ import os
 from collections.abc import Collection
 
 from launcher.engine import shutdown_machine as rules
+from launcher.engine.cleanup import subreaper
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs import messages
@@ -134,6 +135,7 @@ class Shutdown:
         if self._core.cancel_timers():
             text = "waiting for a timer with cancel_on_shutdown=False; Ctrl-C cancels it"
             self._log.log("INFO", "launch", text)
+        self._watchdog.prepare_end()
         for process in reversed(list(self._processes)):
             self._driver.advance(process, Command.STOP)
         self._reactor.call_later(0, self.idle)
@@ -144,6 +146,7 @@ class Shutdown:
         from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
 
         self._core.close_requests()
+        self._watchdog.prepare_end()
         processes = self._processes
         stuck = (process.child for process in processes if process.machine.is_stuck)
         stuck_pids = frozenset(child.pid for child in stuck if child is not None)
@@ -153,6 +156,7 @@ class Shutdown:
             listener=self,
             ignore=self._watchdog.pids | stuck_pids,  # those have been reported already
             policy=stop_policy_for(process.machine.stop for process in processes),
+            kin=subreaper.orphans,
         )
         self._leftovers.check()
         for _ in range(skipped):

@@ -150,6 +150,7 @@ class Supervisor:
                 processes=self._processes,
                 housekeeper=self._housekeeper,
                 log_dir=self._directory.path,
+                keep=self._watchdog.keep,
             )
         return self._control
 

@@ -21,6 +21,7 @@ from launcher.model.record import replace
 HEALTHY = Facts(
     stale=(),
     leftovers=(),
+    stale_groups=(),
     unreachable=(),
     shared_memory=Space(total_bytes=8000 * MB, free_bytes=7000 * MB),
     import_errors={},
@@ -68,6 +69,12 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
             "problem",
             "left over from 1 killed run: robot [7], sh [8]",
             "SIGINT, then SIGTERM, then SIGKILL",
+        ),
+        (
+            {"stale_groups": ("/sys/fs/cgroup/launcher-1-a",)},
+            "note",
+            "killed runs have left /sys/fs/cgroup/launcher-1-a",
+            "doctor --fix removes them",
         ),
         ({"shared_memory": None}, "note", "UDP only", "tmpfs"),
         ({"shared_memory": SHORT}, "problem", "3.0 of 64 MiB are free", "--shm-size"),

@@ -68,16 +68,17 @@ class Helpers:
         from launcher.engine.helpers.ros_bridge import BridgeProcess
 
         environment = dict(self._environment)
-        housekeeper = self._supervisor.control.housekeeper
+        control = self._supervisor.control
         self._bridge = BridgeProcess(
-            self._reactor, server.path, environment, self._warn, housekeeper
+            self._reactor, server.path, environment, self._warn, control.housekeeper, control.keep
         )
         self._bridge.start()
 
     def _open_console(self) -> None:
         from launcher.engine.helpers.console import ConsoleProcess
 
-        self._console = ConsoleProcess(self._reactor, self._screen, self._warn)
+        keep = self._supervisor.control.keep
+        self._console = ConsoleProcess(self._reactor, self._screen, self._warn, keep)
         self._console.start()
 
     def close(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from launcher import proc
 from launcher.engine.cleanup import sweep
@@ -60,9 +60,10 @@ def stop_policy_for(policies: Iterable[StopPolicy]) -> StopPolicy:
 
 
 class Leftovers:
-    """Grandchildren and daemons that have the run id, stopped by `policy` like one process.
+    """Grandchildren and daemons of a run, stopped by `policy` like one process.
 
-    With `session`, only those in the session of the process with this pid.
+    They have the run id, or are among those that `kin()` returns, pid -> start. With `session`,
+    only those in the session of the process with this pid.
     """
 
     def __init__(
@@ -74,9 +75,11 @@ class Leftovers:
         ignore: frozenset[int],
         policy: StopPolicy,
         session: int | None = None,
+        kin: Callable[[], Mapping[int, int]] = dict,
     ) -> None:
         self._run_id = run_id
         self._session = session
+        self._kin = kin
         self._reactor = reactor
         self._ignore = ignore
         self._listener = listener
@@ -143,12 +146,14 @@ class Leftovers:
             self._listener.log("ERROR", text)
 
     def _find(self) -> tuple[list[int], list[int]]:
-        return sweep.find(self._run_id, ignore=self._ignore, session=self._session)
+        return sweep.find(self._run_id, ignore=self._ignore, session=self._session, kin=self._kin())
 
     def _signal(self, signum: int) -> None:
         # A suspended process cannot handle any signal but SIGKILL.
         for each in (signum, signal.SIGCONT) if signum in POLITE else (signum,):
-            sweep.signal_all(self._run_id, each, ignore=self._ignore, session=self._session)
+            sweep.signal_all(
+                self._run_id, each, ignore=self._ignore, session=self._session, kin=self._kin()
+            )
 
 
 def _names(pids: list[int]) -> str:

@@ -9,7 +9,10 @@ from __future__ import annotations
 import os
 
 from launcher import proc
+from launcher.engine.cleanup import cgroup
 from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+
+JOIN_S = 10.0  # between the making of a control group and the first process in it: far less
 
 
 def run_id_of(pid: int) -> str | None:
@@ -34,7 +37,7 @@ def is_abandoned(pid: int, run_id: str) -> bool:
 
 
 def abandoned_runs() -> dict[str, list[int]]:
-    """Run id -> pids of all processes whose launcher has exited.
+    """Run id -> pids of all processes whose launcher has exited, also those in its control group.
 
     Without the run that this process is part of: its terminal may be the one we run in.
     """
@@ -44,4 +47,23 @@ def abandoned_runs() -> dict[str, list[int]]:
         run_id = run_id_of(pid)
         if run_id is not None and run_id != ours and is_abandoned(pid, run_id):
             runs.setdefault(run_id, []).append(pid)
-    return runs
+    for run_id, group in abandoned_groups():
+        pids = runs.setdefault(run_id, [])
+        pids += (pid for pid in group.pids() if pid not in pids)
+    return {run_id: pids for run_id, pids in runs.items() if pids}
+
+
+def abandoned_groups() -> list[tuple[str, cgroup.Cgroup]]:
+    """(run id, control group) of runs whose launcher has exited.
+
+    A launcher that stops its run has left the group.
+    """
+    return [(run_id, group) for run_id, group in cgroup.groups() if _is_stale(run_id, group)]
+
+
+def _is_stale(run_id: str, group: cgroup.Cgroup) -> bool:
+    pids = group.pids()
+    if not pids:  # of another pid namespace, maybe, whose pids say nothing here
+        return group.age_s() > JOIN_S
+    # Also False for 0, a process of another pid namespace.
+    return os.getpid() not in pids and all(pid and is_abandoned(pid, run_id) for pid in pids)

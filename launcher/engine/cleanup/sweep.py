@@ -1,7 +1,8 @@
 """Find and signal the processes of a run, by the run id in their environment.
 
 Process groups miss a daemon that made a session of its own; the environment is inherited by
-everything. A process that clears its environment *and* leaves its session is not found.
+everything. A process that clears its environment *and* leaves its session is found only among
+`kin`: pid -> start of processes that are known to belong to the run.
 The watchdog uses this without site-packages: import only the standard library and `launcher.proc`.
 """
 
@@ -10,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+from collections.abc import Mapping
 
 from launcher import proc
 
@@ -18,13 +20,20 @@ NEWEST_ROUNDS = 200  # about 20 ms
 NEWEST = 4  # processes per round
 
 
-def find(
-    run_id: str, *, ignore: frozenset[int] = frozenset(), session: int | None = None
-) -> tuple[list[int], list[int]]:
-    """Pids with this run id, and pids whose exec is not complete, which may have it; newest first.
+_NONE: Mapping[int, int] = {}
 
-    Zombies, we ourselves and those in `ignore` are left out. With `session`, only those in this
-    session.
+
+def find(
+    run_id: str,
+    *,
+    ignore: frozenset[int] = frozenset(),
+    session: int | None = None,
+    kin: Mapping[int, int] = _NONE,
+) -> tuple[list[int], list[int]]:
+    """Pids with this run id or in `kin`, and pids whose exec is not complete, which may have it.
+
+    Newest first. Zombies, we ourselves and those in `ignore` are left out. With `session`, only
+    those in this session.
     """
     found: list[int] = []
     in_exec: list[int] = []
@@ -35,7 +44,7 @@ def find(
         if pid in skipped or (session is not None and _session_of(pid) != session):
             continue
         environment = proc.environment(pid)
-        if entry in environment:
+        if entry in environment or _is_kin(pid, kin):
             found.append(pid)
         elif environment == [b""] and proc.was_in_exec(pid):
             in_exec.append(pid)
@@ -48,15 +57,16 @@ def signal_all(
     *,
     ignore: frozenset[int] = frozenset(),
     session: int | None = None,
+    kin: Mapping[int, int] = _NONE,
 ) -> bool:
-    """Signal the processes with this run id; whether there was one, or may be one in exec.
+    """Signal the processes that `find` finds; whether there was one, or may be one in exec.
 
-    A pidfd is opened first and then the environment read again, so that a pid that was reused in
+    A pidfd is opened first and then the evidence read again, so that a pid that was reused in
     between is left alone.
     """
-    found, in_exec = find(run_id, ignore=ignore, session=session)
+    found, in_exec = find(run_id, ignore=ignore, session=session, kin=kin)
     for pid in found:
-        _signal(pid, signum, run_id)
+        _signal(pid, signum, run_id, kin)
     return bool(found or in_exec)
 
 
@@ -81,13 +91,13 @@ def signal_newest(
     return has_seen
 
 
-def _signal(pid: int, signum: int, run_id: str) -> None:
+def _signal(pid: int, signum: int, run_id: str, kin: Mapping[int, int] = _NONE) -> None:
     try:
         pidfd = os.pidfd_open(pid)
     except OSError:
         return
     try:
-        if _has_run_id(pid, run_id):
+        if _has_run_id(pid, run_id) or _is_kin(pid, kin):
             with contextlib.suppress(OSError):
                 signal.pidfd_send_signal(pidfd, signum)
     finally:
@@ -104,6 +114,11 @@ def _session_of(pid: int) -> int:
 def _has_run_id(pid: int, run_id: str) -> bool:
     """False for zombies and kernel threads, whose environment is empty."""
     return _entry(run_id) in proc.environment(pid)
+
+
+def _is_kin(pid: int, kin: Mapping[int, int]) -> bool:
+    """False if the pid was reused."""
+    return pid in kin and proc.start_ticks(pid) == kin[pid]
 
 
 def _entry(run_id: str) -> bytes:

@@ -8,12 +8,16 @@ import select
 import signal
 import sys
 
+from launcher import proc
+from launcher.engine.cleanup import subreaper
 from launcher.engine.logs.run_log import RunLog
+from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
-from launcher.engine.posix.spawn import execute, reap
 
 GOODBYE_S = 1.0  # a watchdog that does not end within this time is killed
 MAX_STARTS = 3  # then the run continues without one
+GROUP_VARIABLE = "LAUNCHER_CGROUP"
+GROUPS = ("", "v2", "v1", "none")  # its values; with the first the watchdog decides
 
 
 class WatchdogClient:
@@ -24,6 +28,8 @@ class WatchdogClient:
         self._run_id = run_id
         self._log = log
         self._started = 0
+        self._before: list[int] = []
+        self._said: list[bytes] = []  # what another watchdog must be told, too
         self._pid = self._pidfd = self._pipe = -1
 
     @property
@@ -34,7 +40,32 @@ class WatchdogClient:
     def ensure(self) -> None:
         """Start it before the first process; it works even if we are killed while it starts."""
         if not self._started:
+            # A shell may have started something before it became us by exec. What that leaves
+            # behind is not ours: then we adopt nothing, since orphans do not tell their origin.
+            self._before = proc.children(os.getpid())
+            if not self._before:
+                # Before the first process: no orphan of the run may be adopted by somebody else.
+                subreaper.become()
             self._start()
+
+    def keep(self, pid: int) -> None:
+        """Let this helper process live if we are killed: it exits by itself then."""
+        spawn.started.add(pid)
+        self._tell(b"keep %d\n" % pid)
+
+    def prepare_end(self) -> None:
+        """To be called when the run begins to end: the watchdog's part takes some milliseconds."""
+        if b"leave\n" not in self._said:
+            self._tell(b"leave\n")
+
+    def _tell(self, message: bytes) -> None:
+        self._said.append(message)
+        self._write(message)
+
+    def _write(self, message: bytes) -> None:
+        if self._pid > 0:
+            with contextlib.suppress(BrokenPipeError):  # it has been killed
+                os.write(self._pipe, message)
 
     def _start(self) -> None:
         self._started += 1
@@ -42,14 +73,15 @@ class WatchdogClient:
         theirs, self._pipe = os.pipe()
         null = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
         try:
-            self._pid = execute(
-                (sys.executable, "-I", "-S", script, self._run_id),
+            self._pid = spawn.execute(
+                (sys.executable, "-I", "-S", script, self._run_id, *self._about_us()),
                 # No run id in its own environment: it must not find itself.
                 env={k: v for k, v in os.environ.items() if k == "LD_LIBRARY_PATH"},
                 streams=(theirs, null, null),
             )
             self._pidfd = os.pidfd_open(self._pid)
             self._reactor.add_reader(self._pidfd, self._exited)
+            self._write(b"".join(self._said))
         except OSError as error:
             os.close(self._pipe)
             self._pid = -1
@@ -58,8 +90,19 @@ class WatchdogClient:
             os.close(null)
             os.close(theirs)
 
+    def _about_us(self) -> list[str]:
+        return [str(os.getpid()), self._kind(), *map(str, self._before)]
+
+    def _kind(self) -> str:
+        kind = os.environ.get(GROUP_VARIABLE, "")
+        if kind in GROUPS:
+            return kind
+        choices = ", ".join(GROUPS[1:])
+        self._log.warn(f"{GROUP_VARIABLE}={kind} is ignored; its values are {choices}")
+        return ""
+
     def _exited(self) -> None:
-        self.close()
+        self._close()
         is_restarted = self._started < MAX_STARTS
         if is_restarted:
             self._start()
@@ -68,18 +111,21 @@ class WatchdogClient:
 
     def close(self) -> None:
         """Stop it in an orderly way, so that it kills nothing."""
+        self._close()
+        if self._started:
+            subreaper.adopted()  # reaps those that were killed as leftovers
+            subreaper.resign()
+
+    def _close(self) -> None:
         if self._pid < 0:
             return
-        from launcher.engine.cleanup.watchdog import GOODBYE
-
         self._reactor.remove(self._pidfd)
-        with contextlib.suppress(BrokenPipeError):  # it has been killed
-            os.write(self._pipe, GOODBYE)
+        self._write(b"goodbye\n")
         os.close(self._pipe)
         poll = select.poll()
         poll.register(self._pidfd, select.POLLIN)
         if not poll.poll(GOODBYE_S * 1000):  # it has been suspended
             os.kill(self._pid, signal.SIGKILL)
-        reap(self._pidfd)
+        spawn.reap(self._pidfd)
         os.close(self._pidfd)
         self._pid = -1

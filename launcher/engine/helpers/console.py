@@ -45,12 +45,22 @@ def _in_foreground() -> bool:
 
 
 class ConsoleProcess:
-    """Starts the console, and restores the terminal when it exits. `warn` is called on failure."""
+    """Starts the console, and restores the terminal when it exits. `warn` is called on failure.
 
-    def __init__(self, reactor: Reactor, screen: StdoutWriter, warn: Callable[[str], None]) -> None:
+    `keep` lets it outlive a killed launcher, to restore the terminal.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        screen: StdoutWriter,
+        warn: Callable[[str], None],
+        keep: Callable[[int], None],
+    ) -> None:
         self._reactor = reactor
         self._screen = screen
         self._warn = warn
+        self._keep = keep
         self._process: subprocess.Popen[bytes] | None = None
         self._pidfd = -1
         self._pipe: tuple[int, int] = (-1, -1)
@@ -77,6 +87,7 @@ class ConsoleProcess:
                 self._release()
                 self._warn(f"cannot start the console: {error.strerror}")
                 return
+        self._keep(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
         self._reactor.add_reader(self._link.fileno(), self._read_link)
         self._reactor.add_reader(self._pidfd, self._exited)

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Mapping
 
 from launcher.engine.helpers.popen import wait_or_kill
+from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
 from launcher.model.events import (
     ChangeState,
@@ -71,6 +72,7 @@ class RosAgent:
             start_new_session=True,
             bufsize=0,
         )
+        spawn.started.add(self._process.pid)
         assert self._process.stdin is not None and self._process.stdout is not None
         self._in, self._out = self._process.stdin.fileno(), self._process.stdout.fileno()
         os.set_blocking(self._out, False)

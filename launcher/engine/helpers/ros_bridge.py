@@ -24,7 +24,8 @@ GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
 class BridgeProcess:
     """The bridge of the run with this socket, restarted if it exits.
 
-    The housekeeper frees its shared memory if it is killed.
+    The housekeeper frees its shared memory if it is killed. `keep` lets it outlive a
+    killed launcher, to exit by itself.
     """
 
     def __init__(
@@ -34,6 +35,7 @@ class BridgeProcess:
         env: Mapping[str, str],
         warn: Callable[[str], None],
         housekeeper: Housekeeper,
+        keep: Callable[[int], None],
     ) -> None:
         self._reactor = reactor
         self._socket_path = socket_path
@@ -41,6 +43,7 @@ class BridgeProcess:
         self._env = {name: value for name, value in env.items() if name != RUN_ID_VARIABLE}
         self._warn = warn
         self._housekeeper = housekeeper
+        self._keep = keep
         self._started = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._pidfd = self._errors = -1
@@ -67,6 +70,7 @@ class BridgeProcess:
             os.close(self._errors)
             self._warn(f"this run is not visible in ROS: cannot start its bridge: {error.strerror}")
             return
+        self._keep(self._process.pid)
         self._housekeeper.add_helper(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
         self._reactor.add_reader(self._pidfd, self._exited)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from launcher.engine.cleanup import subreaper
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.monitor.shared_memory import Ledger
 from launcher.engine.output.reader import OutputReader
@@ -91,6 +92,7 @@ class Housekeeper:
         begun_s = self._reactor.now()
         self._ledger.keep_up(begun_s)
         self._log.keep_up()
+        subreaper.adopted()  # reaps those that have exited
         self._free()
         if self._sampler is None:
             self._rest_after(begun_s)

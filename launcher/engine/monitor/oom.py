@@ -38,6 +38,9 @@ def _own_group(root: Path) -> Path | None:
         return None
     for line in lines:
         if line.startswith("0::"):
-            events = root / "sys/fs/cgroup" / line[3:].lstrip("/") / "memory.events"
-            return events if events.is_file() else None
+            own = root / "sys/fs/cgroup" / line[3:].lstrip("/")
+            # The group of the run (cleanup/cgroup) has no controllers, but that around it may have.
+            folders = (own, own.parent) if own.name.startswith("launcher-") else (own,)
+            events = [folder / "memory.events" for folder in folders]
+            return next((path for path in events if path.is_file()), None)
     return None

@@ -32,6 +32,9 @@ def keep_free(fd: int, reserve: int) -> int:
     return fd
 
 
+# Pids of children that somebody here reaps; every other child of ours is an adopted orphan.
+started: set[int] = set()
+
 SHELL = "/bin/sh"
 # Python ignores these two, and an ignored signal stays ignored in a child.
 _BACK_TO_DEFAULT = (signal.SIGPIPE, signal.SIGXFSZ)
@@ -54,12 +57,24 @@ def execute(
     for fd in inherited:
         os.set_inheritable(fd, True)
     try:
-        if cwd is None:
-            with contextlib.suppress(NotImplementedError):  # Python was built for an old C library
-                return _by_posix_spawn(words, env, streams)
-        return _by_subprocess(words, env, streams, cwd, inherited)
+        pid = _execute(words, env, streams, cwd, inherited)
     except ValueError as error:  # a NUL in a word, a `=` in the name of a variable
         raise OSError(errno.EINVAL, str(error)) from error
+    started.add(pid)
+    return pid
+
+
+def _execute(
+    words: Sequence[str],
+    env: Mapping[str, str],
+    streams: tuple[int, int, int],
+    cwd: str | None,
+    inherited: Sequence[int],
+) -> int:
+    if cwd is None:
+        with contextlib.suppress(NotImplementedError):  # Python was built for an old C library
+            return _by_posix_spawn(words, env, streams)
+    return _by_subprocess(words, env, streams, cwd, inherited)
 
 
 def _by_posix_spawn(
@@ -141,6 +156,7 @@ def reap(pidfd: int) -> tuple[int, bool]:
     """
     end = os.waitid(os.P_PIDFD, pidfd, os.WEXITED)
     assert end is not None
+    started.discard(end.si_pid)
     code = end.si_status if end.si_code == os.CLD_EXITED else -end.si_status
     return code, end.si_code == os.CLD_DUMPED
 
