@@ -3,12 +3,38 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from launcher.errors import PackageNotFoundError, UsageError
-from launcher.packages import search_prefixes, share_directory
+from launcher.packages import (
+    executables,
+    files_in_share,
+    own_package,
+    search_prefixes,
+    share_directory,
+)
+from launcher.packages.sources import around, editable, files_in
+from launcher.program import program
 from launcher.text import did_you_mean, suggest
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.packages.overlay import Overlay
+
+
+class WordAfterFileError(UsageError):
+    """The first of two words is a launch file, the second one no argument."""
+
+    def __init__(self, path: Path, word: str) -> None:
+        super().__init__(
+            f"malformed launch argument '{_shown(word)}', expected format '<name>:=<value>'",
+            hint=f"did you mean {_shown(word)}:=VALUE?",
+        )
+        self.path = path
+        self.word = word
+
 
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
@@ -46,7 +72,9 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         hint = (
             f"did you mean '{here[0]}'?"
             if here
-            else _near(target, known)
+            else did_you_mean(target, known)
+            or _executable_hint(target, env)
+            or _near(target, known)
             or (
                 "names are searched in launch/ here and in parent directories, and in installed "
                 "packages; or give a path"
@@ -54,6 +82,13 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         )
         raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
     return _only(target, found)
+
+
+def _executable_hint(word: str, env: Mapping[str, str]) -> str | None:
+    """How to run the executable of one's own package that has this name."""
+    own = {*editable(), *(name for name, _ in around())}
+    found = [package for package in sorted(own) if word in executables(package, env)]
+    return f"did you mean `{program()} run {found[0]} {word}`?" if found else None
 
 
 def _is_file(path: Path) -> bool:
@@ -92,7 +127,10 @@ def _installed_launch_files(env: Mapping[str, str]) -> list[Path]:
     for prefix in search_prefixes(env):
         for suffix in SUFFIXES:
             files += sorted(prefix.glob(f"share/*/launch/*{suffix}"))
-    return files
+    for source in editable().values():
+        for suffix in SUFFIXES:
+            files += sorted(Path(source, "launch").glob(f"*{suffix}"))
+    return list(dict.fromkeys(files))
 
 
 def _all_launch_files(env: Mapping[str, str]) -> Iterator[Path]:
@@ -111,22 +149,41 @@ def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
         )
     try:
         share = share_directory(package, env)
-    except PackageNotFoundError:
-        if not _is_file(Path(package)) and not _by_name(package, env):
-            raise
-        raise UsageError(
-            f"malformed launch argument '{_shown(file)}', expected format '<name>:=<value>'",
-            hint=f"did you mean {_shown(file)}:=VALUE?",
-        ) from None
-    found = sorted(share.rglob(file)) if os.sep not in file else []
+    except PackageNotFoundError as error:
+        meant = [Path(package)] if _is_file(Path(package)) else _by_name(package, env)
+        if meant:
+            raise WordAfterFileError(meant[0].absolute(), file) from None
+        near = suggest(package, {_stem(file) for file in _all_launch_files(env)})
+        if near and "did you mean" not in (error.hint or ""):
+            error.hint = f"did you mean the launch file '{near}'?"
+        raise
+    files = files_in_share(share)
+    found = [Path(path) for path in files if os.path.basename(path) == file]
+    own = own_package(package, env)
     if not found:
-        names = sorted({p.name for suffix in SUFFIXES for p in share.rglob(f"*{suffix}")})
+        names = sorted({os.path.basename(path) for path in files if path.endswith(SUFFIXES)})
         raise UsageError(
             f"file '{file}' was not found in the share directory of package '{package}' "
             f"which is at '{share}'",
-            hint=_near(file, names),
+            hint=_left_out(own, file) or _near(file, names),
         )
-    return _only(file, found)
+    path = _only(file, found)
+    if own is not None and not own.installs(str(path)):
+        print(
+            f"warning: {path} is not among the data_files of {own.source}/setup.py: it is not "
+            "found once the package is installed",
+            file=sys.stderr,
+        )
+    return path
+
+
+def _left_out(own: Overlay | None, file: str) -> str | None:
+    """The hint for a file of the source that setup.py does not install."""
+    if own is None or own.share == own.source:
+        return None
+    paths = (path for path in files_in(own.source) if os.path.basename(path) == file)
+    path = next(paths, None)
+    return path and f"{path} is not among the data_files of {own.source}/setup.py"
 
 
 def _only(name: str, found: list[Path]) -> Path:

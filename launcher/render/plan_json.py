@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from launcher.language.substitution import plain_text
+from launcher.render.command_line import changed_variables
 
 if TYPE_CHECKING:
     from launcher.language.actions.arguments import DeclareLaunchArgument
@@ -61,7 +62,7 @@ def _process(process: PlannedProcess, environment: Mapping[str, str]) -> dict[st
         "remappings": [list(rule) for rule in ros.remappings] if ros else [],
         "cmd": [GENERATED if word in generated else word for word in spec.argv],
         "parameters": [_parameter(source) for source in sources],
-        "env_set": {k: v for k, v in spec.env.items() if environment.get(k) != v},
+        "env_set": changed_variables(spec.env, environment),
         "env_unset": sorted(name for name in environment if name not in spec.env),
         "cwd": spec.cwd,
         "shell": spec.shell,

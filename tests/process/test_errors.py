@@ -317,7 +317,7 @@ def test_each_warning_is_printed_once_at_launch(workspace: Workspace):
         (["kil", "robot_1"], "hint: did you mean `python -m launcher kill`?"),
         (["./plan"], "error: launch file './plan' not found\n"),
         (["plan.py"], "error: launch file 'plan.py' not found\n"),
-        (["warehouse"], "hint: names are searched in launch/ here and in parent directories"),
+        (["warehouse"], "hint: available: system\n"),
     ],
 )
 def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(

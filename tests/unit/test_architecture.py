@@ -28,7 +28,7 @@ MAY_IMPORT = {
     "command_help": {"command_line"},
     "language": {"errors", "model", "packages"},
     "frontends": {"errors", "packages", "language"},
-    "compat": {"language", "frontends"},
+    "compat": {"errors", "packages", "language", "frontends"},
     "interpreter": {"errors", "model", "language", "packages"},
     "planner": {"errors", "model", "language", "compat", "frontends", "interpreter"},
     "engine": {"errors", "model"},
@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "domain_lease": {"errors"},
     "smoke": {"errors", "command_line", "engine", "control", "ros", "domain_lease"},
     "pytest_plugin": {"errors", "smoke"},
-    "render": {"errors", "model", "interpreter", "language", "planner"},
+    "render": {"errors", "packages", "model", "interpreter", "language", "planner"},
     "commands": {
         "errors",
         "command_line",

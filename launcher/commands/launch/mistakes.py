@@ -10,7 +10,9 @@ import contextlib
 import linecache
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from launcher.commands.launch.known_names import known_names
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
+from launcher.frontends.locate import WordAfterFileError
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.configurations import ALL_NAMES
 from launcher.language.ros.node import Node
@@ -21,6 +23,9 @@ from launcher.language.substitution import (
 )
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.packages import find_executable
+from launcher.planner import make_plan
+from launcher.program import program
+from launcher.stdio import silence
 from launcher.text import did_you_mean, suggest
 
 TYPE_CHECKING = False
@@ -58,6 +63,33 @@ def _unknown(name: str, known: Iterable[str], declared: Sequence[str]) -> UsageE
     return UsageError(
         f"unknown launch argument '{name}'", hint=did_you_mean(name, sorted(known)) or listed
     )
+
+
+def explain_word(error: WordAfterFileError) -> UsageError:
+    """The error about a word behind a launch file, with what it was probably meant to be."""
+    word = error.word
+    with silence():
+        plan = make_plan(str(error.path), ())
+        specs = [process.spec for process in plan.processes]
+        arguments = sorted(known_names(plan)) if plan.error is None else sorted(plan.declared)
+    nodes = {spec.ros.node_name or spec.label: spec.ros for spec in specs if spec.ros}
+    file, node = error.path.name, nodes.get(word)
+    if node is not None and node.package and node.executable:
+        error.hint = (
+            f"{file} starts {word} with the others; `{program()} run {node.package} "
+            f"{node.executable}` runs it alone, `{program()} restart {word}` restarts it in a "
+            "running launch"
+        )
+        return error
+    near = word if word in arguments else suggest(word, [*arguments, *nodes])
+    if near in arguments:
+        error.hint = f"did you mean {near}:=VALUE?"
+    elif near is not None:
+        error.hint = f"did you mean the node '{near}' of {file}?"
+    else:
+        listed = ", ".join(plan.declared) or "none"
+        error.hint = f"arguments of {file}: {listed}"
+    return error
 
 
 def of_launch_file(

@@ -92,9 +92,14 @@ def _launch_file(words: Sequence[str]) -> str:
     if len(words) == 1 and os.path.isfile(words[0]):
         return os.path.join(os.getcwd(), words[0].removeprefix("./"))
     # Imports pathlib, which takes 3 ms.
-    from launcher.frontends.locate import locate
+    from launcher.frontends.locate import WordAfterFileError, locate
 
-    return str(locate(words, os.environ))
+    try:
+        return str(locate(words, os.environ))
+    except WordAfterFileError as error:
+        from launcher.commands.launch.mistakes import explain_word
+
+        raise explain_word(error) from None
 
 
 _EMPTY_VALUE = "a value cannot be empty; omit the argument to use its default"

@@ -15,10 +15,13 @@ from types import ModuleType
 
 import launcher.frontends  # noqa: F401 - gives the language its parsers
 from launcher.language.compat import table
+from launcher.language.compat.ament import extended_index
 from launcher.language.compat.names import PublicModule, is_public, submodules
 from launcher.language.session import Session, open_sessions, replace_environment
 
 TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
+# Tools of ROS that launch files import from: an installed one goes first.
+TOOL_NAMES = ("ros2launch", "ros2pkg")
 _FOLDER = os.path.dirname(__file__)
 
 
@@ -34,6 +37,10 @@ class _Finder:
             return None
         if top == "launch_testing" and _is_installed(top):
             return None  # it has everything, and works with the launcher's `launch`
+        return _Finder.spec_of(fullname)
+
+    @staticmethod
+    def spec_of(fullname: str) -> ModuleSpec:
         spec = ModuleSpec(fullname, _Finder, origin=table.__file__)  # type: ignore[arg-type]
         if submodules(fullname):
             folder = f"{_FOLDER}/{fullname}"  # does not exist; listed by _Listing
@@ -55,6 +62,17 @@ def _is_installed(package: str) -> bool:
     """Whether the path has this package; a folder without `__init__.py` is none."""
     spec = PathFinder.find_spec(package)
     return spec is not None and spec.origin is not None
+
+
+class _ToolFinder:
+    """Finds modules of tools that are not installed; it is asked last."""
+
+    @staticmethod
+    def find_spec(
+        fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        is_ours = fullname.partition(".")[0] in TOOL_NAMES and is_public(fullname)
+        return _Finder.spec_of(fullname) if is_ours else None
 
 
 class _Listing:
@@ -88,14 +106,17 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
     saved = _take_modules()
     finder = _Finder()
     sys.meta_path.insert(0, finder)
+    sys.meta_path.append(_ToolFinder)
     try:
-        yield session
+        with extended_index():
+            yield session
     finally:
         replace_environment(session.environment)
         _reset_logging(session)
         open_sessions.remove(session)
         sys.argv = argv
         sys.meta_path.remove(finder)
+        sys.meta_path.remove(_ToolFinder)
         _take_modules()
         sys.modules.update(saved)
 
@@ -110,5 +131,11 @@ def _reset_logging(session: Session) -> None:
 
 
 def _take_modules() -> dict[str, ModuleType]:
-    names = [name for name in sys.modules if name.partition(".")[0] in TOP_NAMES]
+    names = [name for name, module in sys.modules.items() if _is_ours(name, module)]
     return {name: sys.modules.pop(name) for name in names}
+
+
+def _is_ours(name: str, module: ModuleType) -> bool:
+    """Whether it has, or hides, a name of the vocabulary; an installed tool does not."""
+    top = name.partition(".")[0]
+    return top in TOP_NAMES or (top in TOOL_NAMES and isinstance(module, PublicModule))

@@ -229,6 +229,23 @@ MODULES = {
     "launch_yaml.launch_description_sources": {
         "launcher.language.sources": "YAMLLaunchDescriptionSource",
     },
+    "ros2launch.api": {
+        "launcher.language.ros.cli_api": (
+            "LaunchFileNameCompleter MultipleLaunchFilesError get_launch_file_paths "
+            "get_share_file_path_from_package is_launch_file launch_a_launch_file "
+            "parse_launch_arguments print_a_launch_file print_arguments_of_launch_description "
+            "print_arguments_of_launch_file"
+        ),
+        "launcher.language.sources": "InvalidLaunchFileError InvalidPythonLaunchFileError",
+    },
+    "ros2launch": {},
+    "ros2pkg": {},
+    "ros2pkg.api": {
+        "launcher.language.ros.cli_api": (
+            "PackageNotFound get_executable_paths get_package_names get_prefix_path "
+            "package_name_completer"
+        ),
+    },
 }
 
 # Public package -> submodules that have one class, named after it: `emit_event` has EmitEvent.
@@ -350,6 +367,14 @@ SUBMODULES = {
         "track_node_names": "add_node_name get_node_name_count",
     },
     "launch_testing.actions": {"ready": "ReadyToTest"},
+    "ros2launch.api": {
+        "api": (
+            "LaunchFileNameCompleter MultipleLaunchFilesError get_launch_file_paths "
+            "get_share_file_path_from_package is_launch_file launch_a_launch_file "
+            "parse_launch_arguments print_a_launch_file print_arguments_of_launch_description "
+            "print_arguments_of_launch_file"
+        ),
+    },
     "launch_xml.launch_description_sources": {
         "xml_launch_description_source": "XMLLaunchDescriptionSource",
     },

@@ -1,9 +1,12 @@
-"""Splitting of `name:=value` arguments of a launch command line."""
+"""The target and the `name:=value` arguments of a launch command line."""
+
+from pathlib import Path
 
 import pytest
 
-from launcher.commands.launch.target import split_words
-from launcher.errors import UsageError
+from launcher.commands.launch import COMMAND
+from launcher.commands.launch.target import LaunchRequest, split_words
+from launcher.errors import LauncherError, UsageError
 
 
 @pytest.mark.parametrize(
@@ -35,3 +38,31 @@ def test_a_wrong_separator_is_refused_with_the_right_one(word):
     with pytest.raises(UsageError) as caught:
         split_words(["system", "a:=1", word])
     assert caught.value.hint == "did you mean debug:=true?"
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (
+            ["system", "robot_2"],
+            "system.launch.py starts robot_2 with the others; `python -m launcher run group_gp1 "
+            "robot_2` runs it alone, `python -m launcher restart robot_2` restarts it in a running "
+            "launch",
+        ),
+        (["system", "robt_2"], "did you mean the node 'robot_2' of system.launch.py?"),
+        (["system", "start_robot_2"], "did you mean start_robot_2:=VALUE?"),
+        (["system", "enable_debgu"], "did you mean enable_debug:=VALUE?"),
+        (
+            ["system", "warehouse"],
+            "arguments of system.launch.py: enable_debug, start_robot_2, enable_qos_probe",
+        ),
+        (["sistem", "robot_2"], "did you mean the launch file 'system'?"),
+        (["group_gp", "system.launch.py"], "did you mean 'group_gp1'?"),
+        (["robot_2"], "did you mean `python -m launcher run group_gp1 robot_2`?"),
+    ],
+)
+def test_words_that_name_no_launch_file_are_explained(monkeypatch, words, hint):
+    monkeypatch.chdir(Path(__file__).parents[3])
+    with pytest.raises(LauncherError) as caught:
+        LaunchRequest.of(COMMAND.parse(words))
+    assert caught.value.hint == hint

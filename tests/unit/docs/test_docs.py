@@ -53,7 +53,14 @@ def test_the_page_of_all_options_is_generated_from_the_tables():
 
 PAGES = ("running", "ros-verbs", "control", "smoke", "doctor", "console", "launch-files")
 # Of colcon, docker, ROS and pytest, and one that is no option.
-OF_OTHERS = {"--symlink-install", "--shm-size", "--ros-args", "--launch-artifacts", "--fast"}
+OF_OTHERS = {
+    "--build-type",
+    "--fast",
+    "--launch-artifacts",
+    "--ros-args",
+    "--shm-size",
+    "--symlink-install",
+}
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *(ROOT / f"docs/{one}.md" for one in PAGES)])

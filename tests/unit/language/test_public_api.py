@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from launcher.language.compat import TOP_NAMES, vocabulary
+from launcher.language.compat import TOOL_NAMES, TOP_NAMES, vocabulary
 from launcher.language.compat.table import MODULES, SUBMODULES
 
 PUBLIC_MODULES = {
@@ -388,11 +388,11 @@ def test_hasattr_is_false_for_unknown_names():
 def test_the_packages_list_their_submodules():
     listed = {
         module.name
-        for name in TOP_NAMES
+        for name in (*TOP_NAMES, *TOOL_NAMES)
         for module in pkgutil.walk_packages(importlib.import_module(name).__path__, f"{name}.")
     }
 
-    assert {*listed, *TOP_NAMES} == PUBLIC_MODULES
+    assert {*listed, *TOP_NAMES, *TOOL_NAMES} == PUBLIC_MODULES
 
 
 def test_a_function_is_not_hidden_by_the_submodule_of_its_name():

@@ -1,0 +1,111 @@
+"""Lets ament_index_python find what the launcher finds.
+
+It knows only the prefixes of `AMENT_PREFIX_PATH`; a package that is used from its source folder is
+in none of them until it has been looked up here.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.machinery import ModuleSpec, PathFinder
+from types import ModuleType
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+_MODULE = "ament_index_python.packages"
+_MODULES = ("ament_index_python", _MODULE)
+
+
+@contextmanager
+def extended_index() -> Iterator[None]:
+    """While open, ament_index_python's functions for packages find these packages, too."""
+    changed: list[tuple[ModuleType, str, Any]] = []
+
+    def extend(module: ModuleType) -> None:
+        for name, wrap in (
+            ("get_package_prefix", _prefix_function),
+            ("get_package_share_directory", _share_function),
+        ):
+            original = getattr(module, name, None)
+            if original is not None:
+                changed.append((module, name, original))
+                setattr(module, name, wrap(original))
+
+    for module in [sys.modules[name] for name in _MODULES if name in sys.modules]:
+        extend(module)
+    finder = _Finder(extend)
+    sys.meta_path.insert(0, finder)
+    try:
+        yield
+    finally:
+        sys.meta_path.remove(finder)
+        for module, name, original in reversed(changed):
+            setattr(module, name, original)
+
+
+class _Finder:
+    """Calls `extend` with the module as soon as it is imported."""
+
+    def __init__(self, extend: Callable[[ModuleType], None]) -> None:
+        self._extend = extend
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        spec = PathFinder.find_spec(name, path) if name == _MODULE else None
+        loader: Any = spec and spec.loader
+        if loader is not None:
+            execute = loader.exec_module
+
+            def execute_and_extend(module: ModuleType) -> None:
+                execute(module)
+                self._extend(module)
+
+            loader.exec_module = execute_and_extend
+        return spec
+
+
+def _prefix_function(original: Callable[..., str]) -> Callable[..., str]:
+    def get_package_prefix(package_name: str) -> str:
+        try:
+            return original(package_name)
+        except (LookupError, OSError):
+            found = _found("package_prefix", package_name)
+            if found is None:
+                raise
+            return found
+
+    return get_package_prefix
+
+
+def _share_function(original: Callable[..., str]) -> Callable[..., str]:
+    def get_package_share_directory(package_name: str, print_warning: bool = True) -> str:
+        try:
+            share = original(package_name, print_warning)
+        except (LookupError, OSError):
+            found = _found("share_directory", package_name)
+            if found is None:
+                raise
+            return found
+        from launcher.packages.sources import OVERLAY_FOLDER
+
+        if OVERLAY_FOLDER in share:  # the source itself, as FindPackageShare has it
+            return _found("share_directory", package_name) or share
+        return share
+
+    return get_package_share_directory
+
+
+def _found(look_up: str, name: str) -> str | None:
+    from launcher import packages  # takes long to import
+    from launcher.errors import PackageNotFoundError
+
+    try:
+        return str(getattr(packages, look_up)(name, os.environ))
+    except PackageNotFoundError:
+        return None

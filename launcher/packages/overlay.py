@@ -1,0 +1,259 @@
+"""A prefix of links for a package that is used from its source folder.
+
+As `colcon build --symlink-install` does it: what setup.py would install (`data_files`, scripts) is
+linked from where it would be. With the prefix in `AMENT_PREFIX_PATH`, programs find the package,
+too. Prefixes are in the temporary directory, since a plan writes nowhere else. One is never
+changed: if setup.py or the files that it finds have changed, there is a new one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+import sys
+import zlib
+from collections.abc import Iterable, Mapping
+
+from launcher.packages import sources
+from launcher.packages.setup_reader import SETUP_FILES
+from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
+
+_READER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "setup_reader.py")
+_READER_TIMEOUT_S = 30.0
+_MAX_SHEBANG = 127  # bytes; a longer line is cut off by older kernels
+_PRIVATE = 0o700
+
+
+class Contents:
+    """What a package would install, as `setup_reader` prints it; `problem` if that failed."""
+
+    def __init__(self, lines: Iterable[str], problem: str | None = None) -> None:
+        self.problem = problem
+        self.code = ""
+        self.files: dict[str, str] = {}  # place below the prefix -> source file
+        self.scripts: dict[str, str] = {}
+        for line in lines:
+            kind, *fields = line.split("\t")
+            if kind == "data":
+                place = os.path.normpath(os.path.join(fields[0], os.path.basename(fields[1])))
+                self.files[place] = fields[1]
+            elif kind == "script":
+                self.scripts[fields[0]] = fields[1]
+            elif kind == "code":
+                self.code = fields[0]
+
+
+class Overlay:
+    """The prefix of a package, and its share folder.
+
+    `share` is the source folder itself if every file is there where it would be in share.
+    """
+
+    def __init__(self, name: str, source: str, contents: Contents, prefix: str) -> None:
+        self.name = name
+        self.source = source
+        self.prefix = prefix
+        self._contents = contents
+        self.share = source if _serves(name, source, contents) else f"{prefix}/share/{name}"
+
+    @property
+    def problem(self) -> str | None:
+        """Why setup.py could not be read, so that the source folder is taken for share."""
+        return self._contents.problem
+
+    def installs(self, file: str) -> bool:
+        """Whether a file of the source is among those that would be installed."""
+        files = self._contents.files
+        return not files or any(_is_same(file, source) for source in files.values())
+
+
+def _is_same(one: str, other: str) -> bool:
+    with contextlib.suppress(OSError):
+        return os.path.samefile(one, other)
+    return False
+
+
+def of(name: str, source: str, scripts: Mapping[str, str]) -> Overlay:
+    """The overlay of a package; `scripts` are those of its programs that pip has installed."""
+    folder = _own_folder()
+    contents = _contents(name, source, folder)
+    links, programs = _layout(name, source, contents, scripts)
+    layout = repr((sys.executable, source, sorted(links.items()), sorted(programs.items())))
+    prefix = f"{folder}/{name}-{_digest(layout)}"
+    if not _is_whole(prefix, (*links, *programs)):
+        _write(prefix, links, programs)
+    return Overlay(name, source, contents, prefix)
+
+
+def announce(prefix: str) -> None:
+    """Add the prefix to `AMENT_PREFIX_PATH`, for ament_index_python and for child processes."""
+    value = os.environ.get("AMENT_PREFIX_PATH", "")
+    entries = [entry for entry in value.split(os.pathsep) if entry]
+    if prefix not in entries:
+        os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([*entries, prefix])
+
+
+def without_overlays(value: str) -> str:
+    """A value of `AMENT_PREFIX_PATH` without the prefixes that were added to it here."""
+    entries = value.split(os.pathsep)
+    return os.pathsep.join(entry for entry in entries if OVERLAY_FOLDER not in entry)
+
+
+# ---- what would be installed
+
+
+def _contents(name: str, source: str, folder: str) -> Contents:
+    """What setup.py says, from the last time if nothing that it has looked at has changed."""
+    known = f"{folder}/{name}-{_digest(repr((sys.executable, source)))}.txt"
+    lines = _still_valid(known)
+    if lines is not None:
+        return Contents(lines)
+    if not any(os.path.isfile(os.path.join(source, name)) for name in SETUP_FILES[:3]):
+        return Contents(())  # a package of CMake: only its build knows what it installs
+    output, problem = _run_reader(name, source)
+    if problem is not None:
+        return Contents((), problem)
+    lines = output.splitlines()
+    stamps = [f"stamp\t{_stamp(line[5:])}\t{line[5:]}" for line in lines if line[:5] == "seen\t"]
+    temporary = f"{known}.{os.getpid()}"
+    with open(temporary, "w", encoding="utf-8", errors="surrogateescape") as file:
+        file.write("\n".join([*stamps, *lines]))
+    os.replace(temporary, known)
+    return Contents(lines)
+
+
+def _still_valid(path: str) -> list[str] | None:
+    try:
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+            lines = file.read().split("\n")
+    except OSError:
+        return None
+    stamps = [line.split("\t") for line in lines if line[:6] == "stamp\t"]
+    is_valid = lines[-1] == "done" and all(str(_stamp(path)) == was for _, was, path in stamps)
+    return lines if is_valid else None
+
+
+def _stamp(path: str) -> int:
+    """When a file, or the list of names in a folder, was last changed; 0 if it is not there."""
+    try:
+        return os.stat(path).st_mtime_ns
+    except OSError:
+        return 0
+
+
+def _run_reader(name: str, source: str) -> tuple[str, str | None]:
+    """(output, None), or what went wrong."""
+    import subprocess
+
+    command = [sys.executable, "-B", _READER, source, name]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=_READER_TIMEOUT_S, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return "", str(error)
+    output = done.stdout.decode(errors="surrogateescape")
+    if done.returncode == 0 and output.endswith("done\n"):
+        return output, None
+    said = done.stderr.decode(errors="replace").strip().splitlines()
+    return "", said[-1] if said else f"exit code {done.returncode}"
+
+
+def _serves(name: str, source: str, contents: Contents) -> bool:
+    """Whether the source folder has the files of share at the same places."""
+    share = f"share/{name}/"
+    return all(
+        os.path.join(source, place[len(share) :]) == file
+        for place, file in contents.files.items()
+        if place.startswith(share)
+    )
+
+
+# ---- the prefix
+
+
+def _layout(
+    name: str, source: str, contents: Contents, scripts: Mapping[str, str]
+) -> tuple[dict[str, str], dict[str, str]]:
+    """(links, programs): places below the prefix -> what they point at, or their text."""
+    share = f"share/{name}"
+    links = {place: file for place, file in contents.files.items() if place[:1] not in (".", "/")}
+    if _serves(name, source, contents):
+        links = {place: file for place, file in links.items() if not place.startswith(f"{share}/")}
+        links[share] = source
+    files = (os.path.join(source, file) for file in reversed(SETUP_FILES))
+    links.setdefault(f"{MARKERS}/{name}", next(filter(os.path.isfile, files), os.devnull))
+    programs: dict[str, str] = {}
+    for script, target in contents.scripts.items():
+        place = f"lib/{name}/{script}"
+        if script in scripts:
+            links[place] = scripts[script]
+        else:
+            programs[place] = _program(target, _code_folders(name, source, contents))
+    return links, programs
+
+
+def _code_folders(name: str, source: str, contents: Contents) -> list[str]:
+    """Where a program that is not installed finds its modules, and those of its dependencies."""
+    needed = sources.dependencies(source)
+    near = (folder for other, folder in sources.around() if other in needed and other != name)
+    return [contents.code or source, *near]
+
+
+def _program(target: str, folders: list[str]) -> str:
+    module, _, name = target.partition(":")
+    first = name.partition(".")[0]
+    interpreter = f"#!{sys.executable}\n"
+    if " " in sys.executable or len(os.fsencode(interpreter)) > _MAX_SHEBANG:
+        interpreter = f"#!/bin/sh\n'''exec' \"{sys.executable}\" \"$0\" \"$@\"\n' '''\n"
+    return (
+        f"{interpreter}import sys\n\nsys.path[0] = {folders[0]!r}\nsys.path += {folders[1:]!r}\n"
+        f"from {module} import {first}\n\nsys.exit({name}())\n"
+    )
+
+
+def _is_whole(prefix: str, places: Iterable[str]) -> bool:
+    """Whether all is there: temporary directories are cleaned up file by file."""
+    return all(os.path.lexists(f"{prefix}/{place}") for place in places)
+
+
+def _write(prefix: str, links: Mapping[str, str], programs: Mapping[str, str]) -> None:
+    for place, target in links.items():
+        _put(f"{prefix}/{place}", lambda path, target=target: os.symlink(target, path))
+    for place, text in programs.items():
+        _put(f"{prefix}/{place}", lambda path, text=text: _write_program(path, text))
+
+
+def _put(path: str, make: object) -> None:
+    """Make a file beside its place, then move it there: others may use the prefix already."""
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    temporary = f"{path}.{os.getpid()}"
+    assert callable(make)
+    with contextlib.suppress(FileNotFoundError):
+        os.unlink(temporary)
+    make(temporary)
+    os.replace(temporary, path)
+
+
+def _write_program(path: str, text: str) -> None:
+    with open(path, "w", encoding="utf-8", errors="surrogateescape") as file:
+        file.write(text)
+        os.fchmod(file.fileno(), 0o755)
+
+
+def _digest(text: str) -> str:
+    data = text.encode(errors="surrogateescape")
+    return f"{zlib.crc32(data):08x}{zlib.adler32(data):08x}"
+
+
+def _own_folder() -> str:
+    """A folder below the temporary directory that nobody else can write to."""
+    import tempfile
+
+    folder = os.path.join(tempfile.gettempdir(), f"{OVERLAY_FOLDER}{os.getuid()}")
+    with contextlib.suppress(FileExistsError):
+        os.mkdir(folder, _PRIVATE)
+    found = os.lstat(folder)
+    is_own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+    if is_own and not stat.S_IMODE(found.st_mode) & 0o022:
+        return folder
+    return tempfile.mkdtemp(prefix=OVERLAY_FOLDER)

@@ -1,0 +1,177 @@
+"""Packages that are used from their source folder: installed with `pip install -e`, or not at all.
+
+Python's metadata says where the source of an editable package is (`direct_url.json`, PEP 610).
+Packages that are not installed are found by their `package.xml`: in the working directory, above,
+below, and beside the package that the working directory is in.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
+
+MARKERS = "share/ament_index/resource_index/packages"
+OVERLAY_FOLDER = "launcher-packages-"  # with the user's id, in the temporary directory
+
+_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+_DEPENDENCY = re.compile(r"<\w*depend\b[^>]*>\s*([^<\s]+)")
+_IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE", "pyvenv.cfg")
+# Not the sources of a package: what tools build, download or write.
+_NO_SOURCES = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
+# The working directory may be a home folder.
+_MAX_DEPTH, _MAX_FOLDERS = 4, 1000
+_OURS = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+def find(name: str) -> str | None:
+    """The source of the package: of an editable installation, else around the working directory."""
+    folders = (_folder_of(distribution) for distribution in distributions(name))
+    folder = next(filter(None, folders), None) or editable().get(name)
+    return folder or next((folder for known, folder in around() if known == name), None)
+
+
+def distributions(name: str | None = None) -> list[Distribution]:
+    """Installed distributions, of this name or all.
+
+    There may be two: an egg-info without files in the source tree, and what is installed from it.
+    """
+    # Takes 20 ms to import, and is needed only for packages outside of the index.
+    from importlib import metadata
+
+    return list(metadata.distributions() if name is None else metadata.distributions(name=name))
+
+
+def editable() -> dict[str, str]:
+    """Package -> source folder of all editable installations that have a package.xml."""
+    found: dict[str, str] = {}
+    for distribution in distributions():
+        folder = _folder_of(distribution)
+        name = folder and name_in(folder)
+        if folder and name:
+            found.setdefault(name, folder)
+    return found
+
+
+def _folder_of(distribution: Distribution) -> str | None:
+    """The source folder of an editable distribution; None for others."""
+    text = distribution.read_text("direct_url.json")
+    if text is None:
+        return _folder_of_egg(distribution)
+    import json
+    from urllib.parse import unquote, urlsplit
+
+    try:
+        found = json.loads(text)
+        url = urlsplit(found["url"])
+        is_editable = found.get("dir_info", {}).get("editable", False)
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return None
+    folder = os.path.normpath(unquote(url.path))
+    is_here = url.scheme == "file" and is_editable and os.path.isdir(folder)
+    return folder if is_here else None
+
+
+def _folder_of_egg(distribution: Distribution) -> str | None:
+    """The source folder with the egg-info that `setup.py develop` leaves: older pips call it."""
+    beside = os.path.normpath(str(distribution.locate_file("")))
+    return next((f for f in (beside, os.path.dirname(beside)) if name_in(f)), None)
+
+
+def around() -> Iterator[tuple[str, str]]:
+    """(package, source folder), the nearest first.
+
+    In the working directory, above, and the launcher's own; then below the working directory, or
+    beside the package that it is in; then in the `src/` of a workspace above.
+    """
+    try:
+        here = os.getcwd()
+    except OSError:
+        return
+    above = [here]
+    while os.path.dirname(above[-1]) != above[-1]:
+        above.append(os.path.dirname(above[-1]))
+    found: dict[str, None] = {}
+    package = None
+    for folder in (*above, _OURS):
+        name = name_in(folder)
+        if name:
+            package = package or (folder if folder != _OURS else None)
+            found[folder] = None
+            yield name, folder
+    roots = [here if package is None else os.path.dirname(package)]
+    roots += [source for folder in above if os.path.isdir(source := os.path.join(folder, "src"))]
+    for root in dict.fromkeys(roots):
+        for name, folder in _below(root):
+            if folder not in found:
+                found[folder] = None
+                yield name, folder
+
+
+def _below(root: str) -> Iterator[tuple[str, str]]:
+    """Packages below a folder, breadth first; like colcon, not below another package."""
+    level, left = [root], _MAX_FOLDERS
+    for _ in range(_MAX_DEPTH):
+        folders = [below for folder in level for below in _folders_in(folder)][:left]
+        left -= len(folders)
+        level = []
+        for folder in folders:
+            name = name_in(folder)
+            if name:
+                yield name, folder
+            else:
+                level.append(folder)
+
+
+def _folders_in(folder: str) -> list[str]:
+    try:
+        with os.scandir(folder) as entries:
+            found = sorted(entry.path for entry in entries if _may_have_sources(entry))
+    except OSError:
+        return []
+    return [path for path in found if not _is_ignored(path)]
+
+
+def _may_have_sources(entry: os.DirEntry[str]) -> bool:
+    hidden = entry.name.startswith(".") or entry.name.endswith(".egg-info")
+    return not hidden and entry.name not in _NO_SOURCES and entry.is_dir(follow_symlinks=False)
+
+
+def _is_ignored(folder: str) -> bool:
+    return any(os.path.exists(os.path.join(folder, name)) for name in _IGNORED)
+
+
+def name_in(folder: str) -> str | None:
+    """The name in the package.xml of a folder; None without one."""
+    found = _NAME.search(_manifest(folder))
+    return found and found[1]
+
+
+def dependencies(folder: str) -> set[str]:
+    """The packages that the package.xml of a folder names as dependencies."""
+    return set(_DEPENDENCY.findall(_manifest(folder)))
+
+
+def _manifest(folder: str) -> str:
+    try:
+        with open(os.path.join(folder, "package.xml"), encoding="utf-8", errors="replace") as file:
+            return file.read()
+    except OSError:
+        return ""
+
+
+def files_in(folder: str) -> Iterator[str]:
+    """The files below a source folder, without what was built there or belongs to another tool."""
+    level = [folder]
+    while level:
+        folder = level.pop(0)
+        try:
+            with os.scandir(folder) as entries:
+                yield from sorted(entry.path for entry in entries if entry.is_file())
+        except OSError:
+            continue
+        level += _folders_in(folder)
