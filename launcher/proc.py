@@ -55,6 +55,13 @@ def pids() -> list[int]:
         return []
 
 
+def uss_bytes(pid: int) -> int | None:
+    """The memory that would be free if the process exited; None if it cannot be read."""
+    lines = [line.split() for line in read(pid, "smaps_rollup").splitlines()]
+    private = [int(line[1]) for line in lines if line[0].startswith(b"Private_")]
+    return 1024 * sum(private) if private else None
+
+
 def stat_fields(pid: int) -> list[bytes]:
     """Fields of /proc/PID/stat from the state on; empty if there is no such process.
 

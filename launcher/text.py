@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 
 TYPE_CHECKING = False
@@ -21,14 +22,30 @@ def suggest(word: str, known: Iterable[str]) -> str | None:
     similar = difflib.get_close_matches(word, words, n=2, cutoff=cutoff)
     if len({difflib.SequenceMatcher(None, one, word).ratio() for one in similar}) < len(similar):
         return None
-    anagrams = (one for one in words if sorted(one) == sorted(word))  # `cta` for `cat`
-    return similar[0] if similar else next(anagrams, None)
+    if similar:
+        return similar[0]
+    anagrams = [one for one in words if sorted(one) == sorted(word)]  # `cta` for `cat`
+    return anagrams[0] if len(anagrams) == 1 else None
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     """`did you mean 'dispatcher'?`; None if no known word is similar."""
     similar = suggest(word, known)
     return similar and f"did you mean '{similar}'?"
+
+
+def one_of(words: Iterable[str]) -> str:
+    """`'a'`, `'a' or 'b'`, `'a', 'b' or 'c'`."""
+    *before, last = (f"'{word}'" for word in words)
+    return f"{', '.join(before)} or {last}" if before else last
+
+
+def shown_path(path: str) -> str:
+    """The path without `..` and `.`, for users; unchanged where links make that another file."""
+    normal = os.path.normpath(path)
+    if normal == path:
+        return path
+    return normal if os.path.realpath(normal) == os.path.realpath(path) else path
 
 
 def count(number: int, noun: str) -> str:

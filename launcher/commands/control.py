@@ -13,8 +13,15 @@ from launcher.command_help import sentence
 from launcher.command_line import DEBUG, Command, Parsed, option
 from launcher.control import verbs
 from launcher.control.client import Connection
-from launcher.control.format import event_line, log_line
-from launcher.control.runs import AnyRun, all_runs, find_run
+from launcher.control.format import event_line, log_line, without_colour
+from launcher.control.runs import (
+    AnyRun,
+    NoActiveRunError,
+    Run,
+    all_runs,
+    files_of_last_run,
+    find_run,
+)
 from launcher.control.verbs import Call, Verb
 from launcher.errors import ExitCode
 
@@ -51,13 +58,25 @@ def main(words: Sequence[str]) -> int:
         return _runs(RUNS.parse(rest))
     options = command_of(verb).parse(rest)
     call = verbs.call_of(verb, options)
-    with find_run(options.run, _warn, read_only=name in verbs.READ_ONLY).connect() as connection:
+    with _find_run(options.run, call).connect() as connection:
         try:
             return _PRINT.get(name, _print_reply)(connection, call, options)
         except KeyboardInterrupt:
             if verb.streams:
                 return ExitCode.OK  # Ctrl-C is its normal end
             raise
+
+
+def _find_run(which: str | None, call: Call) -> Run:
+    """As `find_run`; where no run is active, the error names the files of the last one."""
+    name = call.verb.name
+    try:
+        return find_run(which, _warn, read_only=name in verbs.READ_ONLY)
+    except NoActiveRunError as error:
+        files = files_of_last_run(name, call.names)
+        if files:
+            error.hint = "\n".join(["files of the last run:", *(f"  {file}" for file in files)])
+        raise
 
 
 def _warn(text: str) -> None:
@@ -185,8 +204,15 @@ def _lines(connection: Connection, call: Call, options: Parsed) -> int:
         items = connection.follow(call.verb.name, call.names, **call.options)
     else:
         items = connection.ask(call.verb.name, call.names, **call.options).result[key]
+    from launcher.engine.output.stdout import passes_colour
+
+    has_colour = passes_colour(1, os.environ)
     for item in items:
-        print(json.dumps(item) if options.json else as_line(item), flush=True)
+        if options.json:
+            _print_json(item)
+            continue
+        line = as_line(item)
+        print(line if has_colour else without_colour(line), flush=True)
     return ExitCode.OK
 
 

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.command_line import Command, option
+from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
@@ -18,7 +18,7 @@ from launcher.commands.launch.target import (
     LaunchRequest,
 )
 from launcher.commands.launch.time_limit import limited
-from launcher.errors import ExitCode, LauncherError, LaunchFileError
+from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
 from launcher.stdio import print_text, stdout_to_stderr
 
 TYPE_CHECKING = False
@@ -29,10 +29,11 @@ COMMAND = Command(
     "plan",
     VERBS["plan"],
     arguments=(TARGET,),
-    synopsis=SYNOPSIS,
+    synopsis=f"[{SYNOPSIS.removesuffix(' [options]')}] [options]",
     about=f"""\
 Show which processes would be started when, with which command line, and why. Functions and
-commands of the launch file are executed, as when it is launched.
+commands of the launch file are executed, as when it is launched. Without TARGET: what the running
+launch has done so far.
 
 {ABOUT_TARGET}""",
     options=(
@@ -41,6 +42,7 @@ commands of the launch file are executed, as when it is launched.
         ),
         LENIENT,
         EVALUATION_TIMEOUT,
+        option("--run ID", "without TARGET: the id, pid or target of the running launch"),
         DEBUG,
     ),
 )
@@ -49,6 +51,10 @@ commands of the launch file are executed, as when it is launched.
 def main(words: Sequence[str]) -> int:
     """Plan the launch file that `words` name; the exit code."""
     parsed = COMMAND.parse(words)
+    if not parsed.words:
+        return _show_running(parsed)
+    if parsed.run is not None:
+        raise UsageError("--run and TARGET exclude each other")
     return show(LaunchRequest.of(parsed), as_json=parsed.json)
 
 
@@ -65,6 +71,28 @@ def show(request: LaunchRequest, *, as_json: bool = False) -> int:
     from launcher.commands.launch.mistakes import together
 
     raise together(errors) from (plan.error.fault if plan.error else None)
+
+
+def _show_running(parsed: Parsed) -> int:
+    """What the running launch has done so far; LauncherError if there is no such run."""
+    from launcher.control.runs import NoActiveRunError, files_of_last_run, find_run
+
+    try:
+        run = find_run(parsed.run, read_only=True)
+    except NoActiveRunError:
+        hint = f"usage: {parsed.command.usage}"
+        for file in files_of_last_run("plan"):
+            hint += f"\nthe plan of the last run: {file}"
+        raise UsageError("the launch file is missing, and no run is active", hint=hint) from None
+    with run.connect() as connection:
+        reply = connection.ask("plan")
+    if parsed.json:
+        import json
+
+        print_text(json.dumps(reply.result, indent=1))
+    else:
+        print_text("\n".join(reply.text))
+    return ExitCode.OK
 
 
 def evaluate(request: LaunchRequest) -> Plan:

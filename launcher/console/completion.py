@@ -13,6 +13,7 @@ from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
 from launcher.console.bar import short_names
+from launcher.console.requests import CLEAR, CLEAR_HELP
 from launcher.control.verbs import VERBS, Verb, find
 
 LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")
@@ -41,7 +42,7 @@ class WordCompleter(Completer):
 
     def _candidates(self, before: Sequence[str], word: str) -> Iterable[tuple[str, str]]:
         if not before:
-            return [(verb.name, verb.help) for verb in VERBS]
+            return [*((verb.name, verb.help) for verb in VERBS), (CLEAR, CLEAR_HELP)]
         verb = find(before[0])
         if verb is None:
             return []

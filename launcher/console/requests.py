@@ -9,13 +9,31 @@ from rich.text import Text
 
 from launcher.console.tables import details, pairs, process_table, render, stacked
 from launcher.control.client import Reply
-from launcher.control.format import event_line
+from launcher.control.format import event_line, without_colour
 from launcher.control.runs import Run
 from launcher.control.socket_directory import ControlError
-from launcher.control.verbs import VERBS, Call, find, parse
+from launcher.control.verbs import VERBS, Call, explained, find, parse
 from launcher.errors import LauncherError, UsageError
+from launcher.program import program
 from launcher.text import did_you_mean
 
+# Verbs of the command line that are none of the console.
+SHELL_VERBS = (
+    "launch",
+    "args",
+    "run",
+    "topic",
+    "node",
+    "param",
+    "service",
+    "interface",
+    "doctor",
+    "smoke",
+    "graph",
+    "runs",
+)
+CLEAR = "clear"  # carried out by the console itself
+CLEAR_HELP = "clear the screen, as Ctrl-L"
 KEYS = (
     ("Tab", "complete verbs, names, patterns, options and signals"),
     ("Up, Ctrl-R", "previous lines; search in them"),
@@ -37,9 +55,18 @@ def read_call(line: str) -> Call:
         raise UsageError(f"the line is not finished: {error}", hint=hint) from None
     verb = find(name)
     if verb is None:
-        hint = did_you_mean(name, [verb.name for verb in VERBS]) or "`help` lists all verbs"
+        _refuse_shell_verb(name, line)
+        names = [*(verb.name for verb in VERBS), CLEAR]
+        hint = did_you_mean(name, names) or "`help` lists all verbs"
         raise UsageError(f"unknown verb '{name}'", hint=hint)
     return parse(verb, words)
+
+
+def _refuse_shell_verb(name: str, line: str) -> None:
+    """UsageError with the command for another shell, such as `launcher topic list`."""
+    if name in SHELL_VERBS:
+        hint = f"in another shell: {program()} {line.strip()}"
+        raise UsageError(f"'{name}' is a verb for shells", hint=hint)
 
 
 def follows(call: Call) -> bool:
@@ -50,7 +77,8 @@ def follows(call: Call) -> bool:
 def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
     """Send the request, wait for the answer and return it, or the error, as text."""
     if call.verb.name == "help" and "topic" not in call.options:
-        rows = [*((verb.usage, verb.help) for verb in VERBS), ("", ""), *KEYS]
+        rows = [*((verb.usage, explained(verb)) for verb in VERBS), (CLEAR, CLEAR_HELP)]
+        rows += [("", ""), *KEYS]
         return render(pairs(rows), columns, colour=colour)
     try:
         with run.connect() as connection:
@@ -60,7 +88,8 @@ def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
     if call.verb.name == "events":
         return "\n".join(map(event_line, reply.result["events"])) or NOTHING
     if call.verb.name in AS_IT_IS:
-        return "\n".join(reply.text) or NOTHING
+        text = "\n".join(reply.text) or NOTHING
+        return text if colour else without_colour(text)
     made = _table(call, reply, columns) or Text("\n".join(reply.text) or NOTHING)
     return render(made, columns, colour=colour)
 

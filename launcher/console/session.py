@@ -22,7 +22,7 @@ from launcher.console.feed import Feed
 from launcher.console.history import history_path, open_history
 from launcher.console.panel import Panel
 from launcher.console.prompt import make_application
-from launcher.console.requests import answer, follows, problem, read_call
+from launcher.console.requests import CLEAR, answer, follows, problem, read_call
 from launcher.console.terminal import Terminal
 from launcher.console.watch import Watch
 from launcher.control.runs import Run
@@ -232,6 +232,9 @@ class ConsoleSession:
 
     async def _answer(self, line: str) -> None:
         try:
+            if line.split() == [CLEAR]:
+                self._application.renderer.clear()
+                return
             call = read_call(line)
             if call.verb.name == "pick":
                 self.pick()

@@ -66,7 +66,7 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "last exit", f"{last['text']}{asked}" if last else "-"
     yield "cpu", _text(one["cpu_percent"], cpu)
     resident = _text(one["rss_bytes"], memory)
-    yield "memory", f"{_text(one['memory_bytes'], memory)} (resident {resident})"
+    yield "memory", f"{_text(one['memory_bytes'], memory)} USS, {resident} RSS"
     yield "threads", _text(one["threads"])
     yield "open files", _text(one["fds"])
     yield "shown", filters(one) or "all"
@@ -131,7 +131,7 @@ COLUMNS = (
     Column("restarts", lambda process: Text(str(process.get("restarts") or "-")), 5),
     Column("up", _figure("uptime_s", duration), 3),
     Column("cpu", _figure("cpu_percent", cpu), 7),
-    Column("memory", _figure("memory_bytes", memory), 6),
+    Column("USS", _figure("memory_bytes", memory), 6),
     Column("threads", _figure("threads"), 1),
     Column("shown", lambda process: Text(filters(process) or "all"), 4, is_left=True),
 )

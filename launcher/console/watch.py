@@ -12,7 +12,7 @@ from launcher.console.display import GUTTER, SHORT_ROWS, Display
 from launcher.console.requests import problem
 from launcher.console.top import KEYS_HINT, Top
 from launcher.control.client import Connection
-from launcher.control.format import event_line, log_line
+from launcher.control.format import event_line, log_line, without_colour
 from launcher.control.runs import Run
 from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import Call
@@ -70,7 +70,8 @@ class Watch:
             self._found = item["processes"]
             self._redraw()
         else:
-            self._display.answer((log_line if self._call.verb.name == "logs" else event_line)(item))
+            line = (log_line if self._call.verb.name == "logs" else event_line)(item)
+            self._display.answer(line if self._display.colour else without_colour(line))
 
     def press(self, key: str) -> None:
         """Scroll or sort the table, or close."""

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from launcher.engine.machine import signal_name
 from launcher.text import count
 
-_HEAD = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "MEMORY", "")
+_HEAD = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "USS", "")
 _LEFT = (0, 1, 7)  # columns that are aligned to the left
 
 
+_COLOUR = re.compile(r"\x1b\[[0-9;:]*m")
+
+
+def without_colour(text: str) -> str:
+    return _COLOUR.sub("", text) if "\x1b" in text else text
+
+
 def log_line(item: Mapping[str, Any]) -> str:
-    """An item of `logs`."""
+    """An item of `logs`, with the colours of the process."""
     if "dropped" in item:
         return f"({item['dropped']} lines were not read in time)"
     name = item["process"]
@@ -33,13 +42,30 @@ def event_line(item: Mapping[str, Any]) -> str:
     event, process = details.pop("event"), details.pop("process", None)
     if event == "resources":
         details = {name: _used(sample) for name, sample in details["processes"].items()}
+        event = "resources (CPU, USS):"
     words = [clock, _EVENTS.get(event, event), *([process] if process else [])]
-    return " ".join([*words, *(f"{key}={value}" for key, value in details.items())])
+    return " ".join(
+        [*words, *(_detail(key, value) for key, value in details.items() if _says(value))]
+    )
+
+
+def _says(value: object) -> bool:
+    return value is not None and value is not False
+
+
+def _detail(key: str, value: Any) -> str:
+    """`pid=7`, `signal=SIGINT`, `returncode=SIGSEGV`; a flag that is set is its name."""
+    if value is True:
+        return _EVENTS.get(key, key)
+    if key == "signal" or (key == "returncode" and value < 0):
+        value = signal_name(abs(value))
+    return f"{key}={value}"
 
 
 def _used(sample: Mapping[str, Any]) -> str:
     cpu = "-" if sample["cpu_percent"] is None else f"{sample['cpu_percent']:.0f}%"
-    return f"{cpu},{sample['rss_bytes'] / 1e6:.0f}MB"
+    uss = sample["uss_bytes"]
+    return cpu if uss is None else f"{cpu},{uss / 1e6:.0f}MB"
 
 
 def filters(row: Mapping[str, Any]) -> str:
@@ -101,7 +127,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "stop": row["stop_policy"],
         "last exit": "-" if last is None else f"{last['text']}{asked}",
         "CPU": _percent(row["cpu_percent"]),
-        "memory": f"{_size(row['memory_bytes'])} (resident {_size(row['rss_bytes'])})",
+        "memory": f"{_size(row['memory_bytes'])} USS, {_size(row['rss_bytes'])} RSS",
         "threads": _or_dash(row["threads"]),
         "open files": _or_dash(row["fds"]),
         "shown": filters(row) or "everything",

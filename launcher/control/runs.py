@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fnmatch
 import os
 import time
 from collections.abc import Callable, Sequence
@@ -19,6 +20,7 @@ from launcher.control.client import (
 )
 from launcher.control.socket_directory import ControlError
 from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.logs.run_directory import EVENTS, MERGED, PLAN, log_root
 from launcher.model.record import Record
 from launcher.program import program
 from launcher.text import count
@@ -134,6 +136,33 @@ def all_runs(report: Report = lambda text: None) -> list[AnyRun]:
     return runs
 
 
+class NoActiveRunError(ControlError):
+    """There is no run at all."""
+
+
+# What a verb shows of an active run is in this file afterwards.
+_FILES = {"logs": MERGED, "events": EVENTS, "plan": PLAN}
+
+
+def files_of_last_run(verb: str, names: Sequence[str] = ()) -> list[str]:
+    """Paths of the files of the last run that have what this verb shows; `names` are processes."""
+    folder = os.path.realpath(os.path.join(log_root(os.environ), "latest"))
+    if verb not in _FILES or not os.path.isfile(f"{folder}/{EVENTS}"):
+        return []
+    own = sorted(name for name in os.listdir(folder) if _is_log_of(name, names))
+    return [f"{folder}/{name}" for name in own or [_FILES[verb]]]
+
+
+def _is_log_of(file: str, names: Sequence[str]) -> bool:
+    name = file.removesuffix(".log")
+    label = name.rpartition("-")[0]
+    return file != name and any(
+        fnmatch.fnmatchcase(one, name_of.rpartition("/")[2])
+        for one in (name, label)
+        for name_of in names
+    )
+
+
 def find_run(
     which: str | None = None, report: Report = lambda text: None, *, read_only: bool = False
 ) -> Run:
@@ -146,7 +175,7 @@ def find_run(
     runs = all_runs(report)
     if not runs:
         hint = f"start one with `{program()} TARGET` (without --no-control)"
-        raise ControlError("no active run", hint=hint)
+        raise NoActiveRunError("no active run", hint=hint)
     found = _ours(runs, read_only=read_only) if which is None else _matching(runs, which)
     if len(found) == 1:
         (run,) = found

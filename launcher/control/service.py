@@ -27,6 +27,7 @@ from launcher.model.record import Record
 from launcher.text import count
 
 LAST_LINES = 100
+LAST_LINES_BEFORE_NEW = 10  # of `logs -f`, as with tail(1)
 SHORTEST_PERIOD_S = 0.1
 
 # Verbs that do the same to each of the selected processes.
@@ -159,7 +160,7 @@ class Service:
             return
         table = [{"name": v.name, "usage": v.usage, "help": v.help} for v in verbs.VERBS]
         width = max(len(verb.usage) for verb in verbs.VERBS)
-        text = [f"{verb.usage:<{width}}  {verb.help}" for verb in verbs.VERBS]
+        text = [f"{verb.usage:<{width}}  {verbs.explained(verb)}" for verb in verbs.VERBS]
         exchange.reply({"verbs": table}, text)
 
     def _do_pick(self, call: Call, exchange: Exchange) -> None:
@@ -167,8 +168,10 @@ class Service:
 
     def _do_logs(self, call: Call, exchange: Exchange) -> None:
         chosen = self._chosen(call) if call.names else None
-        items = self._logs.last(chosen, call.options.get("lines", LAST_LINES))
-        if not call.options.get("follow"):
+        follow = bool(call.options.get("follow"))
+        default = LAST_LINES_BEFORE_NEW if follow else LAST_LINES
+        items = self._logs.last(chosen, call.options.get("lines", default))
+        if not follow:
             text = [_with_name(item) for item in items]
             exchange.reply({"lines": items}, text)
             return

@@ -85,7 +85,10 @@ SIGNAL = option(
     kind="signal",
 )
 LINES = option(
-    "-n, --lines N", "print the last N lines (default: 100)", command_line.count, kind="count"
+    "-n, --lines N",
+    "print the last N lines (default: 100, with -f 10)",
+    command_line.count,
+    kind="count",
 )
 PERIOD = option(
     "-p, --period S",
@@ -105,7 +108,7 @@ _TEXT_IN_SHELL = option(
 )
 
 VERBS = (
-    Verb("ps [NAME ...]", "list processes with state, restarts, CPU and memory"),
+    Verb("ps [NAME ...]", "list processes with state, restarts, CPU and memory (USS)"),
     Verb("top [NAME ...]", "list processes live", (FOLLOW, PERIOD), streams=True),
     Verb("kill NAME ... [-s SIGNAL]", "stop processes, or send them exactly one signal", (SIGNAL,)),
     Verb("stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL"),
@@ -146,7 +149,7 @@ VERBS = (
 )
 
 
-ALIASES = {"exit": "quit", "?": "help"}  # as in other prompts
+ALIASES = {"exit": "quit", "q": "quit", "?": "help"}  # as in other prompts
 READ_ONLY = frozenset({"ps", "top", "logs", "info", "events"})
 
 
@@ -182,6 +185,12 @@ def known(name: str) -> Verb:
         hint = did_you_mean(name, names) or f"known: {', '.join(names)}"
         raise BadCallError("unknown-verb", f"unknown verb '{name}'", hint)
     return verb
+
+
+def explained(verb: Verb) -> str:
+    """Its line of help, with its other names."""
+    others = [alias for alias, name in ALIASES.items() if name == verb.name]
+    return f"{verb.help}; also: {', '.join(others)}" if others else verb.help
 
 
 def manual(verb: Verb) -> list[str]:

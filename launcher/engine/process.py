@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from launcher.engine.machine import ProcessMachine
-from launcher.engine.output.lines import LogRing
+from launcher.engine.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.engine.posix.reactor import Timer
 from launcher.engine.posix.spawn import Child
 from launcher.model.record import replace
@@ -49,8 +49,9 @@ class Process:
         return self.spec.name
 
     def last_lines(self, most: int) -> list[str]:
-        """The last lines of its output, as text, the longest ones cut."""
-        return [text[:LAST_BYTES] for text in self.ring.texts(most)]
+        """The last lines of its output, as a terminal would show them, the longest ones cut."""
+        blocks = (Block(b.stream, b.read_at_s, for_terminal(b.lines)) for b in self.ring.last(most))
+        return [text[:LAST_BYTES] for block in blocks for text in texts_of(block)]
 
     def shows(self, stream: str) -> bool:
         policy = self.spec.output

@@ -17,7 +17,7 @@ from launcher.packages import (
 )
 from launcher.packages.sources import around, editable, files_in
 from launcher.program import program
-from launcher.text import did_you_mean, suggest
+from launcher.text import did_you_mean, one_of, shown_path, suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -63,14 +63,14 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         files = sorted(folder.glob("*.launch.*")) if folder.is_dir() else []
         stem = suggest(_stem(path), map(_stem, files))  # the suffixes alone make names similar
         near = [file.name for file in files if _stem(file) == stem]
-        hint = f"did you mean '{near[0]}'?" if near else _near("", [file.name for file in files])
+        hint = f"did you mean {one_of(near)}?" if near else _near("", [file.name for file in files])
         raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
     found = _by_name(target, env)
     if not found:
         here = [path for suffix in SUFFIXES if _is_file(path := Path(f"{target}{suffix}"))]
         known = sorted({_stem(file) for file in _all_launch_files(env)})
         hint = (
-            f"did you mean '{here[0]}'?"
+            f"did you mean {one_of(map(str, here))}?"
             if here
             else did_you_mean(target, known)
             or _executable_hint(target, env)
@@ -100,7 +100,7 @@ def _is_file(path: Path) -> bool:
 
 def _shown(target: str) -> str:
     """The word for a message: shortened, and encodable."""
-    text = target.encode(errors="surrogateescape").decode(errors="replace")
+    text = shown_path(target).encode(errors="surrogateescape").decode(errors="replace")
     return text if len(text) <= 80 else f"{text[:60]}...{text[-15:]}"
 
 

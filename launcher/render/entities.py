@@ -28,6 +28,7 @@ from launcher.language.substitution import (
     plain_text,
 )
 from launcher.render.command_line import shell_word
+from launcher.text import shown_path
 
 _HAPPENINGS = {
     "ProcessExited": "exits",
@@ -51,7 +52,7 @@ def place(origin: Any) -> str:
 
 def short_path(path: str) -> str:
     """The path, relative if it is below the working directory; quoted if not printable."""
-    here = os.getcwd() + os.sep
+    path, here = shown_path(path), os.getcwd() + os.sep
     short = path[len(here) :] if path.startswith(here) else path
     return short if short.isprintable() else shell_word(short)
 

@@ -49,7 +49,6 @@ OK, BUSY, STOPPED, GHOST, UNKNOWN = "ok", "busy", "stopped", "ghost", "unknown"
 NOT_DISCOVERED = "(not discovered)"  # a suspended process cannot answer a new participant
 RUN_ID = "LAUNCHER_RUN_ID"
 _SAMPLE_S = 0.3  # shorter than this, the ticks of the kernel are too coarse for CPU shares
-_MIB = 1024 * 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,21 +57,21 @@ class Vitals:
 
     state: str
     cpu_s: float
-    rss_bytes: int
+    uss_bytes: int | None
     uptime_s: float
 
 
 def vitals(pid: int) -> Vitals | None:
     """None if the process has ended."""
-    fields, memory = proc.stat_fields(pid), proc.read(pid, "statm").split()
-    if not fields or not memory:
+    fields = proc.stat_fields(pid)
+    if not fields:
         return None
     ticks = os.sysconf("SC_CLK_TCK")
     started_s = int(fields[proc.START_TICKS]) / ticks
     return Vitals(
         state=fields[proc.STATE].decode(),
         cpu_s=(int(fields[proc.USER_TICKS]) + int(fields[proc.SYSTEM_TICKS])) / ticks,
-        rss_bytes=int(memory[1]) * os.sysconf("SC_PAGE_SIZE"),
+        uss_bytes=proc.uss_bytes(pid),
         uptime_s=time.clock_gettime(time.CLOCK_BOOTTIME) - started_s,
     )
 
@@ -95,7 +94,7 @@ def program_name(pid: int) -> str | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """A node and its process; None is unknown. CPU in percent of one core."""
+    """A node and its process; None is unknown. CPU in percent of one core, memory is the USS."""
 
     node: str
     liveness: str
@@ -168,7 +167,7 @@ def _process_row(
         pid=pid,
         run=proc.variable(pid, RUN_ID),
         cpu_percent=cpu_percent,
-        memory_bytes=found.rss_bytes,
+        memory_bytes=found.uss_bytes,
         uptime_s=round(found.uptime_s, 1),
     )
 
@@ -229,7 +228,7 @@ def _row(
 
 
 def to_table(found: list[Row]) -> str:
-    head = ("NODE", "PROCESS", "PID", "RUN", "CPU", "MEMORY", "UPTIME", "LIVENESS")
+    head = ("NODE", "PROCESS", "PID", "RUN", "CPU", "USS", "UPTIME", "LIVENESS")
     return "\n".join(aligned([head, *map(_cells, found)], right={2, 4, 5, 6}))
 
 
@@ -240,7 +239,7 @@ def _cells(row: Row) -> tuple[str, ...]:
         "" if row.pid is None else str(row.pid),
         row.run or "",
         "" if row.cpu_percent is None else f"{row.cpu_percent:.1f}%",
-        "" if row.memory_bytes is None else f"{row.memory_bytes / _MIB:.1f} MiB",
+        "" if row.memory_bytes is None else f"{row.memory_bytes / 1e6:.1f} MB",
         "" if row.uptime_s is None else _duration(row.uptime_s),
         row.liveness,
     )

@@ -73,6 +73,18 @@ def test_ctrl_backslash_stops_the_run_as_it_does_in_any_terminal(bench: Bench):
     assert any("user interrupted with SIGQUIT" in row for row in terminal.scrolled)
 
 
+def test_clear_clears_the_screen_and_q_stops_the_run(bench: Bench):
+    terminal = bench.screen_terminal('sh("echo something; exec sleep 1000", name="sleeper")')
+    terminal.wait_for_prompt()
+    terminal.wait_for("[sleeper-1] something")
+    terminal.enter("topic list")
+    terminal.wait_for("| error: 'topic' is a verb for shells", "topic list")
+    terminal.enter("clear")
+    terminal.wait_until(lambda: "something" not in terminal.text, "an empty screen")
+    terminal.enter("q")
+    assert terminal.exit_code() == 0
+
+
 def test_tab_completes_verbs_names_and_signals(bench: Bench):
     terminal = bench.screen_terminal(TICKS)
     terminal.wait_for_prompt()

@@ -231,3 +231,52 @@ def test_help_explains_a_verb_and_typos_get_a_suggestion(control_bench: ControlB
         for words in (("-9", "cat"), ("-KILL", "cat")):
             assert run.shell("kill", *words).stdout.startswith("cat-1 ended in ")
             run.shell("start", "cat")
+
+
+COLOURFUL = """py("for i in range(30): print(f'\\x1b[33mline {i}\\x1b[0m', flush=True)\\n"
+     "import signal; signal.pause()", name="lines"),"""
+
+
+def test_logs_have_no_colours_in_a_pipe_and_begin_with_ten_lines_if_followed(
+    control_bench: ControlBench,
+):
+    with control_bench.launch(COLOURFUL) as run:
+        run.wait_for_log("lines", "line 29")
+        assert run.shell("logs", "lines").stdout.splitlines()[-30:] == [
+            f"[lines-1] line {number}" for number in range(30)
+        ]
+        followed = run.shell_start("logs", "-f", "lines")
+        assert followed.stdout is not None
+        assert followed.stdout.readline() == "[lines-1] line 20\n"
+        followed.send_signal(signal.SIGINT)
+        followed.communicate(timeout=TIMEOUT_S)
+        run.env["RCUTILS_COLORIZED_OUTPUT"] = "1"
+        assert "\x1b[33mline 29" in run.shell("logs", "lines").stdout
+
+
+def test_the_plan_of_the_running_launch_needs_no_target(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
+        assert "cat-1" in run.shell("plan").stdout
+        assert json.loads(run.shell("plan", "--json").stdout) == run.ask("plan")
+        assert run.shell("plan", "--run", "bogus").stderr.startswith("error: unknown run 'bogus'")
+        assert run.shell("plan", "x.launch.py", "--run", "bogus").returncode == 2
+
+
+def test_the_files_of_a_run_are_offered_after_its_end(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
+        with run.connect() as connection:
+            folder = connection.hello["run"]["log_dir"]
+        run.shell("send", "cat", "a line")
+        run.wait_for_log("cat", "a line")
+        run.shell("quit")
+        assert run.exit_code() == 0
+        for words, file in (
+            (["logs"], "launch.log"),
+            (["logs", "cat"], "cat-1.log"),
+            (["logs", "bogus"], "launch.log"),
+            (["events"], "events.jsonl"),
+        ):
+            hint = f"hint: files of the last run:\n  {folder}/{file}\n"
+            assert run.shell(*words).stderr == f"error: no active run\n{hint}"
+        assert f"the plan of the last run: {folder}/plan.json\n" in run.shell("plan").stderr
+        assert run.shell("ps").stderr.startswith("error: no active run\nhint: start one with")

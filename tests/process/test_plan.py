@@ -24,6 +24,17 @@ def test_a_plan_starts_nothing_and_writes_no_log(workspace: Workspace):
     assert not (workspace.folder / "log").exists()
 
 
+def test_paths_are_shown_without_dots(workspace: Workspace):
+    (workspace.folder / "sub").mkdir()
+    below = workspace.write("").rename(workspace.folder / "below.launch.py")
+    include = f'IncludeLaunchDescription("{workspace.folder}/sub/../{below.name}"),'
+    file = workspace.write(include)
+    done = workspace.call("plan", f"{workspace.folder}/sub/../{file.name}")
+    assert "below.launch.py:10" in done.stdout and "/../" not in done.stdout
+    missing = workspace.call("plan", f"{workspace.folder}/sub/../no.launch.py")
+    assert f"launch file '{workspace.folder}/no.launch.py' not found" in missing.stderr
+
+
 def test_the_document_is_all_that_is_on_standard_output(workspace: Workspace):
     file = workspace.write(
         """

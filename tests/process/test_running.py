@@ -122,6 +122,15 @@ def test_the_first_failure_is_repeated_at_the_end_with_its_last_lines(bench: Ben
     assert done.returncode == 1
 
 
+def test_a_progress_bar_among_the_last_lines_is_shown_as_it_ended(bench: Bench):
+    done = bench.run(r"sh('printf \"\\r10%%\\r90%%\\n\\033[33mno port\\033[0m\\n\"; exit 7')")
+    out = done.stdout.decode()
+    summary = out[out.index("first unexpected exit: sh-1 (exit code 7)") :]
+    assert summary.splitlines()[1:3] == ["    90%", "    no port"]
+    assert "\x1b" not in out
+    assert "\x1b" not in (bench.folder / "log/latest/launch.log").read_text()
+
+
 NODE = """
 import os, sys, time
 try:

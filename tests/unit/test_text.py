@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from launcher import text
 
-VERBS = ["kill", "logs", "restart", "cat", "robot_1", "robot_1", "robot_2"]
+VERBS = ["kill", "logs", "restart", "cat", "act", "robot_1", "robot_1", "robot_2"]
 
 
 @pytest.mark.parametrize(
@@ -14,11 +16,12 @@ VERBS = ["kill", "logs", "restart", "cat", "robot_1", "robot_1", "robot_2"]
     [
         ("kil", "kill"),
         ("restrat", "restart"),
-        ("cta", "cat"),
+        ("lgso", "logs"),
         ("bogus", None),
         ("", None),
         ("robot_9", None),
         ("robot_11", "robot_1"),
+        ("tca", None),  # as near to cat as to act
     ],
 )
 def test_only_a_similar_word_is_suggested(word: str, expected: str | None):
@@ -28,6 +31,20 @@ def test_only_a_similar_word_is_suggested(word: str, expected: str | None):
 def test_the_question_names_the_word():
     assert text.did_you_mean("kil", VERBS) == "did you mean 'kill'?"
     assert text.did_you_mean("bogus", VERBS) is None
+
+
+def test_all_of_several_choices_are_named():
+    assert text.one_of(["a"]) == "'a'"
+    assert text.one_of(["a", "b", "c"]) == "'a', 'b' or 'c'"
+
+
+def test_a_path_is_shown_without_dots_where_that_is_the_same_file(tmp_path: Path):
+    (tmp_path / "sub" / "below").mkdir(parents=True)
+    (tmp_path / "link").symlink_to(tmp_path / "sub" / "below")
+    assert text.shown_path(f"{tmp_path}/sub/.././a.py") == f"{tmp_path}/a.py"
+    assert text.shown_path("./a/../b.py") == "b.py"
+    through_link = f"{tmp_path}/link/../a.py"
+    assert text.shown_path(through_link) == through_link
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from launcher.command_line import Parsed, option, seconds
 from launcher.commands.launch.time_limit import TimeLimit
 from launcher.errors import UsageError
 from launcher.model.record import Record
+from launcher.text import shown_path
 
 SYNOPSIS = "TARGET [name:=value ...] [options]"
 ABOUT_TARGET = """\
@@ -90,12 +91,12 @@ class LaunchRequest(Record):
 def _launch_file(words: Sequence[str]) -> str:
     """The absolute path of the launch file; UsageError."""
     if len(words) == 1 and os.path.isfile(words[0]):
-        return os.path.join(os.getcwd(), words[0].removeprefix("./"))
+        return shown_path(os.path.join(os.getcwd(), words[0].removeprefix("./")))
     # Imports pathlib, which takes 3 ms.
     from launcher.frontends.locate import WordAfterFileError, locate
 
     try:
-        return str(locate(words, os.environ))
+        return shown_path(str(locate(words, os.environ)))
     except WordAfterFileError as error:
         from launcher.commands.launch.mistakes import explain_word
 

@@ -32,6 +32,7 @@ KEPT_RUNS = 20
 NAME_BYTES = 240  # most file systems take 255, and rotation adds two
 EVENTS = "events.jsonl"
 MERGED = "launch.log"
+PLAN = "plan.json"
 # Large blocks are written to the merged file together, after a pass of the loop.
 FLOOD_BYTES = 2048
 MAX_TOGETHER = 64
@@ -129,7 +130,7 @@ class RunDirectory:
 
     def log(self, level: str, logger: str, text: str) -> None:
         line = f"{time.time():.7f} [{level}] [{logger}]: {text}\n"
-        self._merge(line.encode(errors="surrogateescape"))
+        self._merge(without_colour(line.encode(errors="surrogateescape")))
 
     def log_line(self, line: str) -> None:
         """A line that is formatted already."""
@@ -156,7 +157,7 @@ class RunDirectory:
         import json
 
         try:
-            with open(f"{self.path}/plan.json", "w", encoding="utf-8") as file:
+            with open(f"{self.path}/{PLAN}", "w", encoding="utf-8") as file:
                 file.write(json.dumps(plan(), indent=1))
         except OSError as error:
             self._give_up(error)

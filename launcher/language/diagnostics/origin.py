@@ -6,6 +6,7 @@ import os
 import sys
 
 from launcher.model.record import Record
+from launcher.text import shown_path
 
 # The folder of the launcher, as code objects of its modules spell it.
 _OWN_FILES = os.path.dirname(os.path.dirname(os.path.dirname(__file__))) + "/"
@@ -19,7 +20,7 @@ class Origin(Record):
     line: int
 
     def __str__(self) -> str:
-        return f"{self.path}:{self.line}"
+        return f"{shown_path(self.path)}:{self.line}"
 
 
 def caller_origin() -> Origin | None:

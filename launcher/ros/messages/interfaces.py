@@ -84,7 +84,8 @@ def near_miss(type_name: str, kinds: Iterable[str] = KINDS) -> str | None:
     if last := suggest(name, own):
         return own[last]
     if package == name:  # there is no package in it
-        return next((full for full in alike if full.endswith(f"/{name}")), None)
+        same = [full for full in alike if full.endswith(f"/{name}")]
+        return same[0] if len(same) == 1 else None
     return suggest(type_name, alike)
 
 

@@ -151,7 +151,7 @@ def test_nodes_are_found_too():
 def test_the_list_has_a_title_a_head_and_a_mark():
     lines = texts(picker_of(keys="down").lines(60, 12, colour=False))
     assert lines[0] == "processes: 3"
-    assert lines[1].split()[:3] == ["name", "state", "restarts"]
+    assert lines[1].split()[:3] == ["name", "state", "pid"]
     assert [line[:14] for line in lines[2:]] == [
         " 1 dispatcher-",
         ">2 robot_1-2  ",

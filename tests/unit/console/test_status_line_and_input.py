@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
+from launcher import commands
 from launcher.console.bar import filter_line, folder_line, status_line, status_lines, width
 from launcher.console.completion import WordCompleter
 from launcher.console.feed import split
 from launcher.console.format import duration, memory
 from launcher.console.history import MAX_LINES, history_path, open_history
-from launcher.console.requests import follows, read_call
+from launcher.console.requests import SHELL_VERBS, answer, follows, read_call
+from launcher.control.verbs import VERBS
 from launcher.errors import UsageError
+from launcher.program import program
 from tests.unit.console.rows import process
 
 
@@ -280,6 +284,27 @@ def test_a_line_is_read_as_by_a_shell():
 def test_a_mistake_is_told(line: str, message: str):
     with pytest.raises(UsageError, match=message):
         read_call(line)
+
+
+@pytest.mark.parametrize("line", ["topic list -t", "node list", "runs"])
+def test_a_verb_for_shells_is_told_with_its_command(line: str):
+    with pytest.raises(UsageError, match="is a verb for shells") as raised:
+        read_call(line)
+    assert raised.value.hint == f"in another shell: {program()} {line}"
+
+
+def test_every_verb_of_the_command_line_is_known_in_the_console():
+    names = [verb.name for verb in VERBS]
+    assert {*commands.VERBS, *commands.CONTROL_VERBS} == {*names, *SHELL_VERBS} - {"help"}
+    assert not set(names) & set(SHELL_VERBS)
+
+
+@pytest.mark.parametrize(("word", "verb"), [("exit", "quit"), ("q", "quit"), ("?", "help")])
+def test_the_help_names_every_spelling(word: str, verb: str):
+    assert read_call(word).verb.name == verb
+    text = answer(None, read_call("help"), 120, colour=False)  # type: ignore[arg-type]
+    assert re.search(rf"^{re.escape(verb)} .*{re.escape(word)}", text, re.M)
+    assert re.search("^clear +clear the screen", text, re.M)
 
 
 @pytest.mark.parametrize(

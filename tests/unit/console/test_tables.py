@@ -31,7 +31,7 @@ def seen(top: Top, columns: int = 80, rows: int = 10) -> list[str]:
 def test_with_room_for_all_nothing_is_cut():
     died = process("a-1", "EXITED", last_exit={"text": "exit code 3 after 12.4 s", "returncode": 3})
     head, *rows = table([died, *FLEET], 120)
-    titles = "name state pid restarts up cpu memory threads shown"
+    titles = "name state pid restarts up cpu USS threads shown"
     assert head.split() == titles.split()
     assert rows[0].startswith("a-1           exited: exit code 3 after 12.4 s")
 
@@ -39,9 +39,9 @@ def test_with_room_for_all_nothing_is_cut():
 @pytest.mark.parametrize(
     ("columns", "titles"),
     [
-        (80, "name state restarts up cpu memory shown"),
-        (60, "name state restarts cpu memory"),
-        (40, "name state cpu memory"),
+        (80, "name state restarts up cpu USS shown"),
+        (60, "name state restarts cpu USS"),
+        (40, "name state cpu USS"),
         (20, "name state"),
         (6, "name"),
     ],

@@ -2,14 +2,73 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
-from launcher.control.format import event_line, filters
+from launcher.control.format import event_line, filters, info_lines, table, without_colour
+
+ROW: dict[str, Any] = {
+    "name": "a-1",
+    "state": "RUNNING",
+    "paused": False,
+    "pid": 7,
+    "restarts": 0,
+    "uptime_s": 2.0,
+    "cpu_percent": 3.2,
+    "memory_bytes": 31_000_000,
+    "rss_bytes": 58_000_000,
+    "last_exit": None,
+}
+INFO: dict[str, Any] = {
+    "node_names": [],
+    "command": ["a"],
+    "cwd": None,
+    "restart_policy": "never",
+    "stop_policy": "SIGINT",
+    "threads": 1,
+    "fds": 3,
+    "log_file": None,
+    "environment_set": {},
+    "environment_unset": [],
+}
 
 
 def test_a_request_is_an_event_of_one_line():
     item = {"wall_s": 0, "monotonic_s": 0.0, "event": "asked", "process": "a-1", "verb": "stop"}
     assert event_line(item).endswith(" requested a-1 verb=stop")
+
+
+@pytest.mark.parametrize(
+    ("event", "text"),
+    [
+        ({"event": "signal", "process": "a-1", "pid": 7, "signal": 2}, "a-1 pid=7 signal=SIGINT"),
+        (
+            {"event": "ended", "pid": 7, "returncode": -11, "asked": False, "restart_in_s": None},
+            "ended pid=7 returncode=SIGSEGV",
+        ),
+        (
+            {"event": "ended", "pid": 7, "returncode": 3, "asked": True, "restart_in_s": 0.0},
+            "ended pid=7 returncode=3 requested restart_in_s=0.0",
+        ),
+    ],
+)
+def test_an_event_has_names_of_signals_and_only_what_is_known(event: dict, text: str):
+    assert event_line({"wall_s": 0, "monotonic_s": 0.0, **event}).endswith(f" {text}")
+
+
+def test_memory_is_the_uss_by_this_name_everywhere():
+    sample = {"cpu_percent": 3.2, "rss_bytes": 58_000_000, "uss_bytes": 31_000_000}
+    samples = {"a-1": sample, "b-2": {**sample, "uss_bytes": None}}
+    item = {"wall_s": 0, "monotonic_s": 0.0, "event": "resources", "processes": samples}
+    assert event_line(item).endswith(" resources (CPU, USS): a-1=3%,31MB b-2=3%")
+    (head, row) = table([ROW])
+    assert head.split()[-1] == "USS" and row.endswith("31.0 MB")
+    assert "  memory     31.0 MB USS, 58.0 MB RSS" in info_lines({**ROW, **INFO})
+
+
+def test_colours_are_removed_where_there_are_none():
+    assert without_colour("\x1b[33m[WARN] a\x1b[0m \x1b[38;5;39mb\x1b[m") == "[WARN] a b"
 
 
 @pytest.mark.parametrize(

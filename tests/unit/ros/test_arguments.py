@@ -50,6 +50,7 @@ def test_an_impossible_number_is_a_usage_error(words):
         ("std_msgs/msg/Nope", None),
         ("std_msgs", None),
         ("/", None),
+        ("KeyValue", None),  # of several packages
         ("std_msgs/Strnig", "std_msgs/msg/String"),
         ("std_msgs/msg/string", "std_msgs/msg/String"),
         ("geometry_msg/Twist", "geometry_msgs/msg/Twist"),

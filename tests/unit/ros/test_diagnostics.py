@@ -75,7 +75,7 @@ def test_values_are_those_that_are_known():
         "nodes": "/robot_1",
         "uptime (s)": "60.0",
         "restarts": "0",
-        "memory (MB)": "48.1",
+        "memory, USS (MB)": "48.1",
         "threads": "3",
         "open files": "9",
     }
