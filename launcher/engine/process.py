@@ -14,11 +14,33 @@ from launcher.text import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.engine.machine import Ended
+    from launcher.engine.machine import Ended, Outcome
     from launcher.engine.output.filters import LineFilter
     from launcher.engine.output.reader import Stream
 
 LAST_BYTES = 4096  # of each of its last lines, in the report on a failure
+
+
+class History:
+    """What the summary at the end tells of all lives of a process.
+
+    `deaths` are exits that were not requested, and failed or led to a restart; `first_death` is the
+    outcome of the first. `run_s` is the sum of all lives, `peak_uss` the largest sample in bytes.
+    """
+
+    __slots__ = ("deaths", "first_death", "first_error", "peak_uss", "run_s", "starts")
+
+    def __init__(self) -> None:
+        self.starts = 0
+        self.deaths = 0
+        self.first_death: Outcome | None = None
+        self.first_error = ""
+        self.run_s = 0.0
+        self.peak_uss: int | None = None
+
+    def sampled(self, uss_bytes: int | None) -> None:
+        if uss_bytes is not None:
+            self.peak_uss = max(self.peak_uss or 0, uss_bytes)
 
 
 class Process:
@@ -38,6 +60,7 @@ class Process:
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
         self.filter: LineFilter | None = None
+        self.history = History()
         self.last_end: Ended | None = None
         self.ended_wall_s = 0.0
         self.timer: Timer | None = None

@@ -193,6 +193,7 @@ class ProcessDriver:
         self._log.report(process, messages.started(child.pid))
         restarts = process.machine.restarts
         self._log.note("started", process, pid=child.pid, restarts=restarts)
+        process.history.starts += 1
         self.advance(process, Command.STARTED)
         self._listener.started(process, child.pid)
 
@@ -230,6 +231,7 @@ class ProcessDriver:
     def _ended(self, process: Process, end: Ended) -> None:
         pid = -1 if process.child is None else process.child.pid
         process.last_end, process.ended_wall_s = end, time.time()
+        self._add_to_history(process, end)
         returncode = end.outcome.returncode
         if returncode is not None:
             by_user = process.machine.is_held
@@ -245,6 +247,20 @@ class ProcessDriver:
         self._report_restart(process, end)
         self.release(process)
         self._listener.ended(process, pid, end)
+
+    def _add_to_history(self, process: Process, end: Ended) -> None:
+        history = process.history
+        began_s = process.machine.running_since
+        if end.outcome.returncode is not None:
+            history.run_s += self._reactor.now() - began_s
+        if end.asked or not (end.outcome.failed or end.retry_in_s is not None):
+            return
+        history.deaths += 1
+        history.first_death = history.first_death or end.outcome
+        if not history.first_error:
+            from launcher.engine.logs.summary import first_error
+
+            history.first_error = first_error(process, began_s)
 
     def _report_restart(self, process: Process, end: Ended) -> None:
         machine = process.machine

@@ -64,6 +64,15 @@ class Shutdown:
         """The report on the first unexpected exit, or budget that was exceeded."""
         return self._machine.first_failure
 
+    @property
+    def end_reason(self) -> str:
+        """What ended the run; empty if nothing was left to do."""
+        return self._machine.end_reason
+
+    def causes(self) -> list[str]:
+        """Why the exit code is not 0."""
+        return self._machine.causes(has_lost_output=self._log.has_lost_output)
+
     def exit_code(self) -> ExitCode:
         return self._machine.exit_code(has_lost_output=self._log.has_lost_output)
 

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from launcher.engine.process import Process
 
 REPORT_EVERY_S = 1.0  # while processes take their time to stop
+# Reasons of the interpreter that are no decision of the launch file.
+IDLE = "idle"
+EXCEPTION = "exception in the launch file"
+NOT_GIVEN = "reason not given"
 OUTPUT_CLOSED = "standard output was closed"
 
 
@@ -158,6 +162,8 @@ class ShutdownMachine:
         self.phase = Phase.RUNNING
         self.deadline: float | None = None
         self.first_failure: str | None = None
+        self._first_cause = ""
+        self._end_reason = ""
 
     @property
     def is_stopping(self) -> bool:
@@ -176,6 +182,19 @@ class ShutdownMachine:
         is_interrupt = self.stop_signal == signal.SIGINT
         return ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
 
+    def causes(self, *, has_lost_output: bool = False) -> list[str]:
+        """Why the exit code is not 0; empty if it is."""
+        killed = [p.name for p in self._processes if p.machine.had_to_be_killed]
+        causes = [self._first_cause] if self._first_cause else []
+        causes += [f"{', '.join(killed)} had to be killed"] if killed else []
+        causes += ["leftovers had to be killed"] if self._has_killed_leftovers else []
+        return causes + (["output was lost"] if has_lost_output else [])
+
+    @property
+    def end_reason(self) -> str:
+        """What ended the run; empty if nothing was left to do."""
+        return {IDLE: "", NOT_GIVEN: "the launch file"}.get(self._end_reason, self._end_reason)
+
     def handle(self, event: ShutdownEvent, now: float) -> list[ShutdownAction]:
         """The actions for `event`, in order."""
         match event:
@@ -184,7 +203,9 @@ class ShutdownMachine:
             case Occurrence.OUTPUT_CLOSED:
                 self._is_output_closed = True
                 self._stop_soon(OUTPUT_CLOSED, now)
-            case ShutdownDecided(reason=reason) if self.phase in (Phase.RUNNING, Phase.NOTIFIED):
+            case ShutdownDecided(reason=reason) if self.phase is Phase.RUNNING:
+                return [*_said(reason), *self._stop(reason, now)]
+            case ShutdownDecided(reason=reason) if self.phase is Phase.NOTIFIED:
                 return self._stop(reason, now)
             case StopRequested(reason=reason):
                 self._stop_soon(reason, now)
@@ -192,6 +213,7 @@ class ShutdownMachine:
                 self._ended(event, now)
             case BudgetExceeded(name=name, report=report):
                 self.first_failure = self.first_failure or report
+                self._first_cause = self._first_cause or f"{name} is over its budget"
                 self._stop_soon(f"{name} is over its budget", now)
             case Occurrence.LEFTOVERS_KILLED:
                 self._has_killed_leftovers = True
@@ -228,6 +250,7 @@ class ShutdownMachine:
     def _ended(self, event: ProcessEnded, now: float) -> None:
         if event.end.has_died and self.first_failure is None:
             self.first_failure = event.report
+            self._first_cause = f"{event.name} ended unexpectedly ({event.end.outcome})"
         if event.end.is_final and event.is_required:
             self._stop_soon(f"{event.name} is required and has exited", now)
         elif event.end.has_died and self._exit_when_any_dies:
@@ -248,6 +271,7 @@ class ShutdownMachine:
     def _stop(self, reason: str, now: float) -> list[ShutdownAction]:
         # RUNNING, NOTIFIED -> STOPPING
         self.phase, self.deadline = Phase.STOPPING, now + REPORT_EVERY_S
+        self._end_reason = reason
         return [StopAll(reason)]
 
     def _due(self, now: float) -> list[ShutdownAction]:
@@ -271,3 +295,10 @@ class ShutdownMachine:
         if self.phase is Phase.STOPPING:
             return not any(one.is_pending and not one.is_stuck for one in machines)
         return not (idle.is_loading or any(one.is_pending or one.is_held for one in machines))
+
+
+def _said(reason: str) -> list[ShutdownAction]:
+    """The launch file's reason for its shutdown, if it gives one."""
+    if reason in (IDLE, EXCEPTION, NOT_GIVEN, ""):
+        return []
+    return [Log("INFO", f"shutdown requested by the launch file: {reason}")]

@@ -67,6 +67,7 @@ class Supervisor:
         self._options = options
         self._processes: dict[int, Process] = {}
         self._control: RunControl | None = None
+        self.is_script = False  # it decides on the exit code
         self.on_begun: Callable[[], object] = lambda: None
         processes = self._processes.values()
         warn = functools.partial(screen.log, "WARNING", "launch")
@@ -160,7 +161,7 @@ class Supervisor:
         """Run to the end, and return the exit code. No process is left even after an exception."""
         with self.running():
             self._reactor.run()
-        return self._shutdown.exit_code()
+        return self._exit_code()
 
     @contextlib.contextmanager
     def running(self) -> Iterator[None]:
@@ -175,8 +176,7 @@ class Supervisor:
             self._begin()
             self._shutdown.idle()
             yield
-            if self._shutdown.first_failure is not None:
-                self._log.log("ERROR", "launch", self._shutdown.first_failure)
+            self._summarize()
         finally:
             self._clean_up()
 
@@ -193,6 +193,25 @@ class Supervisor:
     def stay_while(self, condition: Callable[[], bool]) -> None:
         """Do not end for want of processes while this is true."""
         self._core_driver.stays = condition
+
+    def _exit_code(self) -> ExitCode:
+        return ExitCode.PROCESS_FAILED if self._core.has_failed else self._shutdown.exit_code()
+
+    def _summarize(self) -> None:
+        from launcher.engine.logs import summary
+
+        if self._shutdown.first_failure is not None:
+            self._log.log("ERROR", "launch", self._shutdown.first_failure)
+        summary.write(
+            self._log,
+            list(self._processes.values()),
+            columns=self._screen.columns,
+            code=self._exit_code(),
+            causes=["exception in the launch file"] * self._core.has_failed
+            + self._shutdown.causes(),
+            end_reason=self._shutdown.end_reason,
+            is_script=self.is_script,
+        )
 
     def _begin(self) -> None:
         timeout_s = self._options.timeout_s
@@ -217,7 +236,7 @@ class Supervisor:
         self._housekeeper.close()
         self._watchdog.close()
         self._write_plan()
-        self._log.note("finished", exit_code=int(self._shutdown.exit_code()))
+        self._log.note("finished", exit_code=int(self._exit_code()))
         self._screen.finish(FINAL_OUTPUT_S)
         if self._screen.dropped_bytes:
             text = f"dropped {self._screen.dropped_bytes} bytes of output: the disk was full"

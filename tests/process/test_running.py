@@ -118,8 +118,47 @@ def test_the_first_failure_is_repeated_at_the_end_with_its_last_lines(bench: Ben
     )
     out = done.stdout.decode()
     summary = out[out.index("[ERROR] [launch]: first unexpected exit: sh-1 (exit code 7)") :]
-    assert summary.splitlines()[1:] == [f"    {n}" for n in range(21, 31)]
+    assert summary.splitlines()[1:11] == [f"    {n}" for n in range(21, 31)]
+    head, first, second, last = summary.splitlines()[12:]
+    assert head.split() == ["PROCESS", "ENDED", "RESTARTS", "RUN", "TIME", "PEAK", "USS"]
+    assert first.startswith("    sh-1     exit code 7 ")
+    assert second.startswith("    sh-2     stopped (exit code 5) ")
+    assert last == "[ERROR] [launch]: exit code 1: sh-1 ended unexpectedly (exit code 7)" + (
+        "; ended by: the launch file"
+    )
     assert done.returncode == 1
+
+
+def test_the_end_of_a_run_that_went_well_is_one_line_with_the_reason(bench: Bench):
+    stop = 'TimerAction(period=0.1, actions=[Shutdown(reason="seen enough")])'
+    done = bench.run(f'sh("exec sleep 1000"), {stop}')
+    lines = done.stdout.decode().splitlines()
+    assert "[INFO] [launch]: shutdown requested by the launch file: seen enough" in lines
+    assert re.fullmatch(
+        r"\[INFO\] \[launch\]: exit code 0: 1 process ended as expected after \d+\.\d s"
+        "; ended by: seen enough",
+        lines[-1],
+    )
+    assert done.returncode == 0
+
+
+def test_a_process_that_died_four_times_is_in_the_table_at_the_end(bench: Bench):
+    count = bench.folder / "count"
+    script = f"""
+        echo x >> {count}
+        [ $(wc -l < {count}) -gt 4 ] || {{ echo '[ERROR] [1.0] [a]: no port'; exit 3; }}
+    """
+    done = bench.run(f"sh({script!r}, respawn=True, respawn_max_retries=4)")
+    out = done.stdout.decode()
+    head, columns, row, last = out.splitlines()[-4:]
+    assert head == "[INFO] [launch]: processes of this run:"
+    assert re.fullmatch(
+        r"    sh-1 +died 4x \(exit code 3\), then exit code 0 +4 +\d+\.\d s +- +no port", row
+    )
+    assert last.startswith("[INFO] [launch]: exit code 0: every process was restarted or")
+    assert done.returncode == 0
+    log = (bench.folder / "log/latest/launch.log").read_text().splitlines()
+    assert log[-3:-1] == [columns, row]
 
 
 def test_a_progress_bar_among_the_last_lines_is_shown_as_it_ended(bench: Bench):

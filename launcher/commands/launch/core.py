@@ -74,6 +74,10 @@ class LaunchCore:
         """Whether the launch file wants the output of this process."""
         return self._interpreter.watches_output(process_id)
 
+    @property
+    def has_failed(self) -> bool:
+        return self._interpreter.failure is not None
+
     def plan(self) -> Mapping[str, Any]:
         """The plan document of the run so far."""
         from launcher.commands.launch.run_plan import run_document

@@ -112,6 +112,7 @@ class ServiceRun:
                 supervisor,
                 reactor,
             ):
+                supervisor.is_script = True
                 supervisor.stay_while(self._stays)
                 reactor.add_reader(self._wake, lambda: self._deliver(supervisor))
                 yield supervisor, reactor

@@ -121,6 +121,8 @@ class Housekeeper:
         # A process may have exited, or restarted, while the others were sampled.
         living = {p.child.pid: p for p in self._processes if p.child is not None}
         self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
+        for pid in found.keys() & living.keys():
+            living[pid].history.sampled(found[pid].uss_bytes)
         if self.samples:
             self._log.note("resources", processes=_plain(self.samples))
         if self._judge is not None:

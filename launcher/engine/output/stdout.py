@@ -74,6 +74,15 @@ class StdoutWriter:
         self.on_pressure: Callable[[bool], None] = lambda pressed: None
         self.on_closed: Callable[[], None] = lambda: None
 
+    @property
+    def columns(self) -> int | None:
+        """Columns of the terminal; None if there is none."""
+        if not self.is_tty:
+            return None
+        with contextlib.suppress(OSError):
+            return os.get_terminal_size(self._terminal).columns or None
+        return None
+
     # ---- lines
 
     def prefix(self, name: str, index: int) -> bytes:

@@ -159,7 +159,9 @@ def test_the_first_of_several_reasons_counts():
 def test_a_pending_reason_is_dropped_if_the_launch_file_shuts_down_first():
     run = ShutdownMachine([running()])
     run.handle(StopRequested("a"), 0.0)
-    assert run.handle(ShutdownDecided("b"), 0.0) == [StopAll("b")]
+    said = Log("INFO", "shutdown requested by the launch file: b")
+    assert run.handle(ShutdownDecided("b"), 0.0) == [said, StopAll("b")]
+    assert run.end_reason == "b"
     assert run.handle(Occurrence.TICK, 0.0) == []
 
 
@@ -330,3 +332,35 @@ def test_the_first_failure_is_kept():
     run.handle(BudgetExceeded("d", "d"), 0.0)
     run.handle(ProcessEnded("e", DIED, report="e"), 0.0)
     assert run.first_failure == "c"
+
+
+# ---- reasons and causes
+
+
+@pytest.mark.parametrize("reason", ["idle", "exception in the launch file", "reason not given"])
+def test_a_reason_that_the_launch_file_does_not_give_is_not_logged(reason: str):
+    run = ShutdownMachine([running()])
+    assert run.handle(ShutdownDecided(reason), 0.0) == [StopAll(reason)]
+
+
+def test_there_is_a_cause_for_every_exit_code_but_0():
+    run = ShutdownMachine([killed(by_user=False)])
+    assert run.causes(has_lost_output=True) == ["robot-1 had to be killed", "output was lost"]
+    run.handle(ProcessEnded("a", DIED, report="x"), 0.0)
+    run.handle(ProcessEnded("b", DIED, report="x"), 0.0)
+    run.handle(Occurrence.LEFTOVERS_KILLED, 0.0)
+    assert run.causes() == [
+        "a ended unexpectedly (exit code 1)",
+        "robot-1 had to be killed",
+        "leftovers had to be killed",
+    ]
+    assert ShutdownMachine([running()]).causes() == []
+    over = ShutdownMachine([running()])
+    over.handle(BudgetExceeded("c", "report"), 0.0)
+    assert over.causes() == ["c is over its budget"]
+
+
+def test_a_run_that_ended_by_itself_has_no_reason():
+    run = ShutdownMachine([])
+    run.handle(ShutdownDecided("idle"), 0.0)
+    assert run.end_reason == ""

@@ -1,0 +1,207 @@
+"""The summary at the end of a run: a table of its processes, the exit code and why.
+
+Where all is well it is one line.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+
+from launcher.engine.output.filters import ERROR, level_of
+from launcher.engine.output.lines import for_terminal, without_colour
+from launcher.engine.process import Process
+from launcher.text import count
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.logs.run_log import RunLog
+
+MAX_ROWS = 20  # beyond it, processes that ended as expected are only counted
+MAX_NAME = 24  # columns of a name on a terminal
+MIN_ENDED = 20
+FIGURES = 30  # columns of restarts, time and memory with their gaps
+MIN_ERROR = 24  # columns for the first error; with fewer it is on a line of its own
+ERROR_CHARS = 300  # where there is no terminal
+INDENT = "    "
+GAP = "  "
+_HEAD = ("PROCESS", "ENDED", "RESTARTS", "RUN TIME", "PEAK USS", "FIRST ERROR")
+_RIGHT = (2, 3, 4)  # columns that are aligned to the right
+
+_TRACEBACK = b"Traceback (most recent call last):"
+_WORDS = (b"ERROR", b"FATAL", b"CRITICAL", _TRACEBACK)
+_HEAD_OF_ROS = re.compile(rb"\[\w+\] \[[\d.]+\] \[[^\]]*\]: ")
+_OF_A_STOP = re.compile(rb"(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b")
+
+
+def write(
+    log: RunLog,
+    processes: Sequence[Process],
+    *,
+    columns: int | None,
+    code: int,
+    causes: Sequence[str],
+    end_reason: str,
+    is_script: bool = False,
+) -> None:
+    """Write the summary to the screen and to `launch.log`; `causes` explain a code other than 0.
+
+    A script (`is_script`) has an exit code of its own, which is not known.
+    """
+    if not processes and not code:
+        return
+    level = "ERROR" if code else "INFO"
+    if not all(map(is_well, processes)):
+        in_file, on_screen = ("\n".join(table(processes, width)) for width in (None, columns))
+        head = "processes of this run:\n"
+        log.log(level, "launch", head + on_screen, sink="screen")
+        log.log(level, "launch", head + in_file, sink="log")
+        causes = causes or ["every process was restarted or ended as expected"]
+    elif processes and not causes:
+        causes = [all_well(processes)]
+    if is_script:
+        return
+    text = f"exit code {code}: {'; '.join(causes)}"
+    log.log(level, "launch", f"{text}; ended by: {end_reason}" if end_reason else text)
+
+
+def is_well(process: Process) -> bool:
+    """Whether it ended as expected, and never had to be restarted."""
+    return not (process.history.deaths or process.machine.had_to_be_killed)
+
+
+def all_well(processes: Collection[Process]) -> str:
+    """`5 processes ended as expected after 12.3 s; peak memory 31.0 MB USS (robot_1-3)`."""
+    longest_s = max(process.history.run_s for process in processes)
+    text = f"{count(len(processes), 'process')} ended as expected after {longest_s:.1f} s"
+    peaks = [(p.history.peak_uss, p.name) for p in processes if p.history.peak_uss is not None]
+    if not peaks:
+        return text
+    size, name = max(peaks)
+    return f"{text}; peak memory {_megabytes(size)} USS ({name})"
+
+
+def table(processes: Sequence[Process], columns: int | None) -> list[str]:
+    """The lines of the table, at most `columns` wide; None: as wide as they are."""
+    troubled = [process for process in processes if not is_well(process)]
+    shown = list(processes) if len(processes) <= MAX_ROWS else troubled[:MAX_ROWS]
+    rows = [_cells(process) for process in shown]
+    if columns is not None:
+        rows = _narrowed(rows, columns)
+    widths = [max(map(len, column)) for column in zip(_HEAD[:-1], *rows, strict=True)]
+    room = None if columns is None else columns - len(INDENT) - sum(widths) - len(GAP) * len(widths)
+    errors = [process.history.first_error or first_error(process) for process in shown]
+    in_row = room is None or room >= MIN_ERROR
+    head = _HEAD if in_row and any(errors) else _HEAD[:-1]
+    lines = [_aligned(head, widths)]
+    for row, error in zip(rows, errors, strict=True):
+        lines += _row(row, error, widths, room if in_row else None, columns, in_row=in_row)
+    return [*lines, *_omitted(len(processes) - len(shown), len(troubled) - len(shown))]
+
+
+def _row(
+    row: Sequence[str],
+    error: str,
+    widths: Sequence[int],
+    room: int | None,
+    columns: int | None,
+    *,
+    in_row: bool,
+) -> list[str]:
+    if not error:
+        return [_aligned(row, widths)]
+    if in_row:
+        return [_aligned([*row, _cut(error, room or ERROR_CHARS)], widths)]
+    below = f"{INDENT * 2}first error: {error}"
+    return [_aligned(row, widths), _cut(below, columns or ERROR_CHARS)]
+
+
+def _omitted(others: int, troubled: int) -> list[str]:
+    if others <= 0:
+        return []
+    well = others - max(0, troubled)
+    parts = [f"{count(well, 'process')} ended as expected"] if well else []
+    parts += [f"{count(troubled, 'process')} did not; see events.jsonl"] if troubled > 0 else []
+    return [f"{INDENT}and {' and '.join(parts)}"]
+
+
+def _narrowed(rows: Sequence[tuple[str, ...]], columns: int) -> list[tuple[str, ...]]:
+    """The rows with shorter names and ends, so that the figures fit."""
+    rows = [(_middle_cut(name, MAX_NAME), *others) for name, *others in rows]
+    room = columns - len(INDENT) - max(len(row[0]) for row in rows) - len(GAP) - FIGURES
+    return [(name, _cut(end, max(MIN_ENDED, room)), *figures) for name, end, *figures in rows]
+
+
+def _cells(process: Process) -> tuple[str, ...]:
+    history = process.history
+    peak = "-" if history.peak_uss is None else _megabytes(history.peak_uss)
+    restarts = str(max(0, history.starts - 1))
+    return process.name, _ended(process), restarts, f"{history.run_s:.1f} s", peak
+
+
+def _ended(process: Process) -> str:
+    """`stopped (SIGINT)`, `died 4x: exit code 1`, `died 4x (exit code 1), then exit code 0`."""
+    end, history = process.last_end, process.history
+    if process.machine.is_stuck:
+        return "still exists after SIGKILL"
+    if end is None:
+        return "not started"
+    text = str(end.outcome)
+    if process.machine.had_to_be_killed:
+        text = f"had to be killed ({text})"
+    elif end.asked:
+        text = f"stopped ({text})"
+    if history.deaths < 2 and not (history.deaths and end.asked):
+        return text
+    how, died = str(history.first_death), f"died {history.deaths}x"
+    return f"{died}: {how}" if how == text else f"{died} ({how}), then {text}"
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:.1f} MB"
+
+
+def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
+    texts = [
+        cell.rjust(width) if place in _RIGHT else cell.ljust(width)
+        for place, (cell, width) in enumerate(zip(cells, widths, strict=False))
+    ]
+    return (INDENT + GAP.join([*texts, *cells[len(widths) :]])).rstrip()
+
+
+def _cut(text: str, columns: int) -> str:
+    return text if len(text) <= columns else f"{text[: columns - 3]}..."
+
+
+def _middle_cut(name: str, columns: int) -> str:
+    """The name cut in its middle: its end, a number, tells it from others."""
+    if len(name) <= columns:
+        return name
+    start = columns // 2
+    return f"{name[: start - 3]}...{name[start - columns :]}"
+
+
+# ---- the first error
+
+
+def first_error(process: Process, since_s: float = 0.0) -> str:
+    """The first line of level ERROR, or the exception of a traceback, in its kept output."""
+    for block in process.ring.last(1_000_000):
+        if block.read_at_s < since_s or not any(word in block.lines for word in _WORDS):
+            continue
+        lines = without_colour(for_terminal(block.lines)).rstrip(b"\n").split(b"\n")
+        for error in _errors(lines):
+            head = _HEAD_OF_ROS.search(error)
+            text = error[head.end() :] if head else error
+            return text.decode(errors="replace").replace("\t", " ").strip()
+    return ""
+
+
+def _errors(lines: Sequence[bytes]) -> Iterator[bytes]:
+    for place, line in enumerate(lines):
+        if line.startswith(_TRACEBACK):
+            exception = next((one for one in lines[place + 1 :] if one[:1].strip()), line)
+            if not _OF_A_STOP.match(exception):
+                yield exception
+        elif (level_of(line) or 0) >= ERROR:
+            yield line

@@ -1,0 +1,135 @@
+"""The summary at the end of a run: table, one line, first errors."""
+
+from __future__ import annotations
+
+import pytest
+
+from launcher.engine.logs import summary
+from launcher.engine.machine import Command, Ended, Outcome
+from launcher.engine.process import Process
+from launcher.model.spec import ProcessSpec, RestartPolicy
+
+STOPPED = Ended(Outcome(returncode=-2), asked=True, retry_in_s=None)
+DIED = Ended(Outcome(returncode=3), asked=False, retry_in_s=None)
+
+
+def process(name: str, end: Ended | None = STOPPED, *, deaths: int = 0, starts: int = 1) -> Process:
+    spec = ProcessSpec(name=name, label=name, argv=(name,), env={}, restart=RestartPolicy())
+    one = Process(1, spec, number=1, prefix=b"")
+    one.last_end = end
+    one.history.starts, one.history.deaths, one.history.run_s = starts, deaths, 12.34
+    one.history.first_death = Outcome(returncode=3) if deaths else None
+    one.history.sampled(31_000_000)
+    one.history.sampled(None)
+    one.history.sampled(30_000_000)
+    return one
+
+
+class Log:
+    """Keeps what is written."""
+
+    def __init__(self) -> None:
+        self.screen: list[tuple[str, str]] = []
+        self.file: list[tuple[str, str]] = []
+
+    def log(self, level: str, logger: str, text: str, *, sink: str = "") -> None:
+        self.screen += [(level, text)] if sink != "log" else []
+        self.file += [(level, text)] if sink != "screen" else []
+
+
+def written(processes: list[Process], *, code: int = 0, columns: int | None = None, **words) -> Log:
+    log = Log()
+    details = {"causes": [], "end_reason": "", **words}
+    summary.write(log, processes, columns=columns, code=code, **details)  # type: ignore[arg-type]
+    return log
+
+
+def test_where_all_is_well_it_is_one_line():
+    log = written([process("a-1"), process("b-2")], end_reason="ctrl-c (SIGINT)")
+    assert log.screen == [
+        (
+            "INFO",
+            "exit code 0: 2 processes ended as expected after 12.3 s; "
+            "peak memory 31.0 MB USS (b-2); ended by: ctrl-c (SIGINT)",
+        )
+    ]
+    assert written([]).screen == []
+    assert written([process("a-1")], is_script=True).screen == []
+
+
+def test_otherwise_a_table_then_the_exit_code_and_why():
+    died = process("robot_1-1", DIED, deaths=1)
+    died.history.first_error = "cannot open /dev/ttyUSB0"
+    log = written([died, process("s-2")], code=1, causes=["robot_1-1 ended unexpectedly"])
+    (level, text), last = log.screen
+    assert (level, last) == ("ERROR", ("ERROR", "exit code 1: robot_1-1 ended unexpectedly"))
+    assert text.splitlines() == [
+        "processes of this run:",
+        "    PROCESS    ENDED             RESTARTS  RUN TIME  PEAK USS  FIRST ERROR",
+        "    robot_1-1  exit code 3              0    12.3 s   31.0 MB  cannot open /dev/ttyUSB0",
+        "    s-2        stopped (SIGINT)         0    12.3 s   31.0 MB",
+    ]
+    assert len(written([died], code=1, is_script=True).screen) == 1
+
+
+def test_a_process_that_was_restarted_is_in_a_table_even_if_the_exit_code_is_0():
+    log = written([process("a-1", deaths=4, starts=5), process("b-2")])
+    (level, text), (_, last) = log.screen
+    assert level == "INFO"
+    row = next(line for line in text.splitlines() if "a-1" in line)
+    assert row.split("  ")[2:3] == ["a-1"]
+    assert "died 4x (exit code 3), then stopped (SIGINT)         4 " in row
+    assert last == "exit code 0: every process was restarted or ended as expected"
+
+
+@pytest.mark.parametrize("columns", [80, 120])
+def test_it_fits_the_terminal_and_is_whole_in_the_file(columns: int):
+    one = process("a_process_with_a_very_long_name_indeed_1-1", DIED, deaths=4, starts=5)
+    one.history.first_error = "x" * 200
+    log = written([one], code=1, columns=columns)
+    (_, text), _ = log.screen
+    assert max(map(len, text.splitlines())) <= columns
+    assert ("first error: xxx" in text) == (columns == 80)
+    assert "1-1  died 4x: exit code 3 " in text
+    (_, whole), _ = log.file
+    assert one.name in whole and "x" * 200 in whole
+
+
+def test_of_a_hundred_processes_those_in_trouble_are_listed():
+    many = [process(f"p-{number}", deaths=number % 50 == 0) for number in range(100)]
+    (_, text), _ = written(many, code=1, columns=80).screen
+    lines = text.splitlines()
+    assert [line.split()[0] for line in lines[2:4]] == ["p-0", "p-50"]
+    assert lines[4:] == ["    and 98 processes ended as expected"]
+    bad = [process(f"p-{number}", DIED, deaths=1) for number in range(100)]
+    (_, text), _ = written(bad, code=1).screen
+    assert len(text.splitlines()) == summary.MAX_ROWS + 3
+    assert text.endswith("\n    and 80 processes did not; see events.jsonl")
+
+
+def test_what_had_to_be_killed_or_never_started_is_told():
+    killed = process("a-1", Ended(Outcome(returncode=-9), asked=True, retry_in_s=None))
+    for event in (Command.START, Command.STARTED, Command.STOP, *[Command.SKIP_GRACE] * 2):
+        killed.machine.handle(event, 0.0)
+    lines = summary.table([killed, process("b-2", None, starts=0)], None)
+    assert "had to be killed (SIGKILL)" in lines[1]
+    assert "not started" in lines[2]
+
+
+@pytest.mark.parametrize(
+    ("output", "error"),
+    [
+        (b"fine\n", ""),
+        (b"\x1b[31m[ERROR] [176.5] [node]: no port\x1b[0m\n[FATAL] [1.0] [n]: x\n", "no port"),
+        (b"\r10%\r20%[ERROR] [1.0] [bar]: no port\n", "no port"),
+        (b"ERROR:root:no\tport\n", "ERROR:root:no port"),
+        (b"Traceback (most recent call last):\n  File 'x'\nValueError: 3\n", "ValueError: 3"),
+        (b"Traceback (most recent call last):\n  File 'x'\nKeyboardInterrupt\n", ""),
+        (b"a \xff\n[ERROR] [1.0] [n]: \xff\n", "\ufffd"),
+    ],
+)
+def test_the_first_error_is_found_in_the_output(output: bytes, error: str):
+    one = process("a-1")
+    one.ring.append("both", 1.0, b"[ERROR] [0.5] [n]: of an earlier life\n")
+    one.ring.append("both", 5.0, output)
+    assert summary.first_error(one, 2.0) == error
