@@ -33,6 +33,7 @@ CONTROL_VERBS = (
     "level",
     "grep",
     "show",
+    "format",
     "logs",
     "info",
     "send",

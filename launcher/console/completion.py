@@ -17,6 +17,8 @@ from launcher.console.requests import CLEAR, CLEAR_HELP
 from launcher.control.verbs import VERBS, Verb, find
 
 LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")
+# Words for the first argument of a verb, by its name.
+WORDS = {"level": LEVELS, "format": ("compact", "default")}
 _GLOB = re.compile(r"[*?\[]")
 _NUMBER_AT_END = re.compile(r"\d+$")
 
@@ -54,7 +56,7 @@ class WordCompleter(Completer):
         if word.startswith("-"):
             return [(flag, one.help) for one in verb.options for flag in one.flags]
         if verb.argument is not None and len(before) == 1:
-            return [(level, "") for level in LEVELS] if verb.argument == "level" else []
+            return [(word, "") for word in WORDS.get(verb.argument, ())]
         return [] if self._has_names(verb, before) else self._names()
 
     @staticmethod

@@ -250,6 +250,18 @@ class Service:
             raise BadCallError("bad-option", str(error), hint) from None
         _show(call, exchange, self._control.filters.level(level, self._chosen(call)))
 
+    def _do_format(self, call: Call, exchange: Exchange) -> None:
+        """The form of lines on the screen of the run."""
+        from launcher.engine.output import line_format
+
+        word, screen = call.options.get("format"), self._control.screen
+        if word is not None:
+            try:
+                screen.format = line_format.check(word)
+            except ValueError as error:
+                raise BadCallError("bad-option", str(error)) from None
+        exchange.reply({"format": screen.format}, [f"format: {screen.format}"])
+
     def _do_grep(self, call: Call, exchange: Exchange) -> None:
         text = call.options.get("pattern")
         try:

@@ -99,6 +99,7 @@ PERIOD = option(
 )
 NEW = option("--new", "only events from now on", name="history", value=False)
 LEVEL = option("LEVEL", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
+FORMAT = option("FORMAT", "default, compact, or a template with {message}")
 PATTERN = option("PATTERN", "a regular expression")
 TEXT = option("TEXT", "a line for its standard input")
 TOPIC = option("TOPIC", "a verb")
@@ -128,6 +129,11 @@ VERBS = (
         "grep [PATTERN [NAME ...]]", "show only lines that match; without PATTERN, all", (PATTERN,)
     ),
     Verb("show", "show all output again: end `mute`, `solo`, `level` and `grep`"),
+    Verb(
+        "format [FORMAT]",
+        "show lines as `compact`, `default` or by a template; without it, print the format",
+        (FORMAT,),
+    ),
     Verb(
         "logs [NAME ...] [-n N] [-f]",
         "print the last lines of processes, hidden ones too",

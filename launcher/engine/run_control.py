@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.output.screen_filters import ScreenFilters
+from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.engine.process_control import ProcessControl
@@ -37,12 +38,14 @@ class RunControl:
         housekeeper: Housekeeper,
         log_dir: str | None,
         keep: Callable[[int], None],
+        screen: StdoutWriter,
     ) -> None:
         self.reactor = reactor
         self.log = log
         self.core = core
         self.log_dir = log_dir
         self.keep = keep
+        self.screen = screen
         self.process_control = ProcessControl(reactor, driver, log, shutdown)
         self.filters = ScreenFilters(processes.values(), log)
         self.on_process: Callable[[Process], None] = lambda process: None

@@ -152,6 +152,7 @@ class Supervisor:
                 housekeeper=self._housekeeper,
                 log_dir=self._directory.path,
                 keep=self._watchdog.keep,
+                screen=self._screen,
             )
         return self._control
 
@@ -261,7 +262,7 @@ class Supervisor:
     def start(self, effect: StartProcess) -> None:
         number = len(self._processes)
         spec = with_printable_name(self._options.adapt(effect.spec))
-        prefix = self._screen.prefix(spec.name, number)
+        prefix = self._screen.prefix(spec, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process
         if self._control is not None:

@@ -20,7 +20,8 @@ class RunOptions(Record):
     (None: any number). The run ends when a process that matches `required` exits, after
     `timeout_s`, or with `exit_when_any_dies` after the first failure without a restart. `budgets`
     are limits on resources (see `budget_parser`), as are `budget_files`: (path, text) pairs, since
-    a pipe can be read only once; `file_names` are their patterns, each with its place. `control`:
+    a pipe can be read only once; `file_names` are their patterns, each with its place. `format` is
+    the form of lines on the screen (see `engine.output.line_format`). `control`:
     open the control socket; `ros`: publish the state of the run in ROS.
     """
 
@@ -32,6 +33,7 @@ class RunOptions(Record):
     required: tuple[str, ...] = ()
     exit_when_any_dies: bool = False
     timeout_s: float | None = None
+    format: str = "default"
     log_files: bool = True
     control: bool = True
     console: bool = True

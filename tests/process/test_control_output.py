@@ -234,3 +234,20 @@ def test_the_plan_of_a_run_is_the_document_of_plan(control_bench: ControlBench):
             "│       $ sh -c 'exec cat'",
         ]
         assert re.fullmatch(r"└── late-2  at [\d.]+ s", lines[4])
+
+
+def test_the_format_of_lines_is_switched_while_it_runs(control_bench: ControlBench):
+    with control_bench.launch(CAT) as run:
+        assert run.ask_text("format") == "format: default"
+        assert run.shell("format", "compact").stdout == "format: compact\n"
+        run.ask_text("send", "cat", text="[ERROR] [1.0] [cat]: no port")
+        run.wait_for(" E cat no port\n")
+        run.ask_text("format", format="<{severity}> {message}")
+        run.ask_text("send", "cat", text="[ERROR] [1.0] [cat]: no port")
+        run.wait_for("\n<ERROR> no port\n")
+        run.ask_text("format", format="default")
+        run.ask_text("send", "cat", text="[ERROR] [1.0] [cat]: no port")
+        run.wait_for("[cat-1] [ERROR] [1.0] [cat]: no port\n")
+        assert run.log.count("[cat-1] [ERROR] [1.0] [cat]: no port\n") == 3
+        with pytest.raises(RefusedError, match="unknown format 'bogus'"):
+            run.ask_text("format", format="bogus")

@@ -168,3 +168,42 @@ def test_output_to_a_full_disk_is_not_reported_to_a_full_disk(bench: Bench):
         words = bench.command('sh("echo hi")')
         done = subprocess.run(words, env=bench.env, stdout=full, stderr=full, timeout=TIMEOUT_S)
     assert done.returncode == 1
+
+
+NODE_LINES = r"""sh('''printf "[WARN] [1763852000.123456] [robot]: hot\\n  very\\n"
+printf "go on? "; sleep 0.5; echo yes''', name="robot")"""
+
+
+def test_compact_lines_on_the_screen_leave_the_log_files_as_they_are(bench: Bench):
+    done = bench.run(NODE_LINES, "--format", "compact")
+    clock = r"\d\d:\d\d:\d\d\.\d{3}"
+    begun, hot, very, asked, *_ = done.stdout.decode().splitlines()[1:]
+    assert re.fullmatch(rf"{clock} I robot process started with pid \[\d+\]", begun)
+    assert re.fullmatch(rf"{clock} W robot hot", hot)
+    assert very == " " * 21 + "  very"
+    assert re.fullmatch(rf"{clock} I robot go on\? yes", asked)
+    log = (bench.folder / "log/latest/robot-1.log").read_text()
+    assert log.startswith("[robot-1] [WARN] [1763852000.123456] [robot]: hot\n[robot-1]   very\n")
+
+
+def test_a_template_forms_the_lines_on_the_screen(bench: Bench):
+    done = bench.run(NODE_LINES, "--format", "<{severity} {name}> {message}")
+    assert b"\n<WARN robot> hot\n               very\n<INFO robot> go on? yes\n" in done.stdout
+    assert b"\n<INFO launch> exit code 0: " in done.stdout
+    refused = bench.run(NODE_LINES, "--format", "compcat")
+    assert refused.returncode == 2
+    assert b"--format: unknown format 'compcat'; did you mean 'compact'?" in refused.stderr
+
+
+def test_nodes_that_write_in_another_format_are_understood(bench: Bench):
+    bench.env["RCUTILS_CONSOLE_OUTPUT_FORMAT"] = "{severity}/{name}/{message}"
+    action = 'sh("echo WARN/robot/hot", name="robot")'
+    assert b" W robot hot\n" in bench.run(action, "--format", "compact").stdout
+    assert b"[robot-1] WARN/robot/hot\n" in bench.run(action).stdout
+
+
+def test_compact_lines_on_a_terminal_have_the_level_as_a_colour(bench: Bench):
+    terminal = bench.terminal(NODE_LINES, "--no-console", "--format", "compact")
+    assert terminal.exit_code() == 0
+    assert re.search("\x1b\\[38;5;39mrobot\x1b\\[0m \x1b\\[33mhot\x1b\\[0m\r?\n", terminal.raw)
+    assert re.search(r"^\d\d:\d\d:\d\d\.\d{3} robot go on\? yes$", terminal.text, re.M)

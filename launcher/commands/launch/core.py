@@ -116,6 +116,8 @@ def supervising(
     with Reactor() as reactor:
         plain = not passes_colour(1, environment)
         screen = StdoutWriter(reactor, colour=wants_colour(1, environment), plain=plain)
+        if options.format != "default":
+            screen.format = options.format
         supervisor = Supervisor(
             core,
             env=environment,

@@ -24,6 +24,12 @@ def _later(parse: str) -> Callable[[str], Any]:
     return read
 
 
+def _format(word: str) -> str:
+    from launcher.engine.output import line_format
+
+    return line_format.check(word)
+
+
 # The names are fields of RunOptions; `settings` sets several of them.
 RUN_OPTIONS = (
     option(
@@ -75,6 +81,12 @@ RUN_OPTIONS = (
         "--ros",
         "start a node /launcher that publishes /diagnostics and offers services to start, "
         "stop and restart processes, for rqt and Foxglove",
+    ),
+    option(
+        "--format FORMAT",
+        "lines on the screen: default, compact, or a template with {message}, {severity}, {name}, "
+        "{time}, {clock}, {process} and more",
+        _format,
     ),
     option("--no-log-files", "write no log files", name="log_files", value=False),
     option("--no-console", "disable the prompt and the status bar", name="console", value=False),

@@ -12,6 +12,11 @@ from collections.abc import Callable, Mapping
 from launcher.engine.output.lines import for_screen, for_terminal, with_prefix, without_colour
 from launcher.engine.posix.reactor import Reactor
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.output.line_format import LineFormat
+    from launcher.model.spec import ProcessSpec
+
 HIGH_WATER = 1024 * 1024  # queued bytes above which children are not read
 # The same for a terminal: what is queued is shown before the answer to a key, and after a `mute`.
 TERMINAL_HIGH_WATER = 128 * 1024
@@ -69,6 +74,10 @@ class StdoutWriter:
         self._high_water = TERMINAL_HIGH_WATER if self.is_tty else HIGH_WATER
         self._partial_of: object = None
         self._partial = b""
+        # The processes by their prefixes, each with its colour; and the form of lines, if it is not
+        # that of ROS 2.
+        self._sources: dict[bytes, tuple[ProcessSpec, bytes]] = {}
+        self._format: LineFormat | None = None
         self._terminal = self.fd
         self._next_fd: int | None = None  # of the pipe to the console
         self.on_pressure: Callable[[bool], None] = lambda pressed: None
@@ -85,15 +94,35 @@ class StdoutWriter:
 
     # ---- lines
 
-    def prefix(self, name: str, index: int) -> bytes:
+    def prefix(self, spec: ProcessSpec, index: int) -> bytes:
         """`[name] `, in the colour of the process with this number where there are colours."""
-        text = f"[{name}]".encode()
-        if not self.colour:
-            return text + b" "
-        return b"\x1b[38;5;%dm%s\x1b[0m " % (_PALETTE[index % len(_PALETTE)], text)
+        text, colour = f"[{spec.name}]".encode(), b""
+        if self.colour:
+            colour = b"\x1b[38;5;%dm" % _PALETTE[index % len(_PALETTE)]
+            text = colour + text + _RESET
+        prefix = text + b" "
+        self._sources[prefix] = spec, colour
+        return prefix
+
+    @property
+    def format(self) -> str:
+        """`default`, `compact` or a template."""
+        return "default" if self._format is None else self._format.name
+
+    @format.setter
+    def format(self, name: str) -> None:
+        if name == "default":
+            self._format = None
+            return
+        from launcher.engine.output.line_format import LineFormat
+
+        self._format = LineFormat(name, self._sources, colour=self.colour)
 
     def write_lines(self, source: object, prefix: bytes, lines: bytes, shown: int = 0) -> None:
         """Write whole lines of a process. `shown` is as in `LineBuffer`."""
+        if self._format is not None:
+            self._write_formatted(self._format, source, prefix, lines, shown)
+            return
         if not shown or self._partial_of is not source:
             self._write_around(with_prefix(prefix, self._clean(lines)), source)
             return
@@ -101,6 +130,20 @@ class StdoutWriter:
             block = _OVERWRITE + with_prefix(prefix, self._clean(lines))
         else:
             block = with_prefix(prefix, self._clean(lines[shown:]))[len(prefix) :]
+        self._partial_of = None
+        self._write(block)
+
+    def _write_formatted(
+        self, form: LineFormat, source: object, prefix: bytes, lines: bytes, shown: int
+    ) -> None:
+        if not shown or self._partial_of is not source:
+            self._write_around(form.lines(prefix, source, self._clean(lines)), source)
+            return
+        if b"\r" in lines[shown - 1 : lines.index(b"\n")].rstrip(b"\r"):
+            block = _OVERWRITE + form.lines(prefix, source, self._clean(lines))
+        else:
+            end, newline, rest = self._clean(lines[shown:]).partition(b"\n")
+            block = end + newline + (form.lines(prefix, source, rest) if rest else b"")
         self._partial_of = None
         self._write(block)
 
@@ -112,6 +155,8 @@ class StdoutWriter:
             partial = whole_characters(partial)
             if len(partial) <= shown:
                 return shown
+        if self._format is not None and (self._partial_of is not source or b"\r" in partial):
+            prefix = self._format.head(prefix, source)
         is_bar = b"\r" in partial[max(0, shown - 1) :]
         if is_bar and not self.is_tty:
             return shown
@@ -159,6 +204,10 @@ class StdoutWriter:
 
     def log(self, level: str, logger: str, text: str) -> None:
         """Write a line of our own: `[INFO] [launch]: text`, as ROS 2 does."""
+        if self._format is not None:
+            line = self._clean(text.encode(errors="surrogateescape") + b"\n")
+            self._write_around(self._format.own(level, logger, line))
+            return
         head = f"[{level}] [{logger}]:".encode()
         if self.colour:
             head = _LEVELS.get(level, b"") + head + _RESET
@@ -167,6 +216,8 @@ class StdoutWriter:
 
     def log_line(self, line: str) -> None:
         """Write a line of our own that is formatted already."""
+        if self._format is not None:
+            self._format.interrupt()
         self._write_around(self._clean(line.encode(errors="surrogateescape") + b"\n"))
 
     # ---- writing

@@ -17,6 +17,7 @@ WORDS = {
     "kill": "a -s INT",
     "level": "WARN a",
     "grep": "found a",
+    "format": "compact",
     "logs": "a -n 3",
     "send": "a some text",
     "events": "--new",
