@@ -14,6 +14,7 @@ from rich.text import Text
 
 from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
 from launcher.control.format import filters
+from launcher.text import shown_path
 
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
@@ -58,7 +59,7 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "up", _text(one["uptime_s"], duration)
     yield "nodes", list(one["node_names"]) or "-"
     yield "command", shlex.join(one["command"])
-    yield "folder", one["cwd"] or "same as the launcher"
+    yield "folder", shown_path(one["cwd"]) if one["cwd"] else "same as the launcher"
     yield "restarts", f"{one['restarts']}; policy: {one['restart_policy']}"
     yield "stop", one["stop_policy"]
     last = one["last_exit"]

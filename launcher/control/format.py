@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from launcher.engine.machine import signal_name
-from launcher.text import count
+from launcher.text import count, shown_path
 
 _HEAD = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "USS", "")
 _LEFT = (0, 1, 7)  # columns that are aligned to the left
@@ -122,7 +122,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",
         "command": " ".join(row["command"]),
-        "folder": row["cwd"] or "same as the launcher",
+        "folder": shown_path(row["cwd"]) if row["cwd"] else "same as the launcher",
         "restarts": f"{row['restarts']}; policy: {row['restart_policy']}",
         "stop": row["stop_policy"],
         "last exit": "-" if last is None else f"{last['text']}{asked}",

@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from launcher.control.verbs import BadCallError
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec
-from launcher.text import suggest
+from launcher.text import one_of, suggest
 
 _PATTERN = "*?["
 _SHOWN = 12  # names in a message
@@ -86,12 +86,12 @@ def _is_below(group: str, one: ProcessNames) -> bool:
 
 
 def _unknown(word: str, processes: Sequence[ProcessNames]) -> list[int]:
-    spellings = {spelling: one.name for one in processes for spelling in one.all}
-    similar = suggest(word, spellings)
+    similar = suggest(word, [spelling for one in processes for spelling in one.all])
     if word and sum(one.name.startswith(word) for one in processes) > 1:
         hint = f"did you mean '{word}*'? "
     else:
-        hint = "" if similar is None else f"did you mean '{spellings[similar]}'? "
+        meant = [one.name for one in processes if similar in one.all]
+        hint = f"did you mean {one_of(meant)}? " if meant else ""
     known = _listed([one.name for one in processes], "and") or "none yet"
     raise BadCallError("unknown-name", f"unknown process '{word}'", f"{hint}known: {known}")
 

@@ -134,5 +134,5 @@ def _shown(resource: str, number: float) -> str:
     if resource == "cpu":
         return f"{number:.3g} % CPU" if number < 1000 else f"{number:.0f} % CPU"
     if resource == "memory":
-        return f"{number / 1024**2:.1f} MiB"
+        return f"{number / 1024**2:.1f} MiB (USS)"
     return f"{number:.0f} {'open files' if resource == 'fds' else resource}"

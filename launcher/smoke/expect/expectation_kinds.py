@@ -211,7 +211,7 @@ KINDS = (
     Kind(
         "memory",
         _PROCESSES,
-        "Memory usage of a process, in every sample.",
+        "Memory usage (USS) of a process, in every sample.",
         (Field("below", SIZE, "`200 MB`", required=True),),
         of_process=True,
     ),

@@ -249,7 +249,7 @@ def test_a_blank_follows_what_was_completed():
         ("logs -n ", []),
         ("grep r", []),
         ("help r", []),
-        ("format c", ["compact "]),
+        ("format c", ["compact"]),
         ("nonsense r", []),
     ],
 )

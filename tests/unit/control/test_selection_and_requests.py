@@ -89,6 +89,9 @@ def test_a_near_miss_is_offered_by_the_name_of_the_process():
         resolve(["dispacher"], FLEET)
     assert error.value.hint.startswith("did you mean 'dispatcher-1'? ")
     with pytest.raises(BadCallError) as error:
+        resolve(["robto"], FLEET)
+    assert error.value.hint.startswith("did you mean 'robot_1-2' or 'robot_2-3'? ")
+    with pytest.raises(BadCallError) as error:
         resolve(["robot_9"], FLEET)
     assert (
         error.value.hint

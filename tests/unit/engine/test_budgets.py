@@ -30,7 +30,7 @@ def test_a_process_over_its_budget_for_long_enough_is_reported_once():
     told = {now: judge.judge(used, float(now)) for now in range(10)}
     assert [now for now, verdicts in told.items() if verdicts] == [5]
     assert str(told[5][0]) == (
-        "robot_2-4 uses 11.0 MiB, more than its budget of 10.0 MiB, for 5 s now"
+        "robot_2-4 uses 11.0 MiB (USS), more than its budget of 10.0 MiB (USS), for 5 s now"
     )
 
 
