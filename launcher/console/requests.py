@@ -30,6 +30,7 @@ SHELL_VERBS = (
     "doctor",
     "smoke",
     "graph",
+    "completion",
     "runs",
 )
 CLEAR = "clear"  # carried out by the console itself
