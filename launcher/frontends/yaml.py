@@ -21,6 +21,7 @@ from launcher.frontends.errors import (
     missing_hint,
 )
 from launcher.frontends.parser import Parser, read_text
+from launcher.frontends.yaml_errors import located
 from launcher.language.type_utils import is_instance_of
 
 TYPE_CHECKING = False
@@ -46,21 +47,12 @@ def parse_yaml(source: SourceText) -> tuple[Any, yaml.Node | None]:
         _check_size(node, source)
         return loader.construct_document(node), node
     except yaml.MarkedYAMLError as problem:
-        raise _located(problem, source) from problem
+        raise located(problem, source) from problem
     except (yaml.YAMLError, ValueError, TypeError, OverflowError) as problem:
         message = f"invalid YAML: {problem}"
         raise FrontendError(message, ros_type=type(problem).__name__) from problem
     except RecursionError:
         raise FrontendError("this YAML is nested too deeply", ros_type="RecursionError") from None
-
-
-def _located(problem: yaml.MarkedYAMLError, source: SourceText) -> FrontendError:
-    mark = problem.problem_mark or problem.context_mark
-    place = source.place(mark.line + 1, mark.column + 1) if mark else None
-    message = problem.problem or problem.context or "invalid YAML"
-    line = place.source_line if place else None
-    hint = "indent with spaces" if line and line.lstrip(" ").startswith("\t") else None
-    return FrontendError(message, place=place, hint=hint, ros_type=type(problem).__name__)
 
 
 def _check_size(root: yaml.Node, source: SourceText) -> None:
@@ -239,15 +231,25 @@ class YamlEntity(Entity):
             message = f"an empty item in the list of '{self._type_name}'"
             raise AttributeTypeError(message, place=place)
         if not isinstance(item, dict) or len(item) != 1:
-            raise StructureError(
-                f"each item of '{self._type_name}' is one action: a mapping with exactly one key",
-                place=place,
-                hint="begin each action with '- '" if isinstance(item, dict) else None,
-                ros_type="TypeError" if isinstance(item, (bool, int, float)) else None,
-            )
+            raise self._not_one_action(item, node, place)
         ((key, value),) = item.items()
         key_node, value_node = _pair_of_key(node, key)
         return YamlEntity(value, key, self._source, node=value_node, key_node=key_node or node)
+
+    def _not_one_action(
+        self, item: Any, node: yaml.Node | None, place: Place | None
+    ) -> StructureError:
+        message = f"each item of '{self._type_name}' is one action: a mapping with exactly one key"
+        hint = "begin each action with '- '" if isinstance(item, dict) else None
+        if isinstance(item, dict) and len(item) > 1:
+            first, second = list(item)[:2]
+            if item[first] is None:  # its attributes are in the column of the action
+                second_node, _ = _pair_of_key(node, second)
+                place = place if second_node is None else _place(second_node, self._source)
+                message = f"'{second}' is beside '{first}' instead of below it"
+                hint = f"indent the attributes of '{first}' further than '{first}' itself"
+        ros_type = "TypeError" if isinstance(item, (bool, int, float)) else None
+        return StructureError(message, place=place, hint=hint, ros_type=ros_type)
 
     def _value_node(self, name: Any) -> yaml.Node | None:
         return _pair_of_key(self._node, name)[1]
