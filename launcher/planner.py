@@ -20,6 +20,7 @@ from launcher.errors import LaunchFileError
 from launcher.interpreter.core import Interpreter
 from launcher.interpreter.trace import Trace, Visit
 from launcher.language.compat import vocabulary
+from launcher.language.diagnostics.includes import ROS_NAMES
 from launcher.model import events as model
 from launcher.model.lifecycle import transition_steps
 from launcher.model.record import Record, replace
@@ -37,15 +38,6 @@ if TYPE_CHECKING:
 HORIZON_S = 3600.0  # end of virtual time: respawns and timers may repeat endlessly
 _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}
 USER_LOGGER = "launch.user"
-
-# Launch configurations that ROS 2 reads for every launch file.
-ROS_NAMES = (
-    "emulate_tty",
-    "launch-prefix",
-    "launch-prefix-filter",
-    "sigkill_timeout",
-    "sigterm_timeout",
-)
 
 
 class Stamp(Record):

@@ -36,16 +36,24 @@ def load(path: str) -> LaunchDescription:
 
         raise faults.explain(error, path) from error.__cause__ or error
     if not isinstance(description, LaunchDescription):
-        from launcher.language.diagnostics.bad_entries import place_of_return
-
-        place = place_of_return(path, "generate_launch_description")
-        raise NoDescriptionError(
-            f"generate_launch_description() returned {type(description).__name__}, "
-            "not a LaunchDescription",
-            where=f"{path}:1" if place is None else str(place),
-            hint="return LaunchDescription([...])",
-        )
+        raise _no_description(path, description)
     return description
+
+
+def _no_description(path: str, result: Any) -> NoDescriptionError:
+    import linecache
+
+    from launcher.language.diagnostics.bad_entries import place_of_return, returned_instead
+
+    place = place_of_return(path, "generate_launch_description")
+    line = linecache.getline(path, place.line).rstrip("\n") if place else ""
+    return NoDescriptionError(
+        f"generate_launch_description() returned {type(result).__name__}, not a LaunchDescription",
+        where=f"{path}:1" if place is None else str(place),
+        hint=returned_instead(path, result),
+        source_line=line or None,
+        column=len(line) - len(line.lstrip()) + 1 if line else None,
+    )
 
 
 def _parser_class(extension: str) -> Any:

@@ -112,7 +112,10 @@ class Parser:
             )
         deprecated = entity.get_attr("deprecated", optional=True)
         actions = self.parse_actions(entity.children)
-        return LaunchDescription(actions, deprecated_reason=deprecated)
+        description = LaunchDescription(actions, deprecated_reason=deprecated)
+        if entity.place is not None:
+            description._origin = Origin(entity.place.path, entity.place.line)
+        return description
 
     def parse_actions(self, entities: Iterable[Entity]) -> list[Action]:
         """The actions of sibling entities; all errors are reported together."""
@@ -137,7 +140,7 @@ class Parser:
         except LaunchFileError as error:
             locate(error, place)
             raise
-        except LauncherError:
+        except (LauncherError, RecursionError):
             raise
         except Exception as problem:  # third-party code may raise anything
             from launcher.language.diagnostics.own_faults import own_fault

@@ -133,6 +133,10 @@ class Interpreter:
         for message, options in current.pending:
             self.host.log(*message, **options)
         current.pending.clear()
+        current.warning_sink = self.host.warn_quirk
+        for warning in current.pending_warnings:
+            self.host.warn_quirk(*warning)
+        current.pending_warnings.clear()
 
     def begin(self) -> None:
         """Like `start`, but keeps the effects before a fault: see `failure`."""
@@ -180,7 +184,7 @@ class Interpreter:
 
     def close(self) -> None:
         """Delete generated files and restore `os.environ`; idempotent."""
-        session.current().sink = None
+        session.current().sink = session.current().warning_sink = None
         self.host.close()
         replace_environment(self._environment_before)
 

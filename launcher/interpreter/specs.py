@@ -35,6 +35,11 @@ def make_spec(
         from launcher.language.diagnostics.bad_entries import NoCommandError
 
         raise NoCommandError
+    if " " in description.final_cmd[0] and not action.shell:
+        # Imported only for a probable mistake.
+        from launcher.language.diagnostics.text_uses import warn_of_one_word
+
+        warn_of_one_word(description.final_cmd, context, action)
     sigterm, sigkill = (
         perform_substitutions(context, subs)
         for subs in (action.sigterm_timeout, action.sigkill_timeout)

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from launcher.language.conditions import Condition, LaunchConfigurationEquals
+from launcher.language.conditions import Condition
 from launcher.language.context import LaunchContext
 from launcher.language.diagnostics.origin import Origin
-from launcher.language.substitution import Substitution, plain_text
-from launcher.language.substitutions.configuration import LaunchConfiguration
-
-_MAX_NESTING = 20  # of substitutions; deeper ones are not searched
+from launcher.language.diagnostics.truth_values import configurations_in
 
 
 class Setting(NamedTuple):
@@ -110,23 +107,5 @@ class Trace:
             visit.settings.append(Setting(name, value, configurations.origin_of(name)))
 
     def _values(self, condition: Condition) -> dict[str, Any]:
-        names = dict.fromkeys(_configurations_in(condition, _MAX_NESTING))
+        names = dict.fromkeys(configurations_in(condition))
         return {name: self._context.launch_configurations.peek(name) for name in names}
-
-
-def _configurations_in(part: Any, depth: int) -> Iterator[str]:
-    """Names of the launch configurations that a condition or a substitution reads."""
-    if depth == 0:
-        return
-    if isinstance(part, LaunchConfiguration):
-        name = plain_text(part.variable_name)
-        if name is not None:
-            yield name
-    elif isinstance(part, (Substitution, Condition)):
-        if isinstance(part, LaunchConfigurationEquals):
-            yield part.launch_configuration_name
-        for value in vars(part).values():
-            yield from _configurations_in(value, depth - 1)
-    elif isinstance(part, (list, tuple)):
-        for item in part:
-            yield from _configurations_in(item, depth - 1)

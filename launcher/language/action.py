@@ -59,6 +59,11 @@ class Action(LaunchDescriptionEntity):
 
     def execute(self, context: LaunchContext) -> Any:
         """Called by `visit`; the entities returned are visited next."""
+        if type(self) is not Action and type(self).execute is Action.execute:
+            # Imported only for a warning.
+            from launcher.language.diagnostics.base_classes import warn_of_idle_entity
+
+            warn_of_idle_entity(self, context, "execute")
         return None
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from launcher.language.diagnostics.origin import Origin, caller_origin
 from launcher.language.naming import public
 from launcher.language.substitution import (
     describe_substitutions,
@@ -28,6 +29,14 @@ VALID_FALSE_EXPRESSIONS = ["false", "0"]
 class Condition:
     """Evaluates a predicate; without one it is False."""
 
+    _origin: Origin | None
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
+        """Remember the place of creation."""
+        condition = super().__new__(cls)
+        condition._origin = caller_origin()
+        return condition
+
     def __init__(self, *, predicate: Callable[[LaunchContext], bool] | None = None) -> None:
         self._predicate = predicate
 
@@ -36,16 +45,20 @@ class Condition:
 
     def evaluate(self, context: LaunchContext) -> bool:
         """Whether the action is carried out in this context."""
-        if self._predicate is None:
-            return False
-        return self._predicate(context)
+        if self._predicate is not None:
+            return self._predicate(context)
+        cls = type(self)
+        if cls is not Condition and cls.evaluate is Condition.evaluate:
+            # Imported only for a warning.
+            from launcher.language.diagnostics.base_classes import false_condition
+
+            false_condition(self, context)
+        return False
 
 
 @public("launch.conditions.invalid_condition_expression_error")
 class InvalidConditionExpressionError(Exception):
     """The text of a condition is neither true nor false."""
-
-    _launcher_hint: str | None = None  # see launcher.language.diagnostics.hints
 
 
 def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bool:
@@ -56,14 +69,14 @@ def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bo
     if expanded in VALID_FALSE_EXPRESSIONS:
         return False
     valid = ", ".join(VALID_TRUE_EXPRESSIONS + VALID_FALSE_EXPRESSIONS)
-    given = ", ".join(str(item) for item in expression)
     error = InvalidConditionExpressionError(
         f"invalid condition expression, expected one of [{valid}] but got '{expanded}', "
-        f"expanded from '{given}'"
+        f"expanded from '{describe_substitutions(expression)}'"
     )
-    source = describe_substitutions(expression)
-    if source != f"'{expanded}'":
-        error._launcher_hint = f"{source} is '{expanded}'"
+    # Imported only for an error.
+    from launcher.language.diagnostics.truth_values import add_source
+
+    add_source(error, context, expression, expanded)
     raise error
 
 
@@ -77,7 +90,12 @@ class _ExpressionCondition(Condition):
         return self.__predicate_expression
 
     def _predicate_func(self, context: LaunchContext) -> bool:
-        return evaluate_condition_expression(context, self.__predicate_expression)
+        try:
+            return evaluate_condition_expression(context, self.__predicate_expression)
+        except Exception as error:
+            if not hasattr(error, "_launcher_place"):
+                error._launcher_place = self._origin  # type: ignore[attr-defined]
+            raise
 
     def describe(self) -> str:
         return f"{type(self).__name__}({describe_substitutions(self.__predicate_expression)})"

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
+from launcher.language.utilities import remember_place
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -117,7 +118,11 @@ class _ArgumentSearch:
                 # One list for all nested includes of a branch, as in ROS 2.
                 below = [] if includes is None else includes
                 below.append(entity)
-            known = entity.describe_sub_entities()
+            try:
+                known = entity.describe_sub_entities()
+            except Exception as error:
+                remember_place(error, entity)
+                raise
             self.search(entity, known, conditional=False, includes=below)
             for _, conditionals in entity.describe_conditional_sub_entities():
                 self.search(entity, conditionals, conditional=True, includes=below)

@@ -35,10 +35,17 @@ class LaunchDescriptionEntity:
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Execute; the entities returned are visited next, in order."""
+        cls = type(self)
+        if cls is not LaunchDescriptionEntity and cls.visit is LaunchDescriptionEntity.visit:
+            # Imported only for a warning.
+            from launcher.language.diagnostics.base_classes import warn_of_idle_entity
+
+            warn_of_idle_entity(self, context, "visit")
         return None
 
     def describe(self) -> str:
-        return self.__repr__()
+        """A line about the entity; NotImplementedError if a subclass has no such method."""
+        raise NotImplementedError(f"{type(self).__name__} has no method describe()")
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """Entities that a visit would yield, as far as that is known without a context."""

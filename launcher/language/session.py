@@ -7,7 +7,10 @@ from collections.abc import Callable, Mapping
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import Any, Protocol
+
+    from launcher.language.diagnostics.origin import Origin
 
     class Sink(Protocol):
         """Takes a message; `sink` is where it goes, both if it is empty; `line` its final form."""
@@ -42,7 +45,7 @@ class Session:
 
     `environment` is that of the call: launch files change `os.environ` already while they are
     loaded. `sink` takes messages while an interpreter runs; `pending` keeps earlier
-    ones for it.
+    ones for it. `warn` does the same for warnings with a place, each once.
     """
 
     def __init__(self, *, is_script: bool = False) -> None:
@@ -55,6 +58,8 @@ class Session:
         self._made_log_dir: str | None = None
         self.sink: Sink | None = None
         self.pending: list[tuple[tuple[str, str, str], dict[str, Any]]] = []
+        self.warning_sink: Callable[[str, Origin | None], None] | None = None
+        self.pending_warnings: dict[tuple[str, Origin | None], None] = {}
 
     @property
     def prints(self) -> bool:
@@ -73,6 +78,13 @@ class Session:
     def forget_log_dir(self) -> None:
         """Make another folder for the next run, unless the script has set one."""
         self._made_log_dir = None
+
+    def warn(self, text: str, origin: Origin | None) -> None:
+        """Hand a warning about the launch file to the interpreter, or keep it until one runs."""
+        if self.warning_sink is None:
+            self.pending_warnings[text, origin] = None
+        else:
+            self.warning_sink(text, origin)
 
     @property
     def log_dir(self) -> str:

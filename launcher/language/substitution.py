@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Sequence
 
 from launcher.language import frontend_registry
 from launcher.language.class_tools import ensure_argument_type, is_a_subclass
-from launcher.language.diagnostics.origin import Origin, caller_origin
+from launcher.language.diagnostics.origin import Origin, caller_origin, is_own_file
 from launcher.language.naming import public
 
 TYPE_CHECKING = False
@@ -39,8 +40,35 @@ class Substitution:
     def describe(self) -> str:
         return self.__repr__()
 
+    def __str__(self) -> str:
+        """As in ROS 2, what `repr` gives; a warning if the launch file takes it for a text."""
+        frame = sys._getframe(1)
+        if not is_own_file(frame.f_code.co_filename):
+            # Imported only for a warning.
+            from launcher.language.diagnostics.text_uses import warn_of_str
+
+            warn_of_str(self, frame)
+        return self.__repr__()
+
+    def __eq__(self, other: object) -> bool:
+        """As in ROS 2, only identity; a warning if the launch file compares it with a text."""
+        if isinstance(other, str):
+            frame = sys._getframe(1)
+            if not is_own_file(frame.f_code.co_filename):
+                # Imported only for a warning.
+                from launcher.language.diagnostics.text_uses import warn_of_comparison
+
+                warn_of_comparison(self, other, frame)
+        return NotImplemented
+
+    __hash__ = object.__hash__
+
     def perform(self, context: LaunchContext) -> str:
-        return ""
+        """The text; NotImplementedError if a subclass has no such method."""
+        # Imported only for an error.
+        from launcher.language.diagnostics.base_classes import NoPerformError
+
+        raise NoPerformError(self)
 
 
 SomeSubstitutionsType_types_tuple = (str, Substitution, Iterable)

@@ -15,6 +15,7 @@ from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, Usage
 from launcher.frontends.locate import WordAfterFileError
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.configurations import ALL_NAMES
+from launcher.language.diagnostics.truth_values import near_choice
 from launcher.language.ros.node import Node
 from launcher.language.substitution import (
     TextSubstitution,
@@ -167,7 +168,7 @@ def _bad_choices(
             continue
         if argument._conditionally_included or includes:
             continue  # it may be skipped, or an include may give it another value
-        near = suggest(value, argument.choices)
+        near = near_choice(value, argument.choices)
         listed = f"choices: {', '.join(argument.choices)}"
         yield _at(
             argument._origin,

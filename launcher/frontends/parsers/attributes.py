@@ -7,6 +7,7 @@ from typing import Any, List  # noqa: UP035 - List[Entity] is what entities unde
 
 from launcher.frontends.entity import Entity
 from launcher.frontends.errors import StructureError
+from launcher.language.diagnostics.origin import Origin
 
 ENTITIES = List[Entity]  # noqa: UP006
 
@@ -31,9 +32,12 @@ def parse_condition(entity: Entity, parser: Any) -> Any:
         raise StructureError(message, place=if_place, hint="combine them: $(and ...), $(not ...)")
     from launcher.language.conditions import IfCondition, UnlessCondition
 
-    if if_text is not None:
-        return IfCondition(parser.parse_substitution(if_text))
-    return UnlessCondition(parser.parse_substitution(unless_text))
+    text, kind = (if_text, IfCondition) if unless_text is None else (unless_text, UnlessCondition)
+    condition = kind(parser.parse_substitution(text))
+    place = parser._place_of(text) if hasattr(parser, "_place_of") else None
+    if place is not None:
+        condition._origin = Origin(place.path, place.line)
+    return condition
 
 
 def add_texts(

@@ -91,7 +91,12 @@ class DeclareLaunchArgument(Action):
             f"Valid options are: {self.__choices}"
         )
         context._host.log(_LOGGER, "ERROR", message)
-        raise RuntimeError(message)
+        error = RuntimeError(message)
+        # Imported only for an error.
+        from launcher.language.diagnostics.truth_values import add_choice
+
+        add_choice(error, context, self.name, self.__choices)
+        raise error
 
 
 def _check_choices(default_value: Any, choices: list[str] | None) -> None:

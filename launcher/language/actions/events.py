@@ -109,7 +109,20 @@ class OpaqueFunction(Action):
         return self.__function
 
     def execute(self, context: LaunchContext) -> Any:
-        return self.__function(context, *self.__args, **self.__kwargs)
+        entities = self.__function(context, *self.__args, **self.__kwargs)
+        if entities is None and _makes_actions(self.__function):
+            # Imported only for a possible mistake.
+            from launcher.language.diagnostics.bad_entries import warn_of_forgotten_return
+
+            warn_of_forgotten_return(self.__function, context)
+        return entities
+
+
+def _makes_actions(function: Any) -> bool:
+    """Whether the code of a function names classes of actions."""
+    known = getattr(function, "__globals__", {})
+    named = [known.get(name) for name in function.__code__.co_names] if known else []
+    return any(isinstance(one, type) and issubclass(one, Action) for one in named)
 
 
 @public("launch.actions.register_event_handler")

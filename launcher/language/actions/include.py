@@ -70,7 +70,7 @@ class IncludeLaunchDescription(Action):
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """Load, check the arguments, yield; RuntimeError if a required one is not given."""
-        description = self.launch_description_source.get_launch_description(context)
+        description = self._load(context)
         context.extend_locals(
             {
                 "current_launch_file_path": self._get_launch_file(),
@@ -80,6 +80,18 @@ class IncludeLaunchDescription(Action):
         self._check_required(context, description)
         ros2_quirks.note_include(context, self._get_launch_file(), self._origin)
         return [*self._settings(), description]
+
+    def _load(self, context: LaunchContext) -> Any:
+        try:
+            return self.launch_description_source.get_launch_description(context)
+        except Exception as error:
+            path = self._get_launch_file()
+            if not os.path.lexists(path) and self.launch_description_source.location[:1] == "/":
+                # Imported only for an error.
+                from launcher.language.diagnostics.includes import explain_missing
+
+                explain_missing(error, path, self._origin)
+            raise
 
     def _settings(self) -> list[LaunchDescriptionEntity]:
         if not self.launch_arguments:
@@ -95,6 +107,7 @@ class IncludeLaunchDescription(Action):
         # As in ROS 2, names that were given to one nested include count for all that follow.
         given = _names(context, self.launch_arguments)
         pairs = description.get_launch_arguments_with_include_launch_description_actions()
+        self._warn_of_unknown(context, description, given, [argument.name for argument, _ in pairs])
         for argument, includes in pairs:
             if argument._conditionally_included or argument.default_value is not None:
                 continue
@@ -105,6 +118,16 @@ class IncludeLaunchDescription(Action):
                     f"Included launch description missing required argument '{argument.name}' "
                     f"(description: '{argument.description}'), given: [{', '.join(given)}]"
                 )
+
+    def _warn_of_unknown(
+        self, context: LaunchContext, description: Any, given: list[str], known: list[str]
+    ) -> None:
+        unknown = [name for name in dict.fromkeys(given) if name not in known]
+        if unknown and known and self._origin is not None:
+            # Imported only for a possible mistake.
+            from launcher.language.diagnostics.includes import warn_of_unknown
+
+            warn_of_unknown(context, self, description, unknown, known)
 
     def _try_get_arguments_names_without_context(self) -> list[str]:
         try:

@@ -348,6 +348,11 @@ class ExecuteProcess(ExecuteLocal):
         additional_env: Mapping[Any, Any] | None = None,
         **kwargs: Any,
     ) -> None:
+        if isinstance(cmd, str):
+            # Imported only for a mistake.
+            from launcher.language.diagnostics.text_uses import warn_of_letters
+
+            warn_of_letters("cmd", cmd, self._origin)
         executable = Executable(
             cmd=cmd, prefix=prefix, name=name, cwd=cwd, env=env, additional_env=additional_env
         )

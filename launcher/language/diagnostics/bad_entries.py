@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import functools
 
+from launcher.language.diagnostics import source_code
 from launcher.language.diagnostics.origin import Origin, is_own_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     import ast
-    from collections.abc import Iterator
     from typing import Any
 
+    from launcher.language.context import LaunchContext
+
+_MAX_CODE = 60  # characters of code in a hint
 _LISTS = ("initial_entities", "actions")  # keywords that take a list of entities
 
 
@@ -60,6 +63,10 @@ def is_entity(item: Any) -> bool:
     return hasattr(type(item), "visit")
 
 
+def is_entity_class(cls: type) -> bool:
+    return hasattr(cls, "visit")
+
+
 def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     """The error about `item`, one of the `entries` of an entity or of its function's result."""
     if holder._to_arguments == "includes":
@@ -72,12 +79,16 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     written = getattr(holder, "_entries_written", None) or entries
     index = next((at for at, one in enumerate(written) if one is item), None)
     among = "an entry" if index is None else f"entry {index + 1} of {len(written)}"
+    node = None
     if function is not None:
         source, place = f"what {_name(function)}() returned", return_place(function)
     else:
-        source, place = f"{type(holder).__name__}([...])", _entry_place(holder, index)
+        node = _entry_node(holder, index)
+        source, place = f"{type(holder).__name__}([...])", holder._origin
+    if node is not None and place is not None:
+        place = Origin(place.path, node.lineno)
     return WrongEntryError(
-        f"{among} in {source} is not an action: {_shown(item)}", _repair(item, holder), place
+        f"{among} in {source} is not an action: {_shown(item)}", _repair(item, holder, node), place
     )
 
 
@@ -118,54 +129,78 @@ def place_of_return(path: str, name: str, *, after: int = 1) -> Origin | None:
     """Like `return_place`, for the first function of this name at or after line `after`."""
     import ast
 
-    for node in _nodes(path):
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.name == name:
-            if node.lineno < after:
-                continue
-            returns = [one for one in _own_nodes(node) if isinstance(one, ast.Return) and one.value]
-            return Origin(path, returns[0].lineno if len(returns) == 1 else node.lineno)
-    return None
+    node = source_code.function_at(path, name, after=after)
+    if node is None:
+        return None
+    returns = [one for one in source_code.own_nodes(node) if isinstance(one, ast.Return)]
+    values = [one for one in returns if one.value]
+    return Origin(path, values[0].lineno if len(values) == 1 else node.lineno)
 
 
-def _own_nodes(node: ast.AST) -> Iterator[ast.AST]:
-    """The nodes of a function without those of nested functions."""
+# Names in functions that hand over actions in another way than by returning them.
+_USES = frozenset(
+    ("add_action", "add_entity", "emit_event", "execute", "register_event_handler", "visit")
+)
+
+
+def warn_of_forgotten_return(function: Any, context: LaunchContext) -> None:
+    """A function makes actions, returns nothing, and hands them to nobody else."""
     import ast
 
-    for child in ast.iter_child_nodes(node):
-        yield child
-        if not isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
-            yield from _own_nodes(child)
+    code = function.__code__
+    if set(code.co_names) & _USES or code.co_freevars or code.co_filename.startswith("<"):
+        return
+    node = source_code.function_at(code.co_filename, code.co_name, after=code.co_firstlineno)
+    inside = [] if node is None else list(source_code.own_nodes(node))
+    if any(isinstance(one, ast.Return) and one.value for one in inside):
+        return
+    for one in inside:
+        if isinstance(one, ast.Call):
+            made = function.__globals__.get(ast.unparse(one.func))
+            if isinstance(made, type) and is_entity_class(made):
+                text = f"{code.co_name}() returns nothing, so its {made.__name__} is not run"
+                hint = "return a list of the actions at its end"
+                origin = Origin(code.co_filename, one.lineno)
+                context._host.warn_quirk(f"{text}; hint: {hint}", origin)
+                return
 
 
-def _entry_place(holder: Any, index: int | None) -> Origin | None:
-    """The line of the entry if the call lists it literally, else the line of the call."""
+def returned_instead(path: str, result: Any) -> str:
+    """What `generate_launch_description()` should return instead of `result`."""
+    import ast
+
+    node = source_code.function_at(path, "generate_launch_description")
+    if result is not None or node is None:
+        what = "" if result is None else ", also for a single action"
+        return "return LaunchDescription([...])" + (what if is_entity(result) else "")
+    for one in source_code.own_nodes(node):
+        match one:
+            case ast.Assign(targets=[ast.Name(id=name)], value=ast.Call(func=function)):
+                if ast.unparse(function).endswith("LaunchDescription"):
+                    return f"write 'return {name}' at its end"
+            case ast.Expr(value=ast.Call(func=function)):
+                if ast.unparse(function).endswith("LaunchDescription"):
+                    return "write 'return' in front of LaunchDescription([...])"
+    return "return LaunchDescription([...])"
+
+
+def _entry_node(holder: Any, index: int | None) -> ast.expr | None:
+    """The code of the entry if the call lists it literally."""
     import ast
 
     origin: Origin | None = holder._origin
     if origin is None or index is None:
-        return origin
-    for node in _nodes(origin.path):
-        if not isinstance(node, ast.Call) or node.lineno != origin.line:
-            continue
-        name = getattr(node.func, "id", getattr(node.func, "attr", None))
-        keywords = [one.value for one in node.keywords if one.arg in _LISTS]
-        for several in [*node.args[:1], *keywords] if name == type(holder).__name__ else ():
-            entries = several.elts if isinstance(several, (ast.List, ast.Tuple)) else []
-            is_plain = not any(isinstance(one, ast.Starred) for one in entries[: index + 1])
-            if index < len(entries) and is_plain:
-                return Origin(origin.path, entries[index].lineno)
-    return origin
-
-
-def _nodes(path: str) -> Iterator[ast.AST]:
-    import ast
-    import linecache
-
-    try:
-        tree = ast.parse("".join(linecache.getlines(path)))
-    except (SyntaxError, ValueError):  # fall back on the line of the call
-        return
-    yield from ast.walk(tree)
+        return None
+    call = source_code.call_at(origin, type(holder).__name__)
+    if call is None:
+        return None
+    keywords = [one.value for one in call.keywords if one.arg in _LISTS]
+    for several in [*call.args[:1], *keywords]:
+        entries = several.elts if isinstance(several, (ast.List, ast.Tuple)) else []
+        is_plain = not any(isinstance(one, ast.Starred) for one in entries[: index + 1])
+        if index < len(entries) and is_plain:
+            return entries[index]
+    return None
 
 
 # ---- texts of the messages
@@ -189,7 +224,20 @@ def _shown(item: Any) -> str:
     return short.repr(item)
 
 
-def _repair(item: Any, holder: Any) -> str:
+def _unpacked(node: ast.expr | None) -> str:
+    """How to write a list of actions so that its items become entries."""
+    import ast
+
+    if isinstance(node, (ast.List, ast.Tuple)):
+        return "write its actions without the inner brackets"
+    if isinstance(node, (ast.Name, ast.Call, ast.Attribute)):
+        code = ast.unparse(node)
+        if len(code) <= _MAX_CODE:
+            return f"unpack it: write *{code}"
+    return "unpack it, as in [first, *others]"
+
+
+def _repair(item: Any, holder: Any, node: ast.expr | None = None) -> str:
     from launcher.language.events.base import BaseEventHandler, Event
     from launcher.language.substitution import Substitution
 
@@ -202,7 +250,7 @@ def _repair(item: Any, holder: Any) -> str:
             "LogInfo(msg=...) prints a text; Node(...) and ExecuteProcess(cmd=[...]) run programs"
         )
     if isinstance(item, (list, tuple, set)):
-        return "unpack it, as in [first, *others]"
+        return _unpacked(node)
     if issubclass(kind, Event):
         action = "; or take Shutdown from launch.actions" if name == "Shutdown" else ""
         return f"an event is emitted by EmitEvent(event={name}(...)){action}"

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from types import TracebackType
 
 from launcher.errors import LauncherError, LaunchFileError
-from launcher.language.diagnostics import hints
-from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.diagnostics import hints, includes, wrong_types
+from launcher.language.diagnostics.origin import Origin, is_library, is_own_file
 from launcher.language.diagnostics.own_faults import doubt, own_fault
 from launcher.language.sources import InvalidLaunchFileError
 
@@ -32,7 +32,11 @@ def explain(
     entity = getattr(error, "_launcher_origin", None)
     if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
         error = error.__cause__
-    if isinstance(error, LaunchFileError) and error.where is not None:
+    circle = includes.circle(context) if _is_endless(error) else None
+    if circle is not None:
+        error._launcher_message, error._launcher_place = circle  # type: ignore[attr-defined]
+        error._launcher_hint = hints.ENDLESS  # type: ignore[attr-defined]
+    elif isinstance(error, LaunchFileError) and error.where is not None:
         return error
     undecodable = _undecodable(error, path)
     if undecodable is not None:
@@ -42,17 +46,40 @@ def explain(
     mistake = own_fault(error, None if place is None else str(place))
     if mistake is not None:
         return mistake
-    message = _message(error)
-    line = None if place is None else _source_line(place)
-    fault = LaunchFileError(
-        hints.without_hint(message),
-        hint=hints.hint(error, message, context) or doubt(error),
-        where=None if place is None else str(place),
-        source_line=line,
-        column=None if line is None else _column(error, message, line),
-    )
+    fault = _fault(error, place, context)
     fault.__cause__ = error
     return fault
+
+
+def _fault(
+    error: BaseException, place: Origin | None, context: LaunchContext | None
+) -> LaunchFileError:
+    message = getattr(error, "_launcher_message", None) or _message(error)
+    word: str | None = getattr(error, "_launcher_word", None)
+    sentence = None if hasattr(error, "_launcher_message") else wrong_types.sentence(error, place)
+    if sentence is None:
+        hint = hints.hint(error, message, context)
+        message = hints.without_hint(message)
+    else:
+        message, hint, word = sentence.message, sentence.hint, sentence.word
+        place = sentence.place or place
+    line = None if place is None else _source_line(place)
+    return LaunchFileError(
+        message,
+        hint=hint or doubt(error),
+        where=None if place is None else str(place),
+        source_line=line,
+        column=None if line is None else _column(error, message, line, word),
+    )
+
+
+def _is_endless(error: BaseException | None) -> bool:
+    """Whether it is, or comes from, the end of a recursion, which a parser may have reported."""
+    while error is not None:
+        if isinstance(error, RecursionError) or "RecursionError" in getattr(error, "ros_type", ""):
+            return True
+        error = error.__cause__
+    return False
 
 
 # ---- message
@@ -97,7 +124,7 @@ def _frames(trace: TracebackType | None) -> Iterator[Origin]:
     """Frames outside of the launcher and of installed libraries, outermost first."""
     while trace is not None:
         name = trace.tb_frame.f_code.co_filename
-        if not name.startswith("<") and not is_own_file(name) and not _is_library(name):
+        if not name.startswith("<") and not is_own_file(name) and not is_library(name):
             yield Origin(name, trace.tb_lineno)
         trace = trace.tb_next
 
@@ -106,20 +133,19 @@ def _is_launch_file(name: str, path: str) -> bool:
     return name == path or name.endswith(_LAUNCH_ENDINGS)
 
 
-def _is_library(name: str) -> bool:
-    return "/site-packages/" in name or name.startswith(os.path.dirname(os.__file__) + "/")
-
-
 def _source_line(place: Origin) -> str | None:
     import linecache
 
     return linecache.getline(place.path, place.line).rstrip("\n") or None
 
 
-def _column(error: BaseException, message: str, line: str) -> int:
-    """The column (from 1) of the text quoted by the message, else of the first word."""
+def _column(error: BaseException, message: str, line: str, word: str | None) -> int:
+    """The column (from 1) of the word or the text quoted by the message, else of the first word."""
     if isinstance(error, SyntaxError) and error.offset:
         return min(error.offset, len(line) + 1)
+    found = re.search(rf"(?<!\w){re.escape(word)}(?!\w)", line) if word else None
+    if found is not None:
+        return found.start() + 1
     for quoted in _QUOTED.findall(message):
         if quoted in line:
             return line.index(quoted) + 1

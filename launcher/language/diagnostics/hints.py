@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 
 from launcher.errors import LauncherError
+from launcher.language.diagnostics import imports
 from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
+ENDLESS = "remove an include or a call, or give it a condition that becomes false"
 _UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
 _MISSING_CONFIGURATION = re.compile(r"launch configuration '(.*)' does not exist")
 _MISSING_VARIABLE = re.compile(r"environment variable '(.*)' does not exist")
@@ -19,17 +21,20 @@ _NOT_PROVIDED = re.compile(r" \((did you mean \w+\?)? ?provided: (.*)\)$")
 
 
 def hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
-    if isinstance(error, LauncherError):
-        return error.hint
     known: str | None = getattr(error, "_launcher_hint", None)
     if known is not None:
         return known
+    if isinstance(error, LauncherError):
+        return error.hint
+    if isinstance(error, RecursionError):
+        return ENDLESS
     for pattern, suggest in _SUGGESTIONS:
         found = pattern.search(message)
         if found:
             return suggest(found[1], context)
-    if isinstance(error, ModuleNotFoundError) and error.name:
-        return _near_module(error.name)
+    elsewhere = imports.hint(error, message)
+    if elsewhere is not None:
+        return elsewhere
     provided = _NOT_PROVIDED.search(message)
     if provided:
         return provided[1] or f"provided: {provided[2]}"
@@ -65,25 +70,12 @@ def _no_function(name: str, context: LaunchContext | None) -> str:
     return f"define {name}() that returns a LaunchDescription"
 
 
-def _not_a_list(name: str, context: LaunchContext | None) -> str:
-    return f"expected a list, as in [{name}(...)]"
-
-
 _SUGGESTIONS = (
-    (re.compile(r"^TypeError: '([A-Z]\w+)' object is not iterable$"), _not_a_list),
     (_UNKNOWN_KEYWORD, _near_keyword),
     (_MISSING_CONFIGURATION, _near_configuration),
     (_MISSING_VARIABLE, _near_variable),
     (re.compile(r"does not contain the required function '(\w+)\(\)'"), _no_function),
 )
-
-
-def _near_module(name: str) -> str:
-    import pkgutil
-
-    top = name.partition(".")[0]
-    near = did_you_mean(top, [module.name for module in pkgutil.iter_modules()])
-    return near or f"install the Python package that has {name}, or add it to PYTHONPATH"
 
 
 def _keywords() -> set[str]:

@@ -38,3 +38,8 @@ def caller_origin() -> Origin | None:
 
 def is_own_file(path: str) -> bool:
     return path.startswith(_OWN_FILES)
+
+
+def is_library(path: str) -> bool:
+    """Whether a file belongs to Python or to an installed package."""
+    return "/site-packages/" in path or path.startswith(os.path.dirname(os.__file__) + "/")

@@ -7,15 +7,21 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.diagnostics.origin import Origin
 
-_INCLUDERS = "_launch_file_includers"  # attribute of the context: file -> file that includes it
+_INCLUDERS = "_launch_file_includers"  # attribute of the context: file -> place of its include
 _SIM_TIME = "_is_on_sim_time"  # attribute of the context
 
 
 def note_include(context: LaunchContext, path: str, origin: Origin | None) -> None:
     """Remember which launch file included another."""
-    includers: dict[str, str | None] = getattr(context, _INCLUDERS, {})
-    includers[path] = None if origin is None else origin.path
-    setattr(context, _INCLUDERS, includers)
+    known = includers(context)
+    known[path] = origin
+    setattr(context, _INCLUDERS, known)
+
+
+def includers(context: LaunchContext) -> dict[str, Origin | None]:
+    """The launch files of the run so far, and where each was included last."""
+    known: dict[str, Origin | None] = getattr(context, _INCLUDERS, {})
+    return known
 
 
 def scope_is_lost(context: LaunchContext, what: str, origin: Origin | None) -> None:
@@ -30,14 +36,17 @@ def scope_is_lost(context: LaunchContext, what: str, origin: Origin | None) -> N
 def value_of_another_include(context: LaunchContext, name: str, origin: Origin | None) -> None:
     """An argument gets a value that an unrelated, earlier include left behind."""
     setter = context.launch_configurations.origin_of(name)
-    includers: dict[str, str | None] = getattr(context, _INCLUDERS, {})
-    if setter is None or origin is None or setter.path not in includers:
+    known = includers(context)
+    if setter is None or origin is None or setter.path not in known:
         return
     file: str | None = origin.path
-    while file is not None:
+    passed: set[str] = set()
+    while file is not None and file not in passed:
         if file == setter.path:
             return
-        file = includers.get(file)
+        passed.add(file)
+        include = known.get(file)
+        file = None if include is None else include.path
     value = context.launch_configurations.peek(name)
     text = f"argument '{name}' keeps the value '{value}' of {setter}: an include is not a scope"
     context._host.warn_quirk(text, origin)
@@ -45,9 +54,13 @@ def value_of_another_include(context: LaunchContext, name: str, origin: Origin |
 
 def this_file_is_another(context: LaunchContext, what: str, origin: Origin | None) -> None:
     """After an include, "this file" is the included one."""
-    includers: dict[str, str | None] = getattr(context, _INCLUDERS, {})
     path = context.get_locals_as_dict().get("current_launch_file_path")
-    if origin is None or path is None or origin.path not in includers or origin.path == path:
+    if (
+        origin is None
+        or path is None
+        or origin.path not in includers(context)
+        or origin.path == path
+    ):
         return
     context._host.warn_quirk(f"{what} is that of {path}, which was included before", origin)
 

@@ -88,6 +88,11 @@ class Node(ExecuteProcess):
         if package is not None:
             program = ExecutableInPackage(package=package, executable=executable)
         cmd = [program, *([] if arguments is None else arguments)]
+        if isinstance(arguments, str):
+            # Imported only for a mistake.
+            from launcher.language.diagnostics.text_uses import warn_of_letters
+
+            warn_of_letters("arguments", arguments, self._origin)
         if ros_arguments is not None:
             ensure_argument_type(ros_arguments, list, "ros_arguments", "Node")
             cmd += ["--ros-args", *ros_arguments]

@@ -27,7 +27,12 @@ def _truth(context: LaunchContext, value: list[Substitution]) -> bool:
     try:
         return bool(perform_typed_substitution(context, value, bool))
     except (TypeError, ValueError) as error:
-        raise SubstitutionFailure(error) from error
+        failure = SubstitutionFailure(error)
+        # Imported only for an error.
+        from launcher.language.diagnostics.truth_values import add_source
+
+        add_source(failure, context, value, perform_substitutions(context, value))
+        raise failure from error
 
 
 def _text(truth: bool) -> str:

@@ -86,7 +86,7 @@ BROKEN = {
         "    return LaunchDescription([\n        [LogInfo(msg='first')]])\n",
         8,
         "entry 1 of 1 in LaunchDescription([...]) is not an action: a list of actions",
-        "unpack it",
+        "write its actions without the inner brackets",
     ),
     "a text as an entry": (
         "    return LaunchDescription(['hello'])\n",
@@ -109,8 +109,8 @@ BROKEN = {
     "one action instead of a list of them": (
         "    return LaunchDescription(LogInfo(msg='x'))\n",
         7,
-        "'LogInfo' object is not iterable",
-        "as in [LogInfo(...)]",
+        "LaunchDescription takes a list of actions, not a single LogInfo",
+        "write LaunchDescription([LogInfo(...)])",
     ),
     "a function that returns an action": (
         "    def setup(context):\n        x = 1\n        return LogInfo(msg='x')\n"
@@ -224,7 +224,8 @@ def test_a_condition_that_is_no_truth_value_names_the_argument(tmp_path: Path):
 
     assert error is not None
     assert error.fault.message.endswith("but got 'ja'")
-    assert error.fault.hint == "LaunchConfig('debug') is 'ja'"
+    where = tmp_path / "broken.launch.py"
+    assert error.fault.hint == f"debug is 'ja', set at {where}:9; did you mean 'true'?"
 
 
 def test_an_unknown_name_is_reported_with_the_existing_ones(tmp_path: Path):

@@ -1,0 +1,80 @@
+"""Hints for names that a launch file imports from the wrong module, or does not import."""
+
+from __future__ import annotations
+
+import importlib
+import re
+
+from launcher.text import did_you_mean, suggest
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+# Modules that launch files import from, the most usual one of a name first.
+_MODULES = (
+    "launch",
+    "launch.actions",
+    "launch.conditions",
+    "launch.substitutions",
+    "launch.event_handlers",
+    "launch.launch_description_sources",
+    "launch.events",
+    "launch_ros.actions",
+    "launch_ros.substitutions",
+    "launch_ros.descriptions",
+    "launch_ros.parameter_descriptions",
+    "launch_ros.event_handlers",
+    "ament_index_python.packages",
+)
+_NOT_IN_MODULE = re.compile(r"^module '(launch\w*(?:\.\w+)*)' has no attribute '(\w+)'")
+_NOT_PROVIDED = re.compile(r"^(launch[\w.]*)\.(\w+) is not provided")
+
+
+def hint(error: BaseException, message: str) -> str | None:
+    """Where the name is that an import, or a use of it, did not find."""
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        return _module_hint(error.name)
+    if isinstance(error, NameError) and not isinstance(error, UnboundLocalError):
+        return _from_import(getattr(error, "name", None) or "")
+    found = _NOT_PROVIDED.search(message) or _NOT_IN_MODULE.search(str(error))
+    return None if found is None else _from_import(found[2])
+
+
+def _from_import(name: str) -> str | None:
+    for module in _MODULES:
+        if name in _names_of(module):
+            return f"write 'from {module} import {name}'"
+    return None
+
+
+def _names_of(module: str) -> tuple[str, ...]:
+    try:
+        return tuple(getattr(importlib.import_module(module), "__all__", ()))
+    except ImportError:  # without the vocabulary, or not installed
+        return ()
+
+
+def _module_hint(name: str) -> str:
+    import pkgutil
+
+    package, _, last = name.rpartition(".")
+    if package.partition(".")[0] in ("launch", "launch_ros"):
+        written = _from_import(last)
+        near = suggest(name, list(_known_modules()))
+        if written is not None:
+            return written
+        if near is not None:
+            return f"did you mean '{near}'?"
+    top = name.partition(".")[0]
+    near = did_you_mean(top, [module.name for module in pkgutil.iter_modules()])
+    return near or f"install the Python package that has {name}, or add it to PYTHONPATH"
+
+
+def _known_modules() -> Iterator[str]:
+    import pkgutil
+
+    for top in ("launch", "launch_ros"):
+        path = getattr(importlib.import_module(top), "__path__", ())
+        for module in pkgutil.iter_modules(path, f"{top}."):
+            yield module.name

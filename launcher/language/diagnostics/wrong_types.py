@@ -1,0 +1,138 @@
+"""Sentences for values of a wrong type: what was given, what it takes, how to write it."""
+
+from __future__ import annotations
+
+import ast
+import re
+
+from launcher.language.diagnostics import not_texts, source_code
+from launcher.language.diagnostics.origin import Origin
+from launcher.model.record import Record
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_NOT_EXPECTED = re.compile(
+    r"^(?:'(?P<caller>\w+)' e|E)xpected '(?P<name>\w+)' to be one of \[(?P<types>.*)\], "
+    r"but got '(?P<value>.*)' of type '<class '(?P<given>[\w.]+)'>'$",
+    re.DOTALL,
+)
+_NOT_ITERABLE = re.compile(
+    r"^(?:'(?=\w+' object is not iterable$)|Value after \* must be an iterable, not )(\w+)"
+)
+_REMAP_LENGTH = re.compile(r"^remap_rule must be a tuple of length 2")
+_MAX_SHOWN = 60  # characters of a value in a hint
+_TEXT_TYPES = ("Substitution", "Iterable")  # what a text may also be
+
+
+class Sentence(Record):
+    """A message and a hint for an error; `place` and `word` say where the caret is."""
+
+    message: str
+    hint: str | None
+    word: str | None = None
+    place: Origin | None = None
+
+
+def sentence(error: BaseException, place: Origin | None) -> Sentence | None:
+    """The sentence for a classic mistake; None if it is none."""
+    text = str(error)
+    found = _NOT_EXPECTED.match(text) if isinstance(error, TypeError) else None
+    if found is not None:
+        return _wrong_type(found, place)
+    as_text = not_texts.sentence(error, place)
+    if as_text is not None:
+        message, hint, word = as_text
+        return Sentence(message=message, hint=hint, word=word)
+    if not isinstance(error, TypeError):
+        return None
+    if _REMAP_LENGTH.match(text):
+        return _remappings("each entry of remappings is a pair of names", place)
+    found = _NOT_ITERABLE.match(text)
+    return None if found is None else _single(found[1], place)
+
+
+def _remappings(message: str, place: Origin | None) -> Sentence:
+    hint, at = "write remappings=[('from', 'to')]", None
+    for node in () if place is None else source_code.nodes_at(place):
+        for one in node.keywords if isinstance(node, ast.Call) else ():
+            if one.arg == "remappings" and place is not None:
+                at = Origin(place.path, one.lineno)
+                if isinstance(one.value, ast.Tuple) and len(one.value.elts) == 2:
+                    hint = f"write remappings=[{ast.unparse(one.value)}]"
+    return Sentence(message=message, hint=hint, word="remappings", place=at)
+
+
+# ---- a value of a wrong type
+
+
+def _wrong_type(found: re.Match[str], place: Origin | None) -> Sentence:
+    caller, name, value = found["caller"], found["name"], found["value"]
+    given = found["given"].rpartition(".")[2]
+    if name == "remap_rule":
+        message = f"each entry of remappings is a pair of names in parentheses, not a {given}"
+        return _remappings(message, place)
+    whose = "" if caller is None else f" of {caller}"
+    types = [one.rpartition(".")[2] for one in re.findall(r"<class '([\w.]+)'>", found["types"])]
+    at = source_code.keyword_place(place, caller, name) if place and caller else None
+    return Sentence(
+        message=f"{name}{whose} takes {_alternatives(types)}, not {_with_article(given)}",
+        hint=f"write {name}={_written(types, given, value, place, caller, name)}",
+        word=name,
+        place=at,
+    )
+
+
+def _alternatives(types: Sequence[str]) -> str:
+    words = {"str": "text", "Iterable": "list", "NoneType": "None", "dict": "dictionary"}
+    named = [words.get(one, one) for one in types]
+    if set(_TEXT_TYPES) <= set(types):
+        named = [*(one for one in named if one not in ("Substitution", "list")), "Substitution"]
+    named.sort(key=lambda one: one not in ("float", "int"))
+    *others, last = map(_with_article, dict.fromkeys(named))
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _with_article(noun: str) -> str:
+    if noun == "None":
+        return noun
+    return f"{'an' if noun[0] in 'aeiouAEIO' else 'a'} {noun}"
+
+
+def _written(
+    types: Sequence[str],
+    given: str,
+    value: str,
+    place: Origin | None,
+    caller: str | None,
+    name: str,
+) -> str:
+    """How the value should be written: `3.0` for 3, `[{...}]` for {...}."""
+    if given == "int" and "float" in types:
+        return f"{value}.0"
+    code = None
+    call = source_code.call_at(place, caller) if place and caller else None
+    for one in () if call is None else call.keywords:
+        if one.arg == name:
+            code = ast.unparse(one.value)
+    if "list" in types or "Iterable" in types:
+        return f"[{code if code and len(code) <= _MAX_SHOWN else '...'}]"
+    return "..."
+
+
+# ---- a single action instead of a list
+
+
+def _single(name: str, place: Origin | None) -> Sentence | None:
+    if not name[0].isupper():
+        return None
+    for node in () if place is None else source_code.nodes_at(place):
+        if isinstance(node, ast.Call) and node.args:
+            function, first = ast.unparse(node.func), node.args[0]
+            if isinstance(first, ast.Call) and ast.unparse(first.func).endswith(name):
+                called = function.rpartition(".")[2]
+                message = f"{called} takes a list of actions, not a single {name}"
+                return Sentence(message=message, hint=f"write {called}([{name}(...)])", word=name)
+    message = f"a list is expected here, not a single {name}"
+    return Sentence(message=message, hint=f"write a list, as in [{name}(...)]", word=name)
