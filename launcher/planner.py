@@ -84,6 +84,7 @@ class Plan:
         self.shutdowns: list[tuple[str, Stamp]] = []
         self.visits: list[Visit] = []  # caused by events; the others are below them
         self.warnings: tuple[Quirk, ...] = ()
+        self.empty_run: str | None = None  # why no process would be started
         self.names_read: frozenset[str] = frozenset()
         # For the analysis of errors.
         self.description: LaunchDescription | None = None
@@ -139,6 +140,7 @@ def _evaluate(
     plan.context = interpreter.context
     simulation.run(interpreter, description)
     plan.warnings = tuple(interpreter.warnings)
+    plan.empty_run = interpreter.empty_run
     plan.names_read = frozenset(interpreter.host.names_read)
 
 

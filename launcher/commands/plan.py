@@ -156,7 +156,8 @@ def _show_tree(plan: Plan) -> None:
 
 
 def _warnings(plan: Plan) -> list[str]:
-    return [
+    lines = [
         f"warning: {f'{surprise.origin}: ' if surprise.origin else ''}{surprise.text}"
         for surprise in plan.warnings
     ]
+    return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines

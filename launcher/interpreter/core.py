@@ -82,6 +82,8 @@ class Interpreter:
         self._path = path
         self._description = description
         self._is_virtual = answer is not None
+        self._is_of_a_script = context is not None
+        self._is_asked_to_end = False  # by a user or the driver, not by the launch file
         self._handlers_without_output: tuple[Any, ...] = ()
         self.failure: LaunchFileError | None = None
         self._stays = stays
@@ -109,6 +111,16 @@ class Interpreter:
         """Whether handlers of the launch file may start processes that are not known yet."""
         harmless = (OnIncludeLaunchDescription, OnShutdown, TargetedHandler)
         return any(type(handler) not in harmless for handler in self.context._event_handlers)
+
+    @property
+    def empty_run(self) -> str | None:
+        """The message that no process was started, and why; None if one was, or after a fault."""
+        if self.host.has_acted or self.failure is not None:
+            return None
+        from launcher.interpreter.empty_run import message
+
+        auxiliary = "would be" if self._is_virtual else "was"
+        return message(self.host.skipped_actions, auxiliary, self.host.shutdown_reason)
 
     # ---- the driver's side
 
@@ -217,6 +229,7 @@ class Interpreter:
             case model.Emitted(event=emitted):
                 self.context.emit_event_sync(emitted)
             case model.ShutdownAsked(reason=reason):
+                self._is_asked_to_end = True
                 self._begin_shutdown(launch_events.Shutdown(reason=reason))
             case _:
                 self._answered(event)
@@ -241,6 +254,7 @@ class Interpreter:
         process.action._completed()
 
     def _signal_received(self, signum: int) -> None:
+        self._is_asked_to_end = True
         name = signal.Signals(signum).name
         interrupted = signum == signal.SIGINT
         reason = "ctrl-c (SIGINT)" if interrupted else name
@@ -279,8 +293,15 @@ class Interpreter:
             return False
         if self.context.is_shutdown or self._stays():
             return False
+        self._tell_empty_run()
         self._begin_shutdown(launch_events.Shutdown(reason="idle"))
         return True
+
+    def _tell_empty_run(self) -> None:
+        # A LaunchService without processes is usual in scripts.
+        if self.empty_run is not None and not self._is_virtual and not self._is_of_a_script:
+            level = "WARNING" if self.host.skipped_actions else "INFO"
+            self.host.log("launch", level, self.empty_run)
 
     def _process(self, event: Any) -> None:
         for handler in tuple(self.context._event_handlers):
@@ -310,6 +331,8 @@ class Interpreter:
         """Request the shutdown; the last handler, so that those of the launch file have run."""
         if not self.context.is_shutdown:
             self.context._set_is_shutdown(True)
+            if event.reason != "idle" and not self._is_asked_to_end:
+                self._tell_empty_run()
             self.host.request(model.RequestShutdown(reason=event.reason))
         self.host.shutdown_pending = False
 

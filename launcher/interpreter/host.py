@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from launcher.language.diagnostics.origin import Origin
     from launcher.language.events.base import Event
 
+_ACTS = (model.StartProcess, model.LoadComponent, model.ChangeState)
+_MAX_SKIPPED = 100  # actions that are recorded for the message about an empty run
+
 Answer = Callable[[model.Effect], Iterable[model.Event]]
 
 
@@ -69,7 +72,10 @@ class RunHost:
         self.names_read: set[str] = set()
         self.quirks: dict[Quirk, None] = {}
         self._node_names: NodeNames | None = None
+        self.skipped_actions: list[tuple[Any, dict[str, Any]]] = []
+        self.has_acted = False  # a process was started, or a node loaded or changed
         self.shutdown_pending = False
+        self.shutdown_reason: str | None = None  # of the first one
         self.trace: Trace | None = None
         self._depth = 0
         self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
@@ -83,6 +89,8 @@ class RunHost:
         if not self.shutdown_filter(event):
             return False
         self.shutdown_pending = True
+        if self.shutdown_reason is None:
+            self.shutdown_reason = str(event.reason)
         return True
 
     def later(self, step: Callable[[], None]) -> None:
@@ -133,6 +141,7 @@ class RunHost:
     def request(self, effect: model.Effect) -> None:
         """Hand an effect to the driver, and queue its immediate answers."""
         self.effects.append(effect)
+        self.has_acted |= isinstance(effect, _ACTS)
         if self._answer is not None:
             self.answers.extend(self._answer(effect))
 
@@ -173,6 +182,10 @@ class RunHost:
         self._depth -= 1
 
     def skipped(self, action: Any) -> None:
+        if self._processes_numbered == 0 and len(self.skipped_actions) < _MAX_SKIPPED:
+            from launcher.interpreter.empty_run import values_of
+
+            self.skipped_actions.append((action, values_of(action.condition, self._context)))
         if self.trace is not None:
             self.trace.skipped(action)
 

@@ -46,3 +46,12 @@ def logged(*entities: Any, **options: Any) -> list[str]:
     """What the entities print when they are visited."""
     with interpreting(entities, **options) as interpreter:
         return texts(interpreter.start())
+
+
+def notices(effects: Sequence[model.Effect]) -> list[str]:
+    """Messages of the launcher itself."""
+    return [
+        effect.text
+        for effect in effects
+        if isinstance(effect, model.LogMessage) and effect.logger == "launch"
+    ]

@@ -32,7 +32,7 @@ from launcher.language.ros.node import Node
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.model import events as model
 from launcher.model.spec import RestartMode
-from tests.unit.interpreter.interpreting import interpreting, kinds, started, texts
+from tests.unit.interpreter.interpreting import interpreting, kinds, notices, started, texts
 
 
 def process(name: str = "p", **options: Any) -> ExecuteProcess:
@@ -114,7 +114,10 @@ def test_a_run_without_processes_is_shut_down_as_idle():
 
 def test_a_file_without_processes_ends_at_once():
     with interpreting([LogInfo(msg="hi")]) as interpreter:
-        assert kinds(interpreter.start()) == ["LogMessage", "RequestShutdown"]
+        effects = interpreter.start()
+        assert texts(effects) == ["hi"]
+        assert notices(effects) == ["no process was started"]
+        assert kinds(effects)[-1] == "RequestShutdown"
 
 
 def test_a_timer_is_asked_for_and_its_actions_come_when_it_fires():
@@ -168,7 +171,11 @@ def test_ctrl_c_runs_the_shutdown_handlers_before_the_request():
 
 def test_shutdown_in_the_list_starts_none_of_its_processes():
     with interpreting([process(), Shutdown(reason="enough"), process()]) as interpreter:
-        assert interpreter.start() == [model.RequestShutdown(reason="enough")]
+        message, shutdown = interpreter.start()
+        assert notices([message]) == [
+            "no process was started, since the launch file requests a shutdown: enough"
+        ]
+        assert shutdown == model.RequestShutdown(reason="enough")
 
 
 def test_a_fault_in_a_handler_ends_the_run_and_is_kept():

@@ -209,7 +209,8 @@ def test_a_message_of_a_run_goes_to_both_places_once():
         logger.addHandler(launch.logging.launch_config.get_screen_handler())
         logger.info("said %s", "once")
 
-    found = [(m.logger, m.text, m.sink, m.line) for m in messages(say)]
+    seen = [m for m in messages(say) if m.logger != "launch"]
+    found = [(m.logger, m.text, m.sink, m.line) for m in seen]
 
     assert found == [
         ("x", "said once", "screen", None),

@@ -1,0 +1,65 @@
+"""The message about a launch file that starts nothing, with the conditions that were false."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+
+from launcher.language.diagnostics.truth_values import configurations_in
+from launcher.language.substitution import plain_text
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.language.context import LaunchContext
+
+_MAX_LISTED = 5  # conditions
+
+
+def values_of(condition: Any, context: LaunchContext) -> dict[str, Any]:
+    """The launch configurations that a condition reads, with their values now."""
+    names = dict.fromkeys(configurations_in(condition))
+    return {name: context.launch_configurations.peek(name) for name in names}
+
+
+def message(
+    skipped: Sequence[tuple[Any, Mapping[str, Any]]], auxiliary: str, shutdown: str | None
+) -> str:
+    """`no process was started: ...`; `auxiliary` is `was` or `would be`.
+
+    `shutdown` is the reason of a shutdown that the launch file has requested.
+    """
+    if shutdown is not None and not skipped:
+        what = f"no process {auxiliary} started, since the launch file requests a shutdown"
+        return f"{what}: {shutdown}"
+    if not skipped:
+        return f"no process {auxiliary} started"
+    texts = list(dict.fromkeys(_false(action, values) for action, values in skipped))
+    more = f"; and {len(texts) - _MAX_LISTED} more" if len(texts) > _MAX_LISTED else ""
+    number = "this condition is" if len(texts) == 1 else "these conditions are"
+    return f"no process {auxiliary} started, since {number} false: " + (
+        "; ".join(texts[:_MAX_LISTED]) + more
+    )
+
+
+def _false(action: Any, values: Mapping[str, Any]) -> str:
+    """`IfCondition(LaunchConfig('x')) of Node at demo.launch.py:8 (x is 'false')`."""
+    origin = action._origin
+    place = "" if origin is None else f" at {os.path.basename(origin.path)}:{origin.line}"
+    known = [
+        f"{name} is not set" if value is None else f"{name} is '{value}'"
+        for name, value in values.items()
+    ]
+    given = f" ({', '.join(known)})" if known else ""
+    return f"{_described(action.condition)} of {type(action).__name__}{place}{given}"
+
+
+def _described(condition: Any) -> str:
+    name = getattr(condition, "launch_configuration_name", None)
+    if name is not None:
+        expected = condition.expected_value
+        value = None if expected is None else plain_text(expected) or "..."
+        return f"{type(condition).__name__}({name!r}, {value!r})"
+    text: str = condition.describe()
+    return type(condition).__name__ if text.startswith("<") else text

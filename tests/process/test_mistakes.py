@@ -1,0 +1,74 @@
+"""Mistakes that ROS 2 runs, as a run tells them: warnings, exit codes, and runs of nothing."""
+
+from __future__ import annotations
+
+from tests.process.conftest import Workspace
+
+WARNED = """
+import os
+from launch import LaunchDescription
+from launch.actions import (
+    DeclareLaunchArgument, ExecuteProcess, IncludeLaunchDescription, LogInfo)
+from launch.substitutions import LaunchConfiguration
+
+def generate_launch_description():
+    d = LaunchConfiguration("d")
+    return LaunchDescription([
+        DeclareLaunchArgument("d", default_value="/tmp"),
+        LogInfo(msg=f"in {d}"),
+        LogInfo(msg="equal" if d == "/tmp" else "never equal"),
+        IncludeLaunchDescription(
+            os.path.join(os.path.dirname(__file__), "child.launch.xml"),
+            launch_arguments=[("cuont", "2")]),
+        ExecuteProcess(cmd=["echo started"]),
+    ])
+"""
+NOTHING = """
+launch:
+- arg:
+    name: robot
+    default: "false"
+- executable:
+    cmd: touch started
+    if: $(var robot)
+"""
+CHILD = '<launch><arg name="count" default="1"/><log message="count $(var count)"/></launch>'
+
+
+def test_what_ros_2_runs_is_run_with_warnings(workspace: Workspace):
+    (workspace.folder / "child.launch.xml").write_text(CHILD)
+    file = workspace.folder / "warned.launch.py"
+    file.write_text(WARNED)
+
+    done = workspace.call(file)
+
+    said = [line for line in done.stdout.splitlines() if line.startswith("[WARNING] [launch]: ")]
+    expected = {
+        11: "a LaunchConfiguration is used as text",
+        12: "a LaunchConfiguration is compared with a text",
+        15: "child.launch.xml does not declare the argument 'cuont'",
+        16: "'echo started' is one word",
+    }
+    assert len(said) == len(expected), done.stdout
+    for text, (line, message) in zip(said, expected.items(), strict=True):
+        assert text.startswith(f"[WARNING] [launch]: {file}:{line + 1}: {message}")
+    assert "[INFO] [launch.user]: never equal" in done.stdout
+    assert "[INFO] [launch.user]: count 1" in done.stdout
+    assert done.returncode == 1  # the process could not be started
+
+
+def test_a_run_of_nothing_ends_with_0_and_names_the_false_condition(workspace: Workspace):
+    file = workspace.folder / "nothing.launch.yaml"
+    file.write_text(NOTHING)
+    condition = (
+        "started, since this condition is false: IfCondition(LaunchConfig('robot')) "
+        "of ExecuteProcess at nothing.launch.yaml:6 (robot is 'false')\n"
+    )
+
+    run, plan, dry = (workspace.call(*words) for words in ([file], ["plan", file], ["-p", file]))
+
+    assert f"[WARNING] [launch]: no process was {condition}" in run.stdout
+    for one in (plan, dry):
+        assert f"warning: no process would be {condition}" in one.stdout
+    assert [one.returncode for one in (run, plan, dry)] == [0, 0, 0]
+    assert not (workspace.folder / "started").exists()
