@@ -11,6 +11,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 ROBOT_3_DELAY_S = 5.0  # late enough for a backlog on /fleet/tasks
+SWITCH = ["true", "false", "True", "False", "TRUE", "FALSE", "1", "0"]  # what IfCondition accepts
 
 
 def fleet_node(name, condition=None):
@@ -32,16 +33,19 @@ def generate_launch_description():
             "enable_debug",
             default_value="false",
             description="Start debug_logger, which logs every task and every status (true/false).",
+            choices=SWITCH,
         ),
         DeclareLaunchArgument(
             "start_robot_2",
             default_value="true",
             description="Start robot_2, the slow robot (true/false).",
+            choices=SWITCH,
         ),
         DeclareLaunchArgument(
             "enable_qos_probe",
             default_value="false",
             description="Start qos_probe, a subscriber with incompatible QoS (true/false).",
+            choices=SWITCH,
         ),
     ]
     robots = GroupAction(
