@@ -17,6 +17,29 @@ if TYPE_CHECKING:
 _MAX_LISTED = 5  # conditions
 
 
+# Actions that start nothing, whether their condition is true or not, by the names of ROS 2.
+_HARMLESS = (
+    "Append",
+    "Declare",
+    "EmitEvent",
+    "Log",
+    "Pop",
+    "Push",
+    "Replace",
+    "Reset",
+    "Set",
+    "Shutdown",
+    "Unregister",
+    "Unset",
+)
+
+
+def may_start(action: Any) -> bool:
+    """Whether an action might have started something, itself or by what it yields."""
+    of_launch = (cls for cls in type(action).__mro__ if cls.__module__.startswith("launch"))
+    return not next(of_launch).__name__.startswith(_HARMLESS)
+
+
 def values_of(condition: Any, context: LaunchContext) -> dict[str, Any]:
     """The launch configurations that a condition reads, with their values now."""
     names = dict.fromkeys(configurations_in(condition))
@@ -62,4 +85,4 @@ def _described(condition: Any) -> str:
         value = None if expected is None else plain_text(expected) or "..."
         return f"{type(condition).__name__}({name!r}, {value!r})"
     text: str = condition.describe()
-    return type(condition).__name__ if text.startswith("<") else text
+    return type(condition).__name__ if "object at 0x" in text else text

@@ -183,9 +183,11 @@ class RunHost:
 
     def skipped(self, action: Any) -> None:
         if self._processes_numbered == 0 and len(self.skipped_actions) < _MAX_SKIPPED:
-            from launcher.interpreter.empty_run import values_of
+            from launcher.interpreter.empty_run import may_start, values_of
 
-            self.skipped_actions.append((action, values_of(action.condition, self._context)))
+            if may_start(action):
+                values = values_of(action.condition, self._context)
+                self.skipped_actions.append((action, values))
         if self.trace is not None:
             self.trace.skipped(action)
 

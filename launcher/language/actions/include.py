@@ -17,6 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.diagnostics.origin import Origin
     from launcher.language.entity import LaunchDescriptionEntity
 
 
@@ -105,7 +106,7 @@ class IncludeLaunchDescription(Action):
 
     def _check_required(self, context: LaunchContext, description: Any) -> None:
         # As in ROS 2, names that were given to one nested include count for all that follow.
-        given = _names(context, self.launch_arguments)
+        given = _names(context, self.launch_arguments, self._origin)
         pairs = description.get_launch_arguments_with_include_launch_description_actions()
         self._warn_of_unknown(context, description, given, [argument.name for argument, _ in pairs])
         for argument, includes in pairs:
@@ -131,10 +132,17 @@ class IncludeLaunchDescription(Action):
 
     def _try_get_arguments_names_without_context(self) -> list[str]:
         try:
-            return _names(LaunchContext(), self.launch_arguments)
+            return _names(LaunchContext(), self.launch_arguments, None)
         except Exception:  # an attempt: names that need a context are unknown here
             return []
 
 
-def _names(context: LaunchContext, arguments: Iterable[tuple[Any, Any]]) -> list[str]:
+def _names(
+    context: LaunchContext, arguments: Iterable[tuple[Any, Any]], origin: Origin | None
+) -> list[str]:
+    if any(isinstance(one, str) or len(one) != 2 for one in arguments):
+        # Imported only for an error.
+        from launcher.language.diagnostics.includes import NotPairsError
+
+        raise NotPairsError(origin)
     return [perform(context, name) for name, _ in arguments]

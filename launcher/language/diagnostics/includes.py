@@ -127,6 +127,25 @@ def _circle(files: list[str], includers: dict[str, Origin | None]) -> tuple[str,
     return f"{subject} endlessly: {' -> '.join([*names, names[0]])}", origin
 
 
+# ---- arguments that are no pairs
+
+
+class NotPairsError(ValueError):
+    """The `launch_arguments` of an include are not pairs, but most often a dictionary."""
+
+    ros_type = "ValueError"
+    _launcher_hint = "write launch_arguments={...}.items()"
+    _launcher_word = "launch_arguments"
+
+    def __init__(self, origin: Origin | None) -> None:
+        super().__init__("launch_arguments takes pairs of name and value")
+        from launcher.language.diagnostics import source_code
+
+        where = ("IncludeLaunchDescription", "launch_arguments")
+        place = None if origin is None else source_code.keyword_place(origin, *where)
+        self._launcher_place = place or origin
+
+
 # ---- an argument that the included file does not declare
 
 

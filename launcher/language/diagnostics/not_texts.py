@@ -13,6 +13,18 @@ from launcher.text import suggest
 _JOINS = ("os.path.join", "path.join", "osp.join", "join")
 _TAKE_TEXT = ("open", "Path", "int", "float", "exists", "isfile", "isdir")
 _MAX_SHOWN = 100  # characters of code in a hint
+# What Python says about a value that is no text, number or list; the group is its class.
+_REFUSED = (
+    re.compile(r", not '?(\w+)'?$"),
+    re.compile(r"^unsupported operand .*'(\w+)' and"),
+    re.compile(r"^unsupported operand .* and '(\w+)'$"),
+    re.compile(r"not supported between instances of '(\w+)'"),
+    re.compile(r"not supported between instances of .* and '(\w+)'$"),
+    re.compile(r"can only concatenate \w+ \(not \"(\w+)\"\)"),
+    re.compile(r"^'(\w+)' object (?:is not|cannot be|does not|has no)"),
+    re.compile(r"^object of type '(\w+)' has no len"),
+    re.compile(r"expected str instance, (\w+) found$"),
+)
 _OBJECT = re.compile(r"<launch[\w.]*\.(\w+) object at 0x\w+>")
 
 
@@ -24,29 +36,24 @@ def sentence(error: BaseException, place: Origin | None) -> tuple[str, str, str]
         name = found[1]
         message = f"the file name holds a {name} that was used as text: {text}"
         return message, _performed(name, place), name
-    if not isinstance(error, (TypeError, AttributeError)) or _is_about_arguments(text):
+    if not isinstance(error, (TypeError, AttributeError)):
         return None
-    named = [name for name in re.findall(r"\w+", text) if name in _class_names()]
+    if isinstance(error, AttributeError):
+        return _no_attribute(error, place)
+    names = _class_names()
+    named = [name for pattern in _REFUSED for name in pattern.findall(text) if name in names]
     if not named:
         return None
     name = named[0]
-    if isinstance(error, AttributeError):
-        return _no_attribute(error, name, place)
     message = f"a {name} is not a text: it gets its value only when the launch file is run"
     return message, _instead(text, place) or _performed(name, place), name
 
 
-def _is_about_arguments(text: str) -> bool:
-    """Whether the error is about the arguments of a call, or about abstract classes."""
-    return "argument '" in text or "required" in text or "positional" in text
-
-
-def _no_attribute(
-    error: AttributeError, name: str, place: Origin | None
-) -> tuple[str, str, str] | None:
+def _no_attribute(error: AttributeError, place: Origin | None) -> tuple[str, str, str] | None:
     wanted = getattr(error, "name", None)
     if not wanted or not isinstance(error.obj, Substitution):
         return None
+    name = type(error.obj).__name__
     near = suggest(wanted, [one for one in dir(error.obj) if not one.startswith("_")])
     if near:
         return f"a {name} has no attribute '{wanted}'", f"did you mean '{near}'?", wanted

@@ -39,33 +39,38 @@ def configurations_in(part: Any, depth: int = _MAX_NESTING) -> Iterator[str]:
 
 def add_source(error: Any, context: LaunchContext, expression: Any, value: str) -> None:
     """Attach to an error about a truth value where the value came from, and the near one."""
-    names = list(dict.fromkeys(configurations_in(list(expression))))
+    configurations = context.launch_configurations
+    names = dict.fromkeys(configurations_in(list(expression)))
+    known = [name for name in names if configurations.peek(name) is not None]
     near = near_truth(value)
-    if len(names) == 1 and context.launch_configurations.peek(names[0]) is not None:
-        (name,) = names
-        origin = context.launch_configurations.origin_of(name)
-        where = "on the command line" if origin is None else f"set at {origin}"
-        error._launcher_hint = f"{name} is '{context.launch_configurations.peek(name)}', {where}"
-        error._launcher_word = name
-        if near:
-            meant = f"{name}:={near}" if origin is None else f"'{near}'"
-            error._launcher_hint += f"; did you mean {meant}?"
+    if not known:
+        source = describe_substitutions(expression)
+        is_clear = source != f"'{value}'" and "object at 0x" not in source
+        parts = [f"{source} is '{value}'"] if is_clear else []
+        error._launcher_hint = "; ".join([*parts, *([f"write {near}"] if near else [])]) or None
         return
-    source = describe_substitutions(expression)
-    if source != f"'{value}'":
-        error._launcher_hint = f"{source} is '{value}'" + (f"; write {near}" if near else "")
-    elif near:
-        error._launcher_hint = f"write {near}"
+    sources = [_source(context, name) for name in known]
+    error._launcher_hint = "; ".join(sources)
+    error._launcher_word = known[0]
+    if near and len(known) == 1:
+        is_given = configurations.origin_of(known[0]) is None
+        meant = f"{known[0]}:={near}" if is_given else f"'{near}'"
+        error._launcher_hint += f"; did you mean {meant}?"
+
+
+def _source(context: LaunchContext, name: str) -> str:
+    """The value of a launch configuration, and where it was set."""
+    configurations = context.launch_configurations
+    origin = configurations.origin_of(name)
+    where = "on the command line" if origin is None else f"set at {origin}"
+    return f"{name} is '{configurations.peek(name)}', {where}"
 
 
 def add_choice(error: Any, context: LaunchContext, name: str, choices: list[str]) -> None:
     """Attach where a value outside of `choices` came from, and the near choice."""
-    configurations = context.launch_configurations
-    value, origin = str(configurations.peek(name)), configurations.origin_of(name)
-    where = "on the command line" if origin is None else f"set at {origin}"
-    near = near_choice(value, choices)
+    near = near_choice(str(context.launch_configurations.peek(name)), choices)
     meant = f"; did you mean '{near}'?" if near else ""
-    error._launcher_hint = f"{name} is '{value}', {where}{meant}"
+    error._launcher_hint = _source(context, name) + meant
     error._launcher_word = name
 
 

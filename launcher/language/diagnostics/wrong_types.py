@@ -6,15 +6,16 @@ import ast
 import re
 
 from launcher.language.diagnostics import not_texts, source_code
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.entity import LaunchDescriptionEntity
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
 _NOT_EXPECTED = re.compile(
-    r"^(?:'(?P<caller>\w+)' e|E)xpected '(?P<name>\w+)' to be one of \[(?P<types>.*)\], "
+    r"^(?:'(?P<caller>\w+)(?:\(\))?' e|E)xpected '(?P<name>\w+)' to be one of \[(?P<types>.*)\], "
     r"but got '(?P<value>.*)' of type '<class '(?P<given>[\w.]+)'>'$",
     re.DOTALL,
 )
@@ -22,6 +23,16 @@ _NOT_ITERABLE = re.compile(
     r"^(?:'(?=\w+' object is not iterable$)|Value after \* must be an iterable, not )(\w+)"
 )
 _REMAP_LENGTH = re.compile(r"^remap_rule must be a tuple of length 2")
+_NOT_NORMAL = re.compile(r"^Failed to normalize given item of type '<class '(?:\w+\.)*(\w+)'>'")
+_POSITIONAL = re.compile(r"^(?:\w+\.)*?(\w+)\.__init__\(\) takes .*positional arguments? but ")
+# How to write a value of these types as a text.
+_TEXT_OF = {
+    "bool": "'true'",
+    "float": "'2.5'",
+    "int": "'3'",
+    "NoneType": "''",
+    "PosixPath": "str(...)",
+}
 _MAX_SHOWN = 60  # characters of a value in a hint
 _TEXT_TYPES = ("Substitution", "Iterable")  # what a text may also be
 
@@ -49,8 +60,19 @@ def sentence(error: BaseException, place: Origin | None) -> Sentence | None:
         return None
     if _REMAP_LENGTH.match(text):
         return _remappings("each entry of remappings is a pair of names", place)
-    found = _NOT_ITERABLE.match(text)
-    return None if found is None else _single(found[1], place)
+    found = _POSITIONAL.match(text)
+    if found is not None:
+        return _positional(found[1], place)
+    found = _NOT_NORMAL.match(text)
+    if found is not None and found[1] in ("list", "tuple"):
+        message = f"a {found[1]} among texts and substitutions"
+        return Sentence(message=message, hint="write its items without the inner brackets")
+    found = found or _NOT_ITERABLE.match(text)
+    if found is None:
+        return None
+    if found[1] in _TEXT_OF:
+        return _no_text(found[1], place) if _is_in_launcher(error) else None
+    return _single(found[1], place)
 
 
 def _remappings(message: str, place: Origin | None) -> Sentence:
@@ -78,7 +100,7 @@ def _wrong_type(found: re.Match[str], place: Origin | None) -> Sentence:
     at = source_code.keyword_place(place, caller, name) if place and caller else None
     return Sentence(
         message=f"{name}{whose} takes {_alternatives(types)}, not {_with_article(given)}",
-        hint=f"write {name}={_written(types, given, value, place, caller, name)}",
+        hint=_written(types, given, value, place, caller, name),
         word=name,
         place=at,
     )
@@ -107,18 +129,20 @@ def _written(
     place: Origin | None,
     caller: str | None,
     name: str,
-) -> str:
-    """How the value should be written: `3.0` for 3, `[{...}]` for {...}."""
+) -> str | None:
+    """How the value should be written: `3.0` for 3, `[{...}]` for {...}; None if unknown."""
+    if caller is None:
+        return None
     if given == "int" and "float" in types:
-        return f"{value}.0"
+        return f"write {name}={value}.0"
     code = None
-    call = source_code.call_at(place, caller) if place and caller else None
+    call = source_code.call_at(place, caller) if place else None
     for one in () if call is None else call.keywords:
         if one.arg == name:
             code = ast.unparse(one.value)
     if "list" in types or "Iterable" in types:
-        return f"[{code if code and len(code) <= _MAX_SHOWN else '...'}]"
-    return "..."
+        return f"write {name}=[{code if code and len(code) <= _MAX_SHOWN else '...'}]"
+    return None
 
 
 # ---- a single action instead of a list
@@ -136,3 +160,80 @@ def _single(name: str, place: Origin | None) -> Sentence | None:
                 return Sentence(message=message, hint=f"write {called}([{name}(...)])", word=name)
     message = f"a list is expected here, not a single {name}"
     return Sentence(message=message, hint=f"write a list, as in [{name}(...)]", word=name)
+
+
+# ---- a number, a truth value or a path instead of a text
+
+
+def _is_in_launcher(error: BaseException) -> bool:
+    """Whether the launcher refused the value, and not code of the launch file."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return trace is not None and is_own_file(trace.tb_frame.f_code.co_filename)
+
+
+def _no_text(kind: str, place: Origin | None) -> Sentence:
+    message = f"{_with_article(kind)} where a text or a substitution is expected"
+    values = [] if place is None else list(_values_of(kind, place))
+    if len(values) != 1 or place is None:
+        return Sentence(message=message, hint=f"write it as a text, as in {_TEXT_OF[kind]}")
+    (node,) = values
+    code = ast.unparse(node)
+    text = f"str({code})" if kind == "PosixPath" else repr(code.lower() if kind == "bool" else code)
+    at = Origin(place.path, node.lineno)
+    return Sentence(message=message, hint=f"write {text}", word=code, place=at)
+
+
+def _values_of(kind: str, place: Origin) -> Iterator[ast.expr]:
+    """Values of this type in the calls that begin in the line, without those in dictionaries."""
+    calls = (one for one in source_code.nodes_at(place) if isinstance(one, ast.Call))
+    call = next((one for one in calls if one.lineno == place.line), None)
+    waiting: list[ast.AST] = [] if call is None else [call]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Dict):
+            continue
+        is_path = isinstance(node, ast.Call) and ast.unparse(node.func).endswith("Path")
+        is_value = isinstance(node, ast.Constant) and type(node.value).__name__ == kind
+        if isinstance(node, ast.expr) and (is_value or (is_path and kind == "PosixPath")):
+            yield node
+        else:
+            waiting += ast.iter_child_nodes(node)
+
+
+# ---- positional arguments
+
+
+def _positional(name: str, place: Origin | None) -> Sentence:
+    message = f"{name} takes its arguments by name"
+    call = None if place is None else source_code.call_at(place, name)
+    if call is None:
+        return Sentence(message=message, hint=f"write {name}(NAME=VALUE)", word=name)
+    given = [ast.unparse(one) for one in call.args]
+    if name == "LaunchDescription" or name == "GroupAction":
+        message = f"{name} takes one list of actions"
+        return Sentence(message=message, hint=_if_short(f"{name}([{', '.join(given)}])"), word=name)
+    names = list(_keywords_of(name))[: len(given)]
+    written = ", ".join(f"{key}={value}" for key, value in zip(names, given, strict=False))
+    hint = _if_short(f"{name}({written or 'NAME=VALUE'})")
+    return Sentence(message=message, hint=hint, word=name)
+
+
+def _if_short(code: str) -> str:
+    return f"write {code}" if len(code) <= 2 * _MAX_SHOWN else f"write {code[:_MAX_SHOWN]}..."
+
+
+def _keywords_of(name: str) -> Iterator[str]:
+    """Keyword arguments of the class of actions of this name, the positional ones first."""
+    import inspect
+
+    waiting: list[type] = [LaunchDescriptionEntity]
+    while waiting:
+        cls = waiting.pop()
+        waiting += cls.__subclasses__()
+        if cls.__name__ == name:
+            for key, one in inspect.signature(cls).parameters.items():
+                if one.kind in (one.KEYWORD_ONLY, one.POSITIONAL_OR_KEYWORD):
+                    yield key
+            return

@@ -198,6 +198,57 @@ ERRORS = {
         "entry 1 of 1 in LaunchDescription([...]) is not an action: a list of actions",
         "write its actions without the inner brackets",
     ),
+    "a number among words": python(
+        described("Node(executable='x', parameters=[{'a': 4}], arguments=['--count', 3]),"),
+        "3]",
+        "an int where a text or a substitution is expected",
+        "write '3'",
+    ),
+    "a truth value as condition": python(
+        described("LogInfo(msg='x', condition=IfCondition(True)),"),
+        "True",
+        "a bool where a text or a substitution is expected",
+        "write 'true'",
+    ),
+    "a number as default": python(
+        described("DeclareLaunchArgument('rate', default_value=10),"),
+        "10)",
+        "an int where a text or a substitution is expected",
+        "write '10'",
+    ),
+    "a list among substitutions": python(
+        described("LogInfo(msg=PathJoinSubstitution(['a', ['b', 'c']])),"),
+        "LogInfo(",
+        "a list among texts and substitutions",
+        "write its items without the inner brackets",
+    ),
+    "a message by position": python(
+        described("LogInfo('hello'),"),
+        "LogInfo(",
+        "LogInfo takes its arguments by name",
+        "write LogInfo(msg='hello')",
+    ),
+    "actions by position": python(
+        """
+        def generate_launch_description():
+            return LaunchDescription(LogInfo(msg='a'), LogInfo(msg='b'))  # here
+        """,
+        "LaunchDescription(",
+        "LaunchDescription takes one list of actions",
+        "write LaunchDescription([LogInfo(msg='a'), LogInfo(msg='b')])",
+    ),
+    "launch_arguments as a dictionary": python(
+        """
+        def generate_launch_description():
+            return LaunchDescription([
+                IncludeLaunchDescription(
+                    os.path.join(os.path.dirname(__file__), 'child.launch.xml'),
+                    launch_arguments={'count': '2'})])  # here
+        """,
+        "launch_arguments",
+        "launch_arguments takes pairs of name and value",
+        "write launch_arguments={...}.items()",
+    ),
     # ---- returns
     "a forgotten return": python(
         """

@@ -78,6 +78,12 @@ def test_many_conditions_are_shortened_and_equal_ones_named_once():
     assert notice.endswith("; and 4 more")
 
 
+def test_conditions_of_actions_that_start_nothing_are_not_named():
+    skipped = LogInfo(msg="x", condition=IfCondition("0"))
+
+    assert notices(start(skipped)) == ["no process was started"]
+
+
 def test_a_file_with_messages_only_started_nothing_either():
     assert notices(start(LogInfo(msg="hi"))) == ["no process was started"]
 
