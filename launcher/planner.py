@@ -325,8 +325,11 @@ def _with_content(source: ParameterSource) -> ParameterSource:
         return source
     import yaml
 
-    with path.open() as file:
-        content = yaml.safe_load(file)
+    try:
+        with path.open() as file:
+            content = yaml.safe_load(file)
+    except (OSError, ValueError, yaml.YAMLError):
+        return source  # the node will complain
     return replace(source, generated=content) if isinstance(content, dict) else source
 
 

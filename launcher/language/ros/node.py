@@ -12,10 +12,12 @@ from launcher.language.class_tools import ensure_argument_type
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
+from launcher.language.ros.arguments import ros_arguments
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
     add_node_name,
     evaluate_remap_rules,
+    make_namespace_absolute,
     normalize_remap_rules,
     prefix_namespace,
     resolve_namespace,
@@ -31,7 +33,7 @@ from launcher.language.substitution import (
     perform,
 )
 from launcher.language.substitutions.configuration import LocalSubstitution
-from launcher.model.spec import ParameterSource, RosIdentity
+from launcher.model.spec import RosIdentity
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -117,6 +119,7 @@ class Node(ExecuteProcess):
         self.__expanded_node_name = UNSPECIFIED_NODE_NAME
         self.__expanded_node_namespace = UNSPECIFIED_NODE_NAMESPACE
         self.__final_node_name: str | None = None
+        # Subclasses read it, and so do tests of launch_ros.
         self.__expanded_parameter_arguments: list[tuple[str, bool]] = []
         self.__expanded_remappings: list[tuple[str, str]] | None = None
         self.__substitutions_performed = False
@@ -262,16 +265,18 @@ class Node(ExecuteProcess):
     def _ros_identity(self) -> RosIdentity:
         namespace: str | None = self.__expanded_node_namespace
         found = None if self.__package is None else self.__program._found
+        # Also what stands in `arguments` and `ros_arguments`.
+        given = ros_arguments(self.process_description.final_cmd or ())
+        unnamed = self.__node_name is None
+        if namespace == UNSPECIFIED_NODE_NAMESPACE:
+            namespace = make_namespace_absolute(given.namespace)
         return RosIdentity(
             package=found[0] if found else None,
             executable=found[1] if found else self._program_word(),
-            node_name=None if self.__node_name is None else self.__expanded_node_name,
-            namespace=None if namespace == UNSPECIFIED_NODE_NAMESPACE else namespace,
-            remappings=tuple(self.__expanded_remappings or ()),
-            parameters=tuple(
-                ParameterSource(file=argument) if is_file else ParameterSource(rule=argument)
-                for argument, is_file in self.__expanded_parameter_arguments
-            ),
+            node_name=given.node_name if unnamed else self.__expanded_node_name,
+            namespace=namespace,
+            remappings=given.remappings,
+            parameters=given.parameters,
         )
 
     def _program_word(self) -> str | None:
