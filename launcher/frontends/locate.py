@@ -84,10 +84,13 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     return _only(target, found)
 
 
+def _own_packages() -> list[str]:
+    return sorted({*editable(), *(name for name, _ in around())})
+
+
 def _executable_hint(word: str, env: Mapping[str, str]) -> str | None:
     """How to run the executable of one's own package that has this name."""
-    own = {*editable(), *(name for name, _ in around())}
-    found = [package for package in sorted(own) if word in executables(package, env)]
+    found = [package for package in _own_packages() if word in executables(package, env)]
     return f"did you mean `{program()} run {found[0]} {word}`?" if found else None
 
 
@@ -127,9 +130,11 @@ def _installed_launch_files(env: Mapping[str, str]) -> list[Path]:
     for prefix in search_prefixes(env):
         for suffix in SUFFIXES:
             files += sorted(prefix.glob(f"share/*/launch/*{suffix}"))
-    for source in editable().values():
-        for suffix in SUFFIXES:
-            files += sorted(Path(source, "launch").glob(f"*{suffix}"))
+    for package in _own_packages():
+        own = own_package(package, env)
+        if own is not None:
+            folder = Path(own.share, "launch")
+            files += sorted(path for path in folder.glob("*") if path.name.endswith(SUFFIXES))
     return list(dict.fromkeys(files))
 
 

@@ -177,6 +177,16 @@ def test_a_file_that_setup_py_leaves_out_is_reported(work: Path, capsys):
     )
 
 
+def test_the_name_of_a_launch_file_is_enough(work: Path):
+    write_package(work, "bot")
+    write_package(work, "moved", moved=True)
+
+    assert locate(["bot_xml"], os.environ) == work / "bot/launch/bot_xml.launch.xml"
+    assert locate(["moved_xml"], os.environ).resolve() == (
+        work / "moved/files/starts/moved_xml.launch.xml"
+    )
+
+
 # ---- the prefix of links
 
 
