@@ -1,10 +1,13 @@
 """The program: standard files, Ctrl-C and closed pipes, before anything else is imported."""
 
-import gc
-import os
-import sys
-
 INTERRUPTED = 130
+
+try:
+    import gc
+    import os
+    import sys
+except KeyboardInterrupt:  # imports are where a Ctrl-C is noticed
+    raise SystemExit(INTERRUPTED) from None
 
 
 def open_standard_files() -> None:
@@ -51,8 +54,11 @@ def flushed(code: int) -> int:
 
 def main() -> int:
     """The command `launcher`; the exit code."""
-    open_standard_files()
-    return flushed(run())
+    try:
+        open_standard_files()
+        return flushed(run())
+    except KeyboardInterrupt:
+        return INTERRUPTED
 
 
 if __name__ == "__main__":

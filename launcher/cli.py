@@ -78,6 +78,8 @@ def _wants_traceback(words: list[str]) -> bool:
 
 
 def _dispatch(words: list[str]) -> int:
+    if words[:1] == ["--"]:  # no options can precede the verb or target
+        words = words[1:]
     if words[:1] == ["help"]:  # as in the console
         words = _help_words(words[1:])
     if not words or words[0] in HELP.flags:
@@ -138,7 +140,9 @@ def _suggest_verb(word: str, error: LauncherError) -> None:
     if os.sep in word or "." in word:
         return  # a path
     verb = suggest(word, (*VERBS, *CONTROL_VERBS))
-    if verb is not None and f"'{word}'" in error.message:
+    # With a verb in front, a package and its file are too many words for a target.
+    is_about_target = f"'{word}'" in error.message or error.message.startswith("malformed launch")
+    if verb is not None and is_about_target:
         meant = f"did you mean `{_program()} {verb}`?"
         error.hint = f"{meant} ({error.hint})" if error.hint else meant
 

@@ -148,6 +148,8 @@ class Command(Record):
         """As `parse`, but the first mistake is the `problem` of what is returned."""
         if not self.commands:
             return _Reader(self, words).result()
+        if words[:1] == ["--"]:
+            words = words[1:]
         if not words or words[0] in HELP.flags:
             raise HelpRequested(self, ExitCode.OK if words else ExitCode.USAGE)
         for command in self.commands:

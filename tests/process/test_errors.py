@@ -312,6 +312,7 @@ def test_each_warning_is_printed_once_at_launch(workspace: Workspace):
     ("words", "said"),
     [
         (["lunch", "x"], "hint: did you mean `python -m launcher launch`?"),
+        (["lunch", "p", "x.launch.py"], "hint: did you mean `python -m launcher launch`?"),
         (["tpoic", "list"], "hint: did you mean `python -m launcher topic`?"),
         (["docter"], "hint: did you mean `python -m launcher doctor`?"),
         (["kil", "robot_1"], "hint: did you mean `python -m launcher kill`?"),

@@ -7,8 +7,11 @@ first processes run; a new name here needs a reason, and a look at `python -m be
 from __future__ import annotations
 
 import os
+import random
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -48,6 +51,9 @@ sys.addaudithook(press)
 sys.argv = ["launcher", sys.argv[1], "--no-log-files"]
 runpy.run_module("launcher", run_name="__main__", alter_sys=True)
 """
+
+# What pip installs as the command `launcher`.
+SCRIPT = "import sys; from launcher.__main__ import main; sys.exit(main())"
 
 LAUNCH_FILE = """
 from launch import LaunchDescription
@@ -97,6 +103,26 @@ def test_ctrl_c_before_the_first_process_ends_the_command_without_a_word(tmp_pat
     env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
     done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.parametrize("words", [("-m", "launcher"), ("-c", SCRIPT)], ids=["module", "script"])
+def test_no_traceback_of_an_early_ctrl_c_is_ours(tmp_path: Path, words: tuple[str, ...]):
+    """Before our first line, Python may print one; nothing of ours runs then."""
+    file = tmp_path / "one.launch.py"
+    file.write_text(LAUNCH_FILE, encoding="utf-8")
+    chance = random.Random(28)
+    for _ in range(40):
+        with subprocess.Popen(
+            [sys.executable, "-S", *words, str(file), "--no-log-files"],
+            env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as run:
+            time.sleep(chance.uniform(0.0, 0.06))  # an aim, not a deadline
+            run.send_signal(signal.SIGINT)
+            _, errors = run.communicate(timeout=60)
+        assert "/launcher/" not in errors, errors
 
 
 def is_ours(name: str) -> bool:

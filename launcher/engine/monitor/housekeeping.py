@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 PERIOD_S = 1.0
 SLICE_S = 0.0005  # of sampling, before the loop reads lines again
+COLLECT_S = 0.01  # a thread is reading /proc/locks
 WARM_UP_S = 0.02  # children are still starting then, and have no output yet
 
 
@@ -51,6 +52,7 @@ class Housekeeper:
         self._has_killed = False
         self._timer: Timer | None = None
         self._first_tick_s = 0.0
+        self._collecting: Timer | None = None
         self.samples: dict[str, Sample] = {}
 
     def start(self) -> None:
@@ -84,13 +86,16 @@ class Housekeeper:
         self._has_killed = True
 
     def close(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        for timer in (self._timer, self._collecting):
+            if timer is not None:
+                timer.cancel()
+        self._ledger.collect()
         self._free()
 
     def _tick(self) -> None:
         begun_s = self._reactor.now()
         self._ledger.keep_up(begun_s)
+        self._collect()
         self._log.keep_up()
         subreaper.adopted()  # reaps those that have exited
         self._free()
@@ -100,6 +105,11 @@ class Housekeeper:
         pids = [p.child.pid for p in self._processes if p.child is not None]
         steps = self._sampler.steps(pids, self._reactor.now)
         self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
+
+    def _collect(self) -> None:
+        self._ledger.collect()
+        if self._ledger.is_reading:
+            self._collecting = self._reactor.call_later(COLLECT_S, self._collect)
 
     def _rest_after(self, begun_s: float) -> None:
         wait_s = begun_s + PERIOD_S - self._reactor.now()

@@ -18,6 +18,7 @@ Standard library only.
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import fcntl
 import os
@@ -86,7 +87,11 @@ def held(*, folder: Path = FOLDER) -> dict[str, int]:
 
     A lock from another pid namespace is not listed there. One read for all processes.
     """
-    owners = _lock_owners()
+    return _holders(proc.read(".", "locks"), folder)
+
+
+def _holders(locks: bytes, folder: Path) -> dict[str, int]:
+    owners = _lock_owners(locks)
     device = os.stat(folder).st_dev
     files = _lock_files(folder).items()
     found = ((name[:-3], owners.get((device, inode))) for name, inode in files)
@@ -96,12 +101,13 @@ def held(*, folder: Path = FOLDER) -> dict[str, int]:
 class Ledger:
     """Shared memory of the processes of one run, recorded while they are running.
 
-    Call `keep_up` once a second, `note` right before a SIGKILL, `free` after an exit by a signal
-    and at the end. `note` blocks for 5 to 15 ms, since a reader of /proc/locks waits until every
-    processor has been idle or switched once; `keep_up` calls it only if files are new. `free` reads
-    the mappings of every participant on the machine (0.3 ms each). Grandchildren and daemons are
-    included, since they have the run id, too. A process killed before the first `note` is missed;
-    `doctor --fix` finds that. `helper_pids` count as processes of the run without its id.
+    Call `keep_up` once a second and `collect` a little later, `note` right before a SIGKILL, `free`
+    after an exit by a signal and at the end. A reader of /proc/locks waits until every processor
+    has been idle or switched once, 5 to 15 ms: `note` blocks for them, and `keep_up` lets a thread
+    wait, only if files are new. `free` reads the mappings of every participant on the machine (0.3 ms
+    each). Grandchildren and daemons are included, since they have the run id, too. A process
+    killed before the first `note` is missed; `doctor --fix` finds that. `helper_pids` count as
+    processes of the run without its id.
     """
 
     def __init__(self, run_id: str, *, folder: Path = FOLDER) -> None:
@@ -113,6 +119,8 @@ class Ledger:
         self._files = _lock_files(folder)
         self._unsettled_until_s = 0.0
         self._noted_s = 0.0
+        self._read: bytes | None = None  # by the thread
+        self.is_reading = False
 
     @property
     def names(self) -> frozenset[str]:
@@ -120,21 +128,36 @@ class Ledger:
         return frozenset(self._ours)
 
     def keep_up(self, now: float) -> None:
-        """Call `note` if the lock files have changed; `now` is monotonic."""
+        """Begin to read if the lock files have changed; `now` is monotonic."""
         files = _lock_files(self._folder)
         if files != self._files:
             self._files = files
             self._unsettled_until_s = now + SETTLING_S
         self._noted_s = self._noted_s or now
         has_news = now < self._unsettled_until_s or now > self._noted_s + STALE_NEWS_S
-        if files and has_news:
+        if files and has_news and not self.is_reading:
             self._noted_s = now
-            self.note()
+            self.is_reading = True
+            _thread.start_new_thread(self._read_locks, ())
+
+    def _read_locks(self) -> None:
+        self._read = proc.read(".", "locks")  # without the interpreter's lock, while it waits
+
+    def collect(self) -> None:
+        """Record what was read since `keep_up`; nothing as long as `is_reading`."""
+        locks, self._read = self._read, None
+        if locks is not None:
+            self.is_reading = False
+            self._record(locks)
 
     def note(self) -> None:
-        """Record what is held now, after reading the run id of new owners."""
+        """Record what is held now."""
+        self._record(proc.read(".", "locks"))
+
+    def _record(self, locks: bytes) -> None:
+        """Record what is held, after reading the run id of new owners."""
         with contextlib.suppress(OSError):  # no /dev/shm: nothing to note
-            now = held(folder=self._folder)
+            now = _holders(locks, self._folder)
             for name, pid in now.items():
                 if self._seen.get(name) != pid and self._is_ours(pid):
                     self._ours.add(name)
@@ -207,9 +230,9 @@ def _is_settled(folder: Path, name: str, before_s: float) -> bool:
     return True
 
 
-def _lock_owners() -> dict[tuple[int, int], int]:
-    """(device, inode) -> pid for every flock that is held."""
-    text = proc.read(".", "locks").decode("ascii")
+def _lock_owners(locks: bytes) -> dict[tuple[int, int], int]:
+    """(device, inode) -> pid for every flock in the contents of /proc/locks."""
+    text = locks.decode("ascii")
     return {
         (os.makedev(int(major, 16), int(minor, 16)), int(inode)): int(pid)
         for pid, major, minor, inode in re.findall(_LOCK_LINE, text, re.M)

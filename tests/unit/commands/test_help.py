@@ -52,3 +52,17 @@ def test_help_of_an_unknown_verb_is_an_error(run, name, hint):
 @pytest.mark.parametrize("word", ["-V", "--version"])
 def test_the_version_is_printed_alone(run, word):
     assert run(word) == (f"{launcher.__version__}\n", "", 0)
+
+
+@pytest.mark.parametrize(
+    ("line", "same"),
+    [
+        ("-- --version", "--version"),
+        ("-- topic -- list --help", "topic list --help"),
+        ("-- no-such-file", "no-such-file"),
+        ("plan -- no-such-file", "plan no-such-file"),
+        ("no-such-file --", "no-such-file"),
+    ],
+)
+def test_two_dashes_are_accepted_before_every_word(run, line, same):
+    assert run(*line.split()) == run(*same.split())

@@ -26,6 +26,7 @@ from launcher.engine.monitor.shared_memory import (
     stale,
 )
 from tests.support.examples import examples
+from tests.support.waiting import wait_until
 
 SEGMENT = "fastrtps_0123456789abcdef"
 OTHER = "fastrtps_fedcba9876543210"
@@ -205,6 +206,11 @@ def test_the_tracker_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
     assert (ledger.names, shelf.left) == (set(), {OTHER, f"{OTHER}_el"})
 
 
+def keep_up(ledger: Ledger, now: float) -> None:
+    ledger.keep_up(now)
+    wait_until(lambda: ledger.collect() or not ledger.is_reading, "the locks are read")
+
+
 def test_the_tracker_follows_new_files_and_rechecks_old_ones_rarely(
     shelf: Shelf,
 ):
@@ -213,13 +219,31 @@ def test_the_tracker_follows_new_files_and_rechecks_old_ones_rarely(
         shelf.maps(SEGMENT, pid=pid, run_id="1-a")
     shelf.put(SEGMENT, f"{SEGMENT}_el", OTHER, f"{OTHER}_el")
     shelf.lock(f"{SEGMENT}_el", pid=11)
-    ledger.keep_up(100.0)
+    keep_up(ledger, 100.0)
     assert ledger.names == {SEGMENT}
     shelf.lock(f"{OTHER}_el", pid=12)  # its file was there before
-    ledger.keep_up(100.0 + SETTLING_S)
+    keep_up(ledger, 100.0 + SETTLING_S)
     assert ledger.names == {SEGMENT}
-    ledger.keep_up(100.0 + 2 * STALE_NEWS_S)
+    keep_up(ledger, 100.0 + 2 * STALE_NEWS_S)
     assert ledger.names == {SEGMENT, OTHER}
+
+
+def test_the_tracker_does_not_wait_for_the_kernel_once_a_second(shelf: Shelf):
+    shelf.maps(SEGMENT, pid=11, run_id="1-a")
+    ledger = Ledger("1-a", folder=shelf.folder)
+    shelf.put(SEGMENT, f"{SEGMENT}_el")
+    shelf.lock(f"{SEGMENT}_el", pid=11)
+    locks = shelf.proc / "locks"
+    text = locks.read_text()
+    locks.unlink()
+    os.mkfifo(locks)  # a reader waits until somebody writes
+    for now in (100.0, 100.5, 101.0):
+        ledger.keep_up(now)
+        ledger.collect()
+        assert ledger.is_reading and not ledger.names
+    locks.write_text(text)
+    wait_until(lambda: ledger.collect() or not ledger.is_reading, "the locks are read")
+    assert ledger.names == {SEGMENT}
 
 
 def test_a_found_item_knows_whether_it_is_a_port():
