@@ -29,6 +29,7 @@ from launcher.smoke.options import EXPECTATIONS
 from launcher.smoke.preflight import checks, forecast, loader
 
 if TYPE_CHECKING:
+    from launcher.smoke.record.session import RecordSession
     from launcher.smoke.run.session import Session
 
 
@@ -60,7 +61,9 @@ OPTIONS = (
     option("--artifacts DIR", "keep logs, events, plan, graph and report in DIR", _path),
     option("--junit FILE", "write a JUnit report", _path),
     option("--github", "print annotations for GitHub workflows"),
-    option("--repeat N", "run N times, and report what is flaky", lambda word: count(word, 1), 1),
+    option(
+        "--repeat N", "run N times (once), and report what is flaky", lambda word: count(word, 1)
+    ),
     option(
         "--baseline FILE",
         "fail on regressions against FILE, which is written if it does not exist",
@@ -74,6 +77,13 @@ OPTIONS = (
         repeat="once",
     ),
     option("--seed N", "with --chaos: repeat its choices", count),
+    option(
+        "--record FILE",
+        "watch 2 healthy runs (--repeat), each for 15 s (--for), and write what they have in "
+        "common to FILE as expectations",
+        _path,
+    ),
+    option("--force", "with --record: replace FILE if it exists"),
     option("--schema", "print the JSON Schema of files of expectations"),
 )
 COMMAND = Command(
@@ -96,6 +106,10 @@ what is left behind. Expectations are described in docs/smoke.md.
 exit codes: 0 all met, 1 a process exited unexpectedly or was killed, 2 bad command line or file,
 3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT""",
 )
+_NOT_RECORDED = (
+    *("--expect FILE", "--no-file", "--junit FILE", "--github"),
+    *("--baseline FILE", "--update-baseline", "--chaos TEXT", "--seed N"),
+)
 # The words for the launcher, from the command line and from a file.
 LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *RUN_OPTIONS))
 
@@ -107,7 +121,7 @@ def main(words: Sequence[str]) -> int:
     try:
         if parsed.problem is not None:
             raise parsed.problem
-        session = _session(parsed)
+        session = _session(parsed) if parsed.record is None else _recording(parsed)
     except LauncherError as error:
         _report_refusal(parsed, error)
         raise
@@ -122,6 +136,8 @@ def _words_for(parsed: Parsed, options: Sequence[Option]) -> list[str]:
 
 def _session(parsed: Parsed) -> Session:
     """The session of a parsed command line; LauncherError."""
+    if parsed.force:
+        raise UsageError("--force needs --record")
     run_options(parsed)
     request = LaunchRequest.of(parsed)
     script = _script(parsed, request.path)
@@ -138,13 +154,52 @@ def _session(parsed: Parsed) -> Session:
         junit=parsed.junit,
         artifacts=parsed.artifacts,
         github=parsed.github,
-        repeat=parsed.repeat,
+        repeat=parsed.repeat or 1,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
         forecast=_check(script, _words_for(launch, READING_OPTIONS)),
     )
     options.refuse_unwritable()
     return Session(script, options, colour=wants_colour(1, os.environ))
+
+
+def _recording(parsed: Parsed) -> RecordSession:
+    """The session of `--record`; LauncherError."""
+    for one, words, _ in parsed.given:
+        if one is not None and (one in EXPECTATIONS or one.spelling in _NOT_RECORDED):
+            hint = "a recording has no expectations but that its runs are healthy"
+            raise UsageError(f"--record excludes {words[0].partition('=')[0]}", hint=hint)
+    run_options(parsed)
+    request = LaunchRequest.of(parsed)
+    from launcher.smoke.record import session as recording
+    from launcher.smoke.record.document import Head
+
+    words = _words_for(parsed, LAUNCH.options)
+    wanted = recording.Recording(
+        path=parsed.record,
+        words=tuple(words),
+        head=Head(
+            target=Path(request.path).name,
+            arguments=dict(request.arguments),
+            options=_option_words(parsed),
+            for_s=recording.FOR_S if parsed.for_s is None else parsed.for_s,
+            forecast=None,
+        ),
+        ready_within_s=parsed.ready_within_s or recording.READY_WITHIN_S,
+        repeat=parsed.repeat or recording.RUNS,
+        artifacts=parsed.artifacts,
+        is_forced=parsed.force,
+    )
+    wanted.refuse_unwritable()
+    foreseen = forecast.ask(_words_for(LAUNCH.parse(words), READING_OPTIONS))
+    wanted = replace(wanted, head=replace(wanted.head, forecast=foreseen))
+    return recording.RecordSession(wanted, colour=wants_colour(1, os.environ))
+
+
+def _option_words(parsed: Parsed) -> list[str]:
+    """The words of the options for the launcher, each in one."""
+    given = (words for one, words, _ in parsed.given if one in LAUNCH.options)
+    return ["=".join(words) for words in given]
 
 
 def _report_refusal(parsed: Parsed, error: LauncherError) -> None:

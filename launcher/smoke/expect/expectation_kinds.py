@@ -65,8 +65,10 @@ COMMON = (
 )
 WITHIN_10_S = Span(low=0.0, high=10.0, text="10 s")
 
-_RELIABILITY = choice("reliable", "best_effort")
-_DURABILITY = choice("volatile", "transient_local")
+RELIABILITIES = ("reliable", "best_effort")
+DURABILITIES = ("volatile", "transient_local")
+_RELIABILITY = choice(*RELIABILITIES)
+_DURABILITY = choice(*DURABILITIES)
 _ENDPOINT_QOS = record(
     "QoS of endpoints",
     reliability=_RELIABILITY,

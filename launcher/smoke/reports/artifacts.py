@@ -93,13 +93,19 @@ def _is_locked(folder: Path) -> bool:
 
 
 def refuse_unwritable(
-    *, artifacts: Path | None, junit: Path | None, baseline: Path | None, repeat: int = 1
+    *,
+    artifacts: Path | None,
+    junit: Path | None,
+    baseline: Path | None,
+    record: Path | None = None,
+    repeat: int = 1,
 ) -> None:
     """Make missing folders; LauncherError with everything that cannot be written."""
     wanted: list[tuple[str, Path | None, Callable[[Path], None]]] = [
         ("--artifacts", artifacts, lambda path: _try_folder(path, repeat)),
         ("--junit", junit, _try_file),
         ("--baseline", baseline, _try_file),
+        ("--record", record, _try_replacement),
     ]
     errors: list[LauncherError] = []
     for option, path, attempt in wanted:
@@ -123,6 +129,15 @@ def _try_file(path: Path) -> None:
         pass
     if is_new:
         path.unlink()  # an empty file would look like a result
+
+
+def _try_replacement(path: Path) -> None:
+    """A file that is written beside the path, and then takes its place."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.is_dir():
+        raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(path))
+    with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.realpath(path))):
+        pass
 
 
 def _try_folder(path: Path, repeat: int) -> None:

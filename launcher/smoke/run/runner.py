@@ -68,7 +68,8 @@ class Runner:
     """Runs a script once. `words` are the target and the options for the launcher.
 
     `keeps_graph`: record the ROS graph even if no expectation needs it. `forecast` is of the
-    processes that the launch file starts, if it is known.
+    processes that the launch file starts, if it is known. `always_probed`: observe ROS even if no
+    expectation needs it.
     """
 
     def __init__(
@@ -80,9 +81,11 @@ class Runner:
         *,
         keeps_graph: bool = False,
         forecast: Forecast | None = None,
+        always_probed: bool = False,
     ) -> None:
         self._script = script.completed()
         self._forecast = forecast
+        self._is_probed = always_probed or self._script.needs_ros()
         self._words = tuple(words)
         self._folder = folder
         self._progress = progress
@@ -96,7 +99,7 @@ class Runner:
         self._system = System(
             self._words,
             folder=folder,
-            probe=self._script.needs_ros(),
+            probe=self._is_probed,
             longest_s=self._run_time_s + self._script.ready_limit_s() + STOP_ROOM_S,
         )
         self._scenario = Scenario(self._script, self._system, progress, self._is_over)
@@ -149,6 +152,7 @@ class Runner:
             if self._now_s >= end_s or self._is_decided(facts):
                 break
             self._check_ready(facts)
+            self._accompany(facts)
             self._scenario.run_due(facts)
             self._judge(facts, end_s)
             if self._now_s >= end_s - GRAPH_RECORD_S:
@@ -156,23 +160,33 @@ class Runner:
             self._is_over.wait(POLL_S)
         self._check_ready(system.facts())
 
+    def _accompany(self, facts: Facts) -> None:
+        """Called again and again while the system is observed; for subclasses."""
+
     def _check_ready(self, facts: Facts) -> None:
         """Ready: a process runs, and all expectations for the start are met."""
         if facts.ready_s is not None or self._gave_up:
             return
         limit_s = self._script.ready_limit_s()
         presence = self._script.presence()
-        wanted = (replace(e, within=None) for e in presence)
-        if facts.processes() and all(judge(e, facts).outcome is Outcome.MET for e in wanted):
+        if facts.processes() and self._is_ready(facts):
             self._system.recorder.step(READY)
             self._say("ready")
         elif facts.now_s > limit_s:
-            self._give_up(f"not ready after {seconds_text(limit_s)}")
+            self._give_up(f"not ready after {seconds_text(limit_s)}{self._unready_text(facts)}")
         elif hopeless := lost(presence, facts, self._forecast, self._scenario.waiting):
             assert hopeless.within is not None
             time_s = seconds_text(hopeless.within.high)
             why = f"'{hopeless.name}' was not met within {time_s}, and nothing else will be started"
             self._give_up(f"not ready: {why}")
+
+    def _is_ready(self, facts: Facts) -> bool:
+        wanted = (replace(e, within=None) for e in self._script.presence())
+        return all(judge(e, facts).outcome is Outcome.MET for e in wanted)
+
+    def _unready_text(self, facts: Facts) -> str:
+        """What is missing, after `not ready after 10.0 s`."""
+        return ""
 
     def _give_up(self, reason: str) -> None:
         self._gave_up = True
@@ -282,7 +296,7 @@ class Runner:
             return f"{facts.lost_messages} messages came too fast to be recorded"
         if self._probe_fault is not None:
             return self._probe_fault
-        if self._script.needs_ros() and self._system.probe is None:
+        if self._is_probed and self._system.probe is None:
             return "ROS could not be observed: " + "; ".join(facts.troubles)
         return None
 

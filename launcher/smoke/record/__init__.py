@@ -1,0 +1,1 @@
+"""Write a file of expectations from what healthy runs showed."""

@@ -1,0 +1,213 @@
+"""The expectations that all recorded runs meet, by sections of the file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from launcher.smoke.expect.expectation import Expectation, Outcome
+from launcher.smoke.judges.common import shorten
+from launcher.smoke.judges.run import clean_shutdown
+from launcher.smoke.record import lines, topics
+from launcher.smoke.record.names import is_pattern
+from launcher.smoke.record.runs import Entry, Runs, after_text, note, rounded_up_s, within
+from launcher.smoke.record.seen import SEND_GOAL, Seen
+from launcher.smoke.record.watch import GET_STATE
+
+EARLY = 0.6  # of a run: what comes later may also come after the end of another run
+MEASURED_S = 3.0  # memory is measured once a second, and not at once
+MEMORY_FACTOR, MEMORY_MORE_MB, MEMORY_STEP_MB = 1.5, 20.0, 10
+_MB = 1024 * 1024
+LEAST_STOP_S, STOP_FACTOR = 10.0, 3.0
+SHOWN = 60  # characters of a line
+_OF_LIFECYCLE = "lifecycle_msgs/srv/"
+
+
+def sections(runs: Runs) -> Iterator[tuple[str, list[Entry]]]:
+    """Title and entries of each section that has any."""
+    for title, make in _SECTIONS.items():
+        found = list(make(runs))
+        if found:
+            yield title, found
+
+
+# ---- nodes and processes
+
+
+def _nodes(runs: Runs) -> Iterator[Entry]:
+    for name in runs.nodes.common():
+        times_s = [
+            min(run.node_since(node) for node in run.nodes if runs.nodes.of(node, number) == name)
+            for number, run in enumerate(runs)
+        ]
+        several = max(run.nodes[name] for run in runs)
+        seen = after_text(times_s) + (f", {several} nodes of this name" if several > 1 else "")
+        yield Entry({"node": name, "within": within(times_s)}, seen)
+    for name in runs.nodes.missing():
+        yield note(f"{name}: not in every run")
+
+
+def _of_label(name: str, runs: Runs) -> list[tuple[Seen, str]]:
+    """(run, label) of the processes of this label or pattern."""
+    return [
+        (run, label)
+        for number, run in enumerate(runs)
+        for label in run.processes
+        if runs.labels.of(label, number) == name
+    ]
+
+
+def _processes(runs: Runs) -> Iterator[Entry]:
+    names = runs.labels.common()
+    alive = [
+        name for name in names if all(run.are_alive(one) for run, one in _of_label(name, runs))
+    ]
+    if alive == names and not runs.labels.missing():
+        counts = " and ".join(dict.fromkeys(str(len(run.facts.processes())) for run in runs))
+        yield Entry({"process": "*", "alive": True}, f"{counts} processes")
+        return
+    for name in names:
+        yield Entry({"process": name, "alive": True}, "") if name in alive else _ended(name, runs)
+    for name in runs.labels.missing():
+        yield note(f"{name}: not in every run")
+
+
+def _ended(name: str, runs: Runs) -> Entry:
+    found = _of_label(name, runs)
+    if any(run.was_restarted(label) for run, label in found):
+        return note(f"{name}: it was restarted")
+    ends = [(run, run.ended_s(label)) for run, label in found]
+    times_s = [end_s for _, end_s in ends if end_s is not None]
+    if len(times_s) < len(ends) or any(_is_late(run, end_s or 0.0) for run, end_s in ends):
+        return note(f"{name}: it exited late or not in every run")
+    return Entry({"process": name, "exits": 0}, after_text(times_s).replace("seen", "exited"))
+
+
+def _is_late(run: Seen, at_s: float) -> bool:
+    """Unless the system ended by itself, which it does whenever its processes have exited."""
+    ending = run.facts.ending
+    was_stopped = ending is not None and ending.asked_s is not None
+    return was_stopped and at_s > EARLY * run.facts.stop_s
+
+
+def _memory(runs: Runs) -> Iterator[Entry]:
+    if any(run.for_s < MEASURED_S for run in runs):
+        return
+    for name in runs.labels.common():
+        sizes_mb = [run.memory_bytes(label) / _MB for run, label in _of_label(name, runs)]
+        if not all(sizes_mb):
+            continue  # it exited before it was measured
+        most_mb = max(sizes_mb)
+        limit = MEMORY_STEP_MB * math.ceil(
+            (MEMORY_FACTOR * most_mb + MEMORY_MORE_MB) / MEMORY_STEP_MB
+        )
+        yield Entry({"memory": name, "below": f"{limit} MB"}, f"seen {most_mb:.0f} MB at most")
+
+
+def _lines(runs: Runs) -> Iterator[Entry]:
+    for name in runs.labels.common():
+        by_run = [
+            [
+                line
+                for run, label in _of_label(name, runs)
+                if run is one
+                for line in run.lines(label)
+            ]
+            for one in runs
+        ]
+        if not all(by_run):
+            continue  # it printed nothing
+        ready = lines.readiness(by_run)
+        if ready is None:
+            yield note(f"{name}: no first line that every run has")
+            continue
+        pattern, first = ready
+        times_s = [max(0.0, line.at_s) for line in first]
+        ends_s = [run.begin_s + EARLY * run.for_s for run in runs]
+        if any(line.at_s > end_s for line, end_s in zip(first, ends_s, strict=True)):
+            yield note(f"{name}: its first line came late")
+            continue
+        values = {"log": pattern, "process": name, "within": within(times_s)}
+        yield Entry(values, f"{after_text(times_s)}: {shorten(lines.message(first[0]), SHOWN)}")
+
+
+# ---- services
+
+
+def _services(runs: Runs) -> Iterator[Entry]:
+    names = runs.services.common()
+    for name in names:
+        if is_pattern(name):
+            yield note(f"{name}: another name in each run")
+            continue
+        types = {one for run in runs for one in run.services[name]}
+        entry = _state(name, types, runs)
+        if entry is not None:
+            yield entry
+        elif not _is_of_known_lifecycle(name, types, runs):
+            values: dict[str, Any] = {"service": name}
+            if len(types) == 1 and not name.endswith(SEND_GOAL):
+                values["type"] = next(iter(types))
+            times_s = [run.service_since(name) for run in runs]
+            values |= {"call": False, "within": within(times_s)}
+            yield Entry(values, after_text(times_s))
+    for name in runs.services.missing():
+        yield note(f"{name}: not in every run")
+
+
+def _state(name: str, types: set[str], runs: Runs) -> Entry | None:
+    """The state of a lifecycle node; to ask for it has no effect."""
+    states = {run.states.get(name) for run in runs}
+    if GET_STATE not in types or len(states) != 1 or None in states:
+        return None
+    state = states.pop()
+    values = {
+        "service": name,
+        "type": GET_STATE,
+        "where": f"m.current_state.label == '{state}'",
+        "within": within([run.begin_s for run in runs]),
+    }
+    return Entry(values, f"the lifecycle node was {state}")
+
+
+def _is_of_known_lifecycle(name: str, types: set[str], runs: Runs) -> bool:
+    """Whether it is one of the services of a lifecycle node whose state is expected."""
+    node = name.rpartition("/")[0]
+    is_known = all(f"{node}/get_state" in run.states for run in runs)
+    return is_known and all(one.startswith(_OF_LIFECYCLE) for one in types)
+
+
+# ---- errors and the end
+
+
+def _end(runs: Runs) -> Iterator[Entry]:
+    yield Entry({"no_errors": "*"}, "")
+    yield Entry({"no_tracebacks": "*"}, "")
+    took_s = [run.facts.ending.down_s - run.facts.stop_s for run in runs if run.facts.ending]
+    limit_s = rounded_up_s(max(LEAST_STOP_S, STOP_FACTOR * max(took_s)))
+    if all(_stops_cleanly(run, limit_s) for run in runs):
+        seen = " and ".join(dict.fromkeys(f"{time_s:.1f}" for time_s in took_s))
+        yield Entry({"clean_shutdown": f"{limit_s:g} s"}, f"seen {seen} s")
+    else:
+        yield note("clean_shutdown: a process needed more than the first signal")
+    if all(run.facts.ending is not None and not run.facts.ending.left_memory for run in runs):
+        yield Entry({"shared_memory": "clean"}, "")
+
+
+def _stops_cleanly(run: Seen, limit_s: float) -> bool:
+    wanted = Expectation(kind="clean_shutdown", subject=limit_s)
+    return clean_shutdown(wanted, run.facts).outcome is Outcome.MET
+
+
+_SECTIONS: Mapping[str, Callable[[Runs], Iterator[Entry]]] = {
+    "nodes": _nodes,
+    "processes": _processes,
+    "topics": topics.topics,
+    "quality of service": topics.qualities,
+    "rates": topics.rates,
+    "services": _services,
+    "the first line that says that a process is ready": _lines,
+    "memory": _memory,
+    "errors and the end": _end,
+}

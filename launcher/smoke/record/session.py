@@ -1,0 +1,185 @@
+"""`smoke --record FILE`: watch healthy runs, and write the expectations that they meet."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import faulthandler
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, cast
+
+from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.smoke.record.document import Document, Head, document_of
+from launcher.smoke.record.runs import Runs
+from launcher.smoke.record.seen import Seen
+from launcher.smoke.record.watch import Watch, script_of
+from launcher.smoke.reports import artifacts, text_report
+from launcher.smoke.reports.result import Result
+from launcher.smoke.run.progress import PipeSafeStdout, Progress
+from launcher.smoke.run.runner import code_of, terminable
+from launcher.smoke.run.session import HARD_ROOM_S
+from launcher.text import count
+
+FOR_S = 15.0  # so that a topic with a message in two seconds has a rate
+READY_WITHIN_S = 60.0
+RUNS = 2  # what differs between them differs in other runs, too
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recording:
+    """Options of a recording. `words` are for the launcher; `is_forced`: replace the file."""
+
+    path: Path
+    words: tuple[str, ...]
+    head: Head
+    ready_within_s: float = READY_WITHIN_S
+    repeat: int = RUNS
+    artifacts: Path | None = None
+    is_forced: bool = False
+
+    def refuse_unwritable(self) -> None:
+        """LauncherError if the file could not be written, or would replace another one."""
+        if self.head.for_s <= 0:
+            raise UsageError("nothing can be observed in 0 s", hint="increase --for")
+        if os.path.lexists(self.path) and not self.is_forced:
+            raise _exists(self.path)
+        artifacts.refuse_unwritable(
+            artifacts=self.artifacts,
+            junit=None,
+            baseline=None,
+            record=self.path,
+            repeat=self.repeat,
+        )
+
+
+def _exists(path: Path) -> LauncherError:
+    return UsageError(f"--record {path}: the file exists", hint="--force replaces it")
+
+
+class RecordSession:
+    def __init__(self, recording: Recording, *, colour: bool) -> None:
+        self._recording = recording
+        self._colour = colour
+        self._stdout = PipeSafeStdout(sys.stdout)
+        self._console = text_report.console_for(cast("IO[str]", self._stdout), colour=colour)
+
+    def run(self) -> ExitCode:
+        """The exit code; the file is written only if all runs were healthy."""
+        with (
+            contextlib.redirect_stdout(self._stdout),
+            artifacts.evidence(self._recording.artifacts) as folder,
+            terminable(),
+        ):
+            try:
+                code = self._record(folder.path)
+            except KeyboardInterrupt as interrupt:
+                code = code_of(interrupt)
+            folder.is_kept = code is not ExitCode.OK
+        return code
+
+    def _record(self, folder: Path) -> ExitCode:
+        recording = self._recording
+        seen: list[Seen] = []
+        for number, path in enumerate(artifacts.runs_in(folder, recording.repeat), 1):
+            print(f"--- run {number} of {recording.repeat}", flush=True)
+            result, one = self._watch(path)
+            if result.exit_code:
+                return self._refuse(result, number)
+            seen.append(one)
+        document = document_of(Runs(seen), recording.head)
+        try:
+            write(recording.path, document.text, is_forced=recording.is_forced)
+        except OSError as error:
+            return _unwritten(recording.path, error)
+        print(f"smoke: wrote {_summary(document)} to {recording.path}")
+        return ExitCode.OK
+
+    def _watch(self, folder: Path) -> tuple[Result, Seen]:
+        recording, for_s = self._recording, self._recording.head.for_s
+        progress = Progress(folder, cast("IO[str]", self._stdout), colour=self._colour)
+        faulthandler.dump_traceback_later(
+            2 * for_s + recording.ready_within_s + HARD_ROOM_S, exit=True
+        )
+        try:
+            watch = Watch(
+                script_of(for_s, recording.ready_within_s),
+                recording.words,
+                folder,
+                progress,
+                forecast=recording.head.forecast,
+            )
+            result = watch.run()
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+            progress.close()
+        return result, Seen(result.facts, for_s, watch.states)
+
+    def _refuse(self, result: Result, number: int) -> ExitCode:
+        path = self._recording.path
+        if result.exit_code is ExitCode.USAGE:
+            print("\n".join(result.last_lines), file=sys.stderr)
+            return result.exit_code
+        if result.interrupted is None:
+            text_report.show(self._console, result)
+        reason = "interrupted" if result.interrupted else f"run {number} was not healthy"
+        sys.stdout.flush()
+        print(f"error: nothing was recorded in {path}: {reason}", file=sys.stderr)
+        return result.exit_code
+
+
+def _summary(document: Document) -> str:
+    left = f" ({document.left_out} left out, with the reasons)" if document.left_out else ""
+    return f"{count(document.expected, 'expectation')}{left}"
+
+
+def _unwritten(path: Path, error: OSError) -> ExitCode:
+    if isinstance(error, FileExistsError):
+        reason = _exists(path)
+        print(f"error: {reason.message}\nhint: {reason.hint}", file=sys.stderr)
+    else:
+        print(f"error: cannot write {path}: {error.strerror}", file=sys.stderr)
+    return ExitCode.PROCESS_FAILED
+
+
+def write(path: Path, text: str, *, is_forced: bool) -> None:
+    """Write the whole file at once; OSError, FileExistsError unless forced.
+
+    A symbolic link is followed, so that it stays one.
+    """
+    path = Path(os.path.realpath(path)) if is_forced else path
+    with _temporary(path) as fresh:
+        fresh.write_text(text, encoding="utf-8")
+        if is_forced:
+            _take_mode(path, fresh)
+            os.replace(fresh, path)
+        else:
+            _link(fresh, path)
+
+
+def _link(fresh: Path, path: Path) -> None:
+    """A rename would replace a file that has come into being meanwhile."""
+    try:
+        os.link(fresh, path)
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.ENOTSUP, errno.EMLINK):
+            raise
+        if os.path.lexists(path):  # a file system without hard links
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from None
+        os.replace(fresh, path)
+
+
+def _take_mode(path: Path, fresh: Path) -> None:
+    with contextlib.suppress(FileNotFoundError):
+        fresh.chmod(path.stat().st_mode & 0o777)
+
+
+@contextlib.contextmanager
+def _temporary(path: Path) -> Iterator[Path]:
+    """A new file beside the path, with the permissions of any new file; it is removed."""
+    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
+        yield Path(folder, path.name)

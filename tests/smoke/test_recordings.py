@@ -1,0 +1,143 @@
+"""`smoke --record` on real systems, and the recorded files as expectations."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from launcher.smoke.preflight import loader
+from tests.smoke.bench import DEAF, IMPATIENT, PATIENT, REPOSITORY, SHORT, Bench
+
+ONCE = ("--repeat=1", "--for=1")
+ERROR = 'sh("bad", "echo \'[ERROR] [bad]: no map\'; exec sleep 1000"),'
+SETUP = 'sh("setup", "echo prepared"),'
+
+
+@pytest.fixture
+def path(bench: Bench) -> Path:
+    return bench.folder / "recorded.yaml"
+
+
+def test_a_recorded_file_is_met_by_the_next_run_and_never_replaced(bench: Bench, path: Path):
+    bench.write(SETUP, PATIENT)
+    done = bench.smoke(f"--record={path}", *ONCE, "sigterm_timeout:=4")
+    assert done.returncode == 0, done.stdout + done.stderr
+    text = path.read_text(encoding="utf-8")
+    assert "- {log: here I am, process: patient, within: 20 s}" in text
+    assert "- {process: setup, exits: 0}" in text and "process: patient, alive: true" in text
+    assert "arguments: {sigterm_timeout: '4'}" in text and "for: 1 s" in text
+
+    again = bench.smoke(f"--record={path}", *ONCE)
+    assert again.returncode == 2
+    assert f"--record {path}: the file exists" in again.stderr
+    assert "--force replaces it" in again.stderr
+    assert path.read_text(encoding="utf-8") == text
+
+    checked = bench.smoke(f"--expect={path}")
+    assert checked.returncode == 0, checked.stdout
+
+
+@pytest.mark.parametrize(
+    ("action", "code", "reason"),
+    [
+        (SHORT, 1, "short-1 exited at"),
+        pytest.param(ERROR, 1, "no map", marks=pytest.mark.thorough),
+        pytest.param(DEAF, 1, "no process is killed at the stop", marks=pytest.mark.thorough),
+    ],
+    ids=["exit", "error", "killed"],
+)
+def test_a_run_that_is_not_healthy_is_not_recorded(
+    bench: Bench, path: Path, action: str, code: int, reason: str
+):
+    bench.write(action)
+    done = bench.smoke(f"--record={path}", *ONCE, *IMPATIENT)
+    assert done.returncode == code, done.stdout + done.stderr
+    assert reason in done.stdout
+    assert f"error: nothing was recorded in {path}: run 1 was not healthy" in done.stderr
+    assert not [one for one in bench.folder.iterdir() if "recorded" in one.name]
+
+
+@pytest.mark.thorough
+def test_a_process_that_does_not_start_in_time_is_named(bench: Bench, path: Path):
+    """A launch file that starts less than its plan says."""
+    bench.write(
+        "*([TimerAction(period=0.1, actions=["
+        f"{PATIENT.replace('patient', 'absent')}])] if 'forecast' in str(sys.orig_argv) else []),",
+        PATIENT,
+    )
+    done = bench.smoke(f"--record={path}", *ONCE, "--ready-within=5")
+    assert done.returncode == 124, done.stdout
+    assert "not ready after 5.0 s; not started: absent" in done.stdout
+    assert not path.exists()
+
+
+def test_an_interrupted_recording_leaves_nothing(bench: Bench, path: Path):
+    bench.write(PATIENT)
+    run = bench.start(f"--record={path}", "--for=60")
+    assert run.stdout is not None
+    told = ""
+    while "started" not in told:
+        told = run.stdout.readline()
+    run.send_signal(signal.SIGINT)
+    told, _ = run.communicate(timeout=120)
+    assert run.returncode == 130
+    assert "nothing was recorded" in told and "interrupted" in told
+    assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--expect-log=x",), "--record excludes --expect-log"),
+        (("--expect=x.yaml",), "--record excludes --expect"),
+        (("--chaos=kill one of a every 1 s",), "--record excludes --chaos"),
+        (("--for=0",), "nothing can be observed in 0 s"),
+    ],
+)
+def test_options_that_a_recording_cannot_have_are_refused(
+    bench: Bench, path: Path, words: tuple[str, ...], told: str
+):
+    bench.write(PATIENT)
+    done = bench.smoke(f"--record={path}", *words)
+    assert done.returncode == 2
+    assert told in done.stderr
+    assert not path.exists()
+
+
+@pytest.mark.thorough
+def test_the_fleet_is_recorded_from_a_single_run(bench: Bench, path: Path):
+    bench.launch_file = REPOSITORY / "launch" / "system.launch.py"
+    done = bench.smoke(f"--record={path}", "--for=6", "--repeat=1", "enable_debug:=true")
+    assert done.returncode == 0, done.stdout + done.stderr
+    text = path.read_text(encoding="utf-8")
+    for part in ("node: /robot_3", "rate: /fleet/tasks, is: 1 Hz", "qos: /fleet/status"):
+        assert part in text
+    checked = bench.smoke(f"--expect={path}")
+    assert checked.returncode == 0, checked.stdout
+
+
+@pytest.mark.thorough
+def test_ten_nodes_are_recorded_without_what_differs_between_runs(bench: Bench, path: Path):
+    bench.launch_file = REPOSITORY / "tests" / "smoke" / "ten_nodes.launch.py"
+    done = bench.smoke(f"--record={path}", "--for=8")
+    assert done.returncode == 0, done.stdout + done.stderr
+    script = loader.load(str(path))
+    subjects = {
+        (e.kind, str(getattr(e.subject, "pattern", e.subject))) for e in script.expectations
+    }
+    assert sum(kind == "node" for kind, _ in subjects) == 10
+    assert subjects >= {
+        *(("node", "/anonymous_*"), ("node", "/site/late"), ("process", "prepare")),
+        *(("rate", "/steady"), ("rate", "/fast"), ("rate", "/site/late"), ("rate", "/beats")),
+        *(("message", "/map"), ("qos", "/shared"), ("qos", "/fast")),
+        *(("service", "/switch"), ("service", "/switch/reset"), ("service", "/engine/get_state")),
+        *(("log", "steady is ready"), ("log", "switch started with pid")),
+    }
+    for never in (("rate", "/moods"), ("rate", "/map"), ("topic", "/rosout")):
+        assert never not in subjects
+    assert not [name for _, name in subjects if name.startswith("/private_")]
+
+    checked = bench.smoke(f"--expect={path}")
+    assert checked.returncode == 0, checked.stdout
