@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from launcher.commands import launch
@@ -18,9 +18,11 @@ from launcher.control.selection import ProcessNames
 from launcher.errors import ExitCode, LauncherError
 from launcher.interpreter.trace import Visit
 from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
+from launcher.language.events.launch import IncludeLaunchDescription, TimerEvent
 from launcher.model.events import LoadRequest
-from launcher.planner import Plan
+from launcher.planner import Plan, Stamp
 
+_ANY_TIME: dict[str, Any] = {"time_s": None, "cause": None}
 _OURS = ("launch.", "launch_ros.", "launcher.")  # entities of others may do anything
 
 
@@ -37,6 +39,12 @@ def main(words: Sequence[str]) -> int:
 
 def _document(plan: Plan) -> dict[str, Any]:
     named = [ProcessNames.of(process.spec) for process in plan.processes]
+    delayed = {
+        number + 1
+        for root in filter(_is_delayed, plan.visits)
+        for visit in root.walk()
+        for number in visit.processes
+    }
     return {
         "is_certain": is_certain(plan),
         "processes": [
@@ -45,13 +53,40 @@ def _document(plan: Plan) -> dict[str, Any]:
                 "label": one.label,
                 "nodes": one.nodes,
                 "namespace": one.namespace,
-                # What an exit causes has no time: nobody knows when the process exits.
-                "time_s": planned.stamp.time_s if planned.stamp.phase == "run" else None,
+                "moment": _ANY_TIME if number in delayed else _moment(planned.stamp, named),
             }
             for number, (one, planned) in enumerate(zip(named, plan.processes, strict=True), 1)
         ],
         "components": [_component(load) for load, _ in plan.loads],
+        "conditions": list(_conditions(plan, named)),
     }
+
+
+def _is_delayed(root: Visit) -> bool:
+    """Whether it comes some time after an exit."""
+    return root.stamp.phase != "run" and isinstance(root.event, TimerEvent)
+
+
+def _moment(stamp: Stamp, named: Sequence[ProcessNames]) -> dict[str, Any]:
+    """When: what an exit causes has no time, since nobody knows when the process exits."""
+    if stamp.phase == "run":
+        return {"time_s": stamp.time_s, "cause": None}
+    return {"time_s": None, "cause": None if stamp.cause is None else named[stamp.cause].label}
+
+
+def _conditions(plan: Plan, named: Sequence[ProcessNames]) -> Iterator[dict[str, Any]]:
+    """When conditions are evaluated that were false here, and may be true in a run.
+
+    Those that are evaluated at the start are not.
+    """
+    for root in plan.visits:
+        if not any(visit.skipped for visit in root.walk()):
+            continue
+        is_known = root.stamp.phase != "run" or isinstance(root.event, TimerEvent)
+        if is_known and not _is_delayed(root):
+            yield _moment(root.stamp, named)
+        elif not isinstance(root.event, IncludeLaunchDescription):
+            yield _ANY_TIME
 
 
 def _component(load: LoadRequest) -> str | None:

@@ -28,16 +28,29 @@ PLAN_S = 20.0  # a launch file that takes longer is launched without a forecast
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """When something is due: a time after the start, or the exit of processes of a label.
+
+    With neither, at any time.
+    """
+
+    time_s: float | None = None
+    cause: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Forecast:
     """`is_certain`: no event of the run can start other processes.
 
-    `times_s`: when each of the `processes` is started, None for those that follow an exit.
-    `components`: full names of nodes that containers load, None where a component names its own.
+    `moments`: when each of the `processes` is started. `conditions`: when those are evaluated that
+    are false in the plan, and may be true in a run. `components`: full names of nodes that
+    containers load, None where a component names its own.
     """
 
     processes: tuple[ProcessNames, ...]
     is_certain: bool
-    times_s: tuple[float | None, ...] = ()
+    moments: tuple[Moment, ...] = ()
+    conditions: tuple[Moment, ...] = ()
     components: tuple[str | None, ...] = ()
 
     def knows(self, word: str) -> bool:
@@ -95,7 +108,8 @@ def ask(words: Sequence[str]) -> Forecast | None:
             for one in answer["processes"]
         ),
         is_certain=answer["is_certain"],
-        times_s=tuple(one["time_s"] for one in answer["processes"]),
+        moments=tuple(Moment(**one["moment"]) for one in answer["processes"]),
+        conditions=tuple(Moment(**one) for one in answer["conditions"]),
         components=tuple(answer["components"]),
     )
 

@@ -96,9 +96,11 @@ class Watch(Runner):
         forecast, limit_s = self._forecast, self._script.ready_limit_s()
         if forecast is None:
             return []
-        times = dict(zip(forecast.processes, forecast.times_s, strict=True))
-        late = [one for one in unstarted(forecast, facts) if times[one] is not None]
-        return [one.label for one in late if (times[one] or 0.0) < limit_s]
+        return [
+            process.label
+            for process, moment in unstarted(forecast, facts)
+            if moment.time_s is not None and moment.time_s < limit_s
+        ]
 
     def _awaited_nodes(self, facts: Facts) -> bool:
         """Whether a process that was started lately has not made its node."""

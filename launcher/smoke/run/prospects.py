@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import itertools
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -11,9 +12,10 @@ from launcher.smoke.expect.expectation import READY, STOP, Expectation, Outcome
 from launcher.smoke.expect.steps import Step
 from launcher.smoke.judges import judge
 from launcher.smoke.judges.common import EVENT_LATENCY_S
-from launcher.smoke.observe.facts import Facts, label_of
-from launcher.smoke.preflight.forecast import Forecast
+from launcher.smoke.observe.facts import Facts, ProcessEvent, label_of
+from launcher.smoke.preflight.forecast import Forecast, Moment
 
+SETTLE_S = 2.0  # until what a timer or an exit causes has been started
 # These start a process, or make a node start something.
 _STARTING = ("start", "restart", "call", "set", "publish", "send", "resume")
 
@@ -32,7 +34,10 @@ def lost(
     late = [e for e in presence if e.within is not None and facts.now_s > _end_s(e)]
     if not late or forecast is None or not forecast.is_certain or _has_starting_step(waiting):
         return None
-    starts = [*unstarted(forecast, facts), *_restarting(forecast, facts)]
+    if any(not _is_past(moment, facts) for moment in forecast.conditions):
+        return None
+    starts = [process for process, moment in unstarted(forecast, facts) if _may_be(moment, facts)]
+    starts += _restarting(forecast, facts)
     components = forecast.components if _is_any_running(facts) else ()
     for expectation in late:
         if judge(expectation, facts).outcome is not Outcome.VIOLATED:
@@ -59,17 +64,38 @@ def _has_starting_step(waiting: Sequence[Step]) -> bool:
     return any(s.command.verb in _STARTING and root(s) not in (READY, STOP) for s in waiting)
 
 
-def unstarted(forecast: Forecast, facts: Facts) -> Iterator[ProcessNames]:
-    """The planned processes that have not been started.
+def unstarted(forecast: Forecast, facts: Facts) -> Iterator[tuple[ProcessNames, Moment]]:
+    """The planned processes that have not been started, and when they are.
 
     By label: the number of a process may differ from the plan's.
     """
     started = Counter(label_of(name) for name in facts.processes())
-    for process in forecast.processes:
+    moments = itertools.chain(forecast.moments, itertools.repeat(Moment()))
+    for process, moment in zip(forecast.processes, moments, strict=False):
         if started[process.label] > 0:
             started[process.label] -= 1
         else:
-            yield process
+            yield process, moment
+
+
+def _may_be(moment: Moment, facts: Facts) -> bool:
+    """Whether a process may still be started then; a timer may be slower than in the plan."""
+    return moment.cause is None or not _is_past(moment, facts)
+
+
+def _is_past(moment: Moment, facts: Facts) -> bool:
+    """Whether what is due at a moment has happened, if it ever does."""
+    if moment.time_s is not None:
+        return facts.now_s > moment.time_s + SETTLE_S
+    if moment.cause is None:
+        return False
+    names = [name for name in facts.processes() if label_of(name) == moment.cause]
+    ends = [facts.last_end(name) for name in names]
+    return bool(names) and all(end is not None and _is_final(end, facts) for end in ends)
+
+
+def _is_final(end: ProcessEvent, facts: Facts) -> bool:
+    return end.details.get("restart_in_s") is None and facts.now_s > end.at_s + SETTLE_S
 
 
 def _restarting(forecast: Forecast, facts: Facts) -> Iterator[ProcessNames]:

@@ -16,7 +16,7 @@ from launcher.errors import UsageError
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.script import Script
 from launcher.smoke.preflight import checks
-from launcher.smoke.preflight.forecast import Forecast, compare
+from launcher.smoke.preflight.forecast import Forecast, Moment, ask, compare
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
 from tests.unit.smoke.cases import expectation_of
@@ -265,3 +265,44 @@ def test_a_plan_is_certain_unless_functions_receive_events(
     plan = planning.evaluate(LaunchRequest(str(path)))
     assert plan.error is None
     assert is_certain(plan) is certain
+
+
+MOMENTS = """
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess, RegisterEventHandler, TimerAction
+from launch.conditions import IfCondition
+from launch.event_handlers import OnProcessExit, OnProcessStart
+
+def process(name, when="true"):
+    return ExecuteProcess(cmd=["true"], name=name, condition=IfCondition(when))
+
+def generate_launch_description():
+    one = process("one")
+    then = [process("two"), TimerAction(period=9.0, actions=[process("three")])]
+    return LaunchDescription([
+        one,
+        process("never", "false"),
+        TimerAction(period=5.0, actions=[process("late"), process("perhaps", "false")]),
+        RegisterEventHandler(OnProcessExit(target_action=one, on_exit=then)),
+        RegisterEventHandler(OnProcessExit(target_action=one, on_exit=[process("x", "false")])),
+        RegisterEventHandler(OnProcessStart(target_action=one, on_start=[process("y", "false")])),
+    ])
+"""
+
+
+def test_a_forecast_says_when_processes_are_started_and_conditions_are_evaluated(tmp_path: Path):
+    path = tmp_path / "x.launch.py"
+    path.write_text(MOMENTS, encoding="utf-8")
+    foreseen = ask([str(path)])
+    assert foreseen is not None
+    moments = {
+        process.label: moment
+        for process, moment in zip(foreseen.processes, foreseen.moments, strict=True)
+    }
+    assert moments == {
+        "one": Moment(time_s=0.0),
+        "late": Moment(time_s=5.0),
+        "two": Moment(cause="one"),
+        "three": Moment(),  # some time after an exit
+    }
+    assert set(foreseen.conditions) == {Moment(time_s=5.0), Moment(cause="one"), Moment()}

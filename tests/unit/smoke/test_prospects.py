@@ -8,7 +8,7 @@ import pytest
 
 from launcher.control.selection import ProcessNames
 from launcher.smoke.observe.facts import ProcessEvent
-from launcher.smoke.preflight.forecast import Forecast
+from launcher.smoke.preflight.forecast import Forecast, Moment
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.run.prospects import lost
 from tests.unit.smoke.facts import EMPTY, ended, graph, running, started
@@ -31,6 +31,8 @@ def verdict(text: str, foreseen: Forecast | None, now_s: float = 4.0, **facts: A
     return None if found is None else str(found.subject)
 
 
+TIMED, AFTER_EXIT = Moment(time_s=60.0), Moment(cause="robot_1")
+GONE = (*started("robot_1-1"), ended("robot_1-1", 0, 1.0))
 RESTARTING = ProcessEvent(
     at_s=2.0, kind="ended", process="robot_2-2", details={"returncode": 1, "restart_in_s": 9.0}
 )
@@ -55,6 +57,19 @@ WAITS: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
         forecast(ROBOT),
         {},
     ),
+    "it is started when another one exits": (
+        NODE,
+        forecast(ROBOT, LATE, moments=(TIMED, AFTER_EXIT)),
+        {},
+    ),
+    "the other one has just exited": (
+        NODE.replace("3 s", "1 s"),
+        forecast(ROBOT, LATE, moments=(TIMED, AFTER_EXIT)),
+        {"events": GONE, "now_s": 2.9},
+    ),
+    "a condition may be true later": (NODE, forecast(ROBOT, conditions=(TIMED,)), {}),
+    "a condition may be true at any time": (NODE, forecast(ROBOT, conditions=(Moment(),)), {}),
+    "a condition may be true at an exit": (NODE, forecast(ROBOT, conditions=(AFTER_EXIT,)), {}),
     "a component": (NODE, forecast(ROBOT, components=("/robot_2",)), {}),
     "a component that names itself": (NODE, forecast(ROBOT, components=(None,)), {}),
 }
@@ -80,6 +95,16 @@ LOST: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
         "scenario: [{at: 20 s, do: kill robot_1}]\n" + NODE,
         forecast(ROBOT),
         {},
+    ),
+    "the other one has exited, and did not start it": (
+        NODE,
+        forecast(ROBOT, LATE, moments=(TIMED, AFTER_EXIT)),
+        {"events": GONE},
+    ),
+    "a condition was false": (
+        NODE,
+        forecast(ROBOT, conditions=(Moment(time_s=1.0), AFTER_EXIT)),
+        {"events": GONE},
     ),
     "a component of a container that is gone": (
         NODE,
