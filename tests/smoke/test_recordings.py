@@ -116,6 +116,9 @@ def test_the_fleet_is_recorded_from_a_single_run(bench: Bench, path: Path):
         assert part in text
     checked = bench.smoke(f"--expect={path}")
     assert checked.returncode == 0, checked.stdout
+    log = (bench.evidence / "launch.log").read_text(encoding="utf-8")
+    assert "robot_3 is reporting" in log
+    assert "has not reported" not in log  # in a normal start, although robot_3 comes late
 
 
 @pytest.mark.thorough
