@@ -16,6 +16,7 @@ from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
     from typing import Any
 
     from launcher.language.action import Action
@@ -75,13 +76,20 @@ def substitution_names() -> list[str]:
     return sorted({*tables.SUBSTITUTIONS, *frontend_registry.substitution_parse_methods})
 
 
+def installed(group: str) -> list[EntryPoint]:
+    """The entry points of a group."""
+    from importlib import metadata
+
+    points: Any = metadata.entry_points(group=group)
+    # Old versions of importlib_metadata, which may replace the module, return a dictionary.
+    return list(points.get(group, ()) if isinstance(points, dict) else points)
+
+
 def load_extensions() -> list[str]:
     """Import the packages that expose something; the failures, one text each."""
-    from importlib.metadata import entry_points
-
     failures = []
-    for point in entry_points(group=EXTENSION_GROUP):
-        if point.value.split(":")[0].split(".")[0] in ("launch", "launch_ros"):
+    for point in installed(EXTENSION_GROUP):
+        if getattr(point, "value", "").split(":")[0].split(".")[0] in ("launch", "launch_ros"):
             continue  # an installed ROS 2: its names are built in
         try:
             point.load()
@@ -117,4 +125,8 @@ def _unknown_tag(entity: Entity) -> StructureError:
     hint = _ROS_1_TAGS.get(name) or did_you_mean(name, action_names())
     if hint is None:
         hint = failed_extensions()
-    return StructureError(f"unknown action '{name}'", place=entity.place, hint=hint)
+    return StructureError(
+        f"unknown action '{name}' (Unrecognized entity of the type: {name})",
+        place=entity.place,
+        hint=hint,
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -101,7 +102,17 @@ class Parser:
     @classmethod
     def load_launch_extensions(cls) -> None:
         """Import the packages that expose actions or substitutions."""
-        expose.load_extensions()
+        for failure in expose.load_extensions():
+            warnings.warn(f"Failed to load the launch extension {failure}", stacklevel=2)
+
+    @classmethod
+    def load_parser_implementations(cls) -> None:
+        """Import the parsers of other packages."""
+        for point in expose.installed(PARSER_GROUP):
+            try:
+                point.load()
+            except Exception as problem:  # one broken package must not hide the others
+                warnings.warn(f"Failed to load the parser {point.name}: {problem}", stacklevel=2)
 
     def parse_description(self, entity: Entity) -> LaunchDescription:
         """The launch description of a root entity; errors of all actions are reported together."""

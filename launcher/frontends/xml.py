@@ -238,16 +238,20 @@ class XmlEntity(Entity):
         )
 
     def _fail_for_tag(self, child: XmlElement) -> NoReturn:
+        unread = {one.tag for one in self._element.children} - set(self._read_tags)
         raise UnexpectedContentError(
-            f"<{child.tag}> is not allowed inside <{self.type_name}>",
+            f"<{child.tag}> is not allowed inside <{self.type_name}> "
+            f"(Unexpected nested tag(s) found in `{self.type_name}`: {unread})",
             place=self._source.place(child.line, child.column),
             hint=did_you_mean(child.tag, self._read_tags),
         )
 
     def _fail_for_attribute(self, name: str) -> NoReturn:
         found = self._find_attribute(name)
+        unread = set(self._element.attributes) - set(self._read_attributes)
         raise UnexpectedContentError(
-            f"<{self.type_name}> has no attribute '{name}'",
+            f"<{self.type_name}> has no attribute '{name}' "
+            f"(Unexpected attribute(s) found in `{self.type_name}`: {unread})",
             place=self.place
             if found is None
             else self._source.place(found[0], found[1].start() + 1),

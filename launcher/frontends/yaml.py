@@ -162,7 +162,8 @@ class YamlEntity(Entity):
         for key in self._element:
             if key not in self._read_keys:
                 raise UnexpectedContentError(
-                    f"'{self._type_name}' has no attribute '{key}'",
+                    f"'{self._type_name}' has no attribute '{key}' "
+                    f"(Unexpected key(s) found in `{self._type_name}`: {{'{key}'}})",
                     place=self._key_place(key),
                     hint=attribute_hint(self._type_name, str(key), self._read_keys),
                 )

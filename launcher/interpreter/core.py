@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 
+MAX_EVENTS = 1000  # handled at once; then signals and processes have their turn
 _STREAMS = {
     "stdout": process_events.ProcessStdout,
     "stderr": process_events.ProcessStderr,
@@ -87,6 +89,7 @@ class Interpreter:
         self._handlers_without_output: tuple[Any, ...] = ()
         self.failure: LaunchFileError | None = None
         self._stays = stays
+        self._is_service = context is not None
         self.context = context or self._new_context(noninteractive)
         self.host = RunHost(self.context, answer)
         self.context._host = self.host
@@ -178,7 +181,7 @@ class Interpreter:
         try:
             for event in events:
                 self._accept(event)
-            self._drain()
+            self._drain(None if self._is_virtual else MAX_EVENTS)
         except (Exception, SystemExit) as error:
             self._fail(error)
         return self.take_effects()
@@ -272,10 +275,14 @@ class Interpreter:
 
     # ---- the queue
 
-    def _drain(self) -> None:
-        while True:
+    def _drain(self, at_most: int | None = None) -> None:
+        """Empty the queue, or leave the rest to a timer: handlers may emit events for ever."""
+        for handled in itertools.count():
             self._run_steps()
             if self.context._event_queue:
+                if handled == at_most:
+                    self.host.call_later(0.0, lambda: None)
+                    return
                 self._process(self.context._event_queue.popleft())
             elif not self._becomes_idle():
                 return
@@ -348,6 +355,8 @@ class Interpreter:
             return
         text = f"Caught exception in launch (see debug for traceback): {error}"
         self.host.log("launch", "ERROR", text)
+        if self._is_service:
+            self._run_steps()  # as in ROS 2, what was visited before the error starts, and ends
         self.context._event_queue.clear()
         self.host.steps.clear()
         self._begin_shutdown(launch_events.Shutdown(reason="exception in the launch file"))

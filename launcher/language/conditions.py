@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 
 from launcher.language.diagnostics.origin import Origin, caller_origin
@@ -119,6 +120,13 @@ class LaunchConfigurationEquals(Condition):
     """True if a launch configuration has a value; with None, if it does not exist."""
 
     def __init__(self, launch_configuration_name: str, expected_value: Any) -> None:
+        warnings.warn(
+            f"{type(self).__name__} is deprecated: use IfCondition with EqualsSubstitution or "
+            "NotEqualsSubstitution, for example IfCondition(EqualsSubstitution("
+            f'LaunchConfiguration("{launch_configuration_name}"), "value"))',
+            UserWarning,
+            stacklevel=2,
+        )
         self.__launch_configuration_name = launch_configuration_name
         self.__expected_value = optional_substitutions(expected_value)
         super().__init__(predicate=self._predicate_func)

@@ -41,7 +41,9 @@ class LaunchDescription(LaunchDescriptionEntity):
             what = "deprecated launch description: "
             if path is not None:
                 what = f"launch file [{path}] is deprecated: "
-            context._host.log("launch", "WARNING", what + self.__deprecated_reason)
+            host = getattr(context, "_host", None)  # a context of somebody's test has none
+            if host is not None:
+                host.log("launch", "WARNING", what + self.__deprecated_reason)
         return self.__entities
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:

@@ -110,6 +110,10 @@ class Executable:
 
     def prepare(self, context: LaunchContext, action: Any) -> None:
         """Perform all substitutions; `action` is for subclasses."""
+        self.apply_context(context)
+
+    def apply_context(self, context: LaunchContext) -> None:
+        """Perform all substitutions."""
         cmd = [perform_substitutions(context, word) for word in self.__cmd]
         self.__final_cmd = [*self._prefix_words(context, cmd), *cmd]
         if self.__name is None and not self.__final_cmd:

@@ -33,11 +33,17 @@ def normalize_to_list_of_entities(entities: Any) -> list[LaunchDescriptionEntity
 def visit_all_entities_and_collect_futures(
     entity: LaunchDescriptionEntity, context: LaunchContext
 ) -> list[tuple[LaunchDescriptionEntity, Any]]:
-    """Visit an entity and, depth first, all that it yields; (entity, future) of unfinished ones."""
+    """Visit an entity and, depth first, all that it yields; (entity, future) of unfinished ones.
+
+    In the order of the visits.
+    """
     pairs: list[tuple[LaunchDescriptionEntity, Any]] = []
     context._host.visiting(entity)
     try:
         sub_entities = entity.visit(context)
+        future = entity.get_asyncio_future()
+        if future is not None:
+            pairs.append((entity, future))
         if sub_entities is not None:
             _check_is_list(entity, sub_entities)
             for sub_entity in sub_entities:
@@ -49,9 +55,6 @@ def visit_all_entities_and_collect_futures(
         raise
     finally:
         context._host.visited()
-    future = entity.get_asyncio_future()
-    if future is not None:
-        pairs.append((entity, future))
     return pairs
 
 

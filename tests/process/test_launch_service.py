@@ -265,20 +265,29 @@ FAILS = """
 service = LaunchService()
 def fail(context):
     raise ValueError("on purpose")
-service.include_launch_description(
-    LaunchDescription([sleeper(), OpaqueFunction(function=fail)])
-)
-print(">", service.run())
+async def coroutine(context):
+    await asyncio.sleep(0.01)
+    ended.append("coroutine")
+ended = []
+service.include_launch_description(LaunchDescription([OpaqueCoroutine(coroutine=coroutine)]))
+print(">", service.run(), ended)
+ended.clear()
+service.include_launch_description(LaunchDescription([
+    sleeper(on_exit=lambda event, context: ended.append(event.returncode)),
+    OpaqueFunction(function=fail),
+    sleeper(),
+]))
+print(">", service.run(), ended)
 """
 
 
-def test_an_exception_in_the_launch_is_1(tmp_path: Path):
+def test_an_exception_in_the_launch_is_1_after_what_had_started_has_ended(tmp_path: Path):
     script = write(tmp_path, FAILS)
 
     result = completed([sys.executable, str(script)], tmp_path)
 
     line = 1 + script.read_text().splitlines().index('    raise ValueError("on purpose")')
-    assert lines_of(result) == ["1"]
+    assert lines_of(result) == ["0 ['coroutine']", "1 [-2]"]
     assert f"error: {script}:{line}: on purpose" in result.stderr
 
 

@@ -76,6 +76,10 @@ class LogInfo(Action):
     def msg(self) -> list[Substitution]:
         return self.__msg
 
+    @property
+    def level(self) -> list[Substitution]:
+        return normalize_to_list_of_substitutions("INFO")
+
     def execute(self, context: LaunchContext) -> None:
         context._host.log("launch.user", "INFO", perform_substitutions(context, self.msg))
 

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 
+_LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL", "WARN", "FATAL")
+
+
 @public("launch.actions.log")
 @parsed
 class Log(Action):
@@ -26,6 +29,8 @@ class Log(Action):
     def __init__(self, *, msg: Any, level: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__msg = normalize_to_list_of_substitutions(msg)
+        if isinstance(level, str) and level.upper() not in _LEVELS:
+            raise KeyError(f"Invalid log level '{level}', expected: {', '.join(_LEVELS)}")
         self.__level = normalize_to_list_of_substitutions(level)
 
     @property

@@ -131,6 +131,7 @@ MODULES = {
         "launcher.language.substitution": (
             "normalize_to_list_of_substitutions perform_substitutions"
         ),
+        "launcher.language.signals": "AsyncSafeSignalManager",
         "launcher.language.utilities": (
             "create_future get_signal_name normalize_to_list_of_entities "
             "visit_all_entities_and_collect_futures"
@@ -341,6 +342,7 @@ SUBMODULES = {
     "launch.utilities": {
         "class_tools_impl": "is_a is_a_subclass isclassinstance",
         "create_future_impl": "create_future",
+        "signal_management": "AsyncSafeSignalManager",
         "ensure_argument_type_impl": "ensure_argument_type",
         "normalize_to_list_of_entities_impl": "normalize_to_list_of_entities",
         "normalize_to_list_of_substitutions_impl": "normalize_to_list_of_substitutions",

@@ -50,9 +50,10 @@ class OnActionEventBase(BaseEventHandler):
         if not isinstance(event, self.__target_event_cls):
             return False
         action = event.action  # type: ignore[attr-defined]  # every target event has one
-        if callable(self.__action_matcher):
-            return bool(self.__action_matcher(action))
-        return self.__action_matcher is None or action is self.__action_matcher
+        matcher = self.__action_matcher
+        if callable(matcher) and not isinstance(matcher, self.__target_action_cls):
+            return bool(matcher(action))
+        return matcher is None or action is matcher
 
     @property
     def handler_description(self) -> str:

@@ -170,7 +170,7 @@ class LoadComposableNodes(Action):
         else:
             self.__container_name = perform(context, self.__target_container)
         requests = [
-            get_composable_node_load_request(description, context, self.__container_name)
+            _load_request(description, context, self.__container_name)
             for description in self.__composable_node_descriptions
         ]
         wanted = [request for request in requests if request is not None]
@@ -205,7 +205,17 @@ class LoadComposableNodes(Action):
 
 
 def get_composable_node_load_request(
-    composable_node_description: ComposableNode, context: LaunchContext, container: str = ""
+    composable_node_description: ComposableNode, context: LaunchContext
+) -> Any:
+    """The request as ROS 2 sends it; None if the description's condition is false."""
+    from launcher.language.ros.load_requests import ros_request  # imports messages
+
+    request = _load_request(composable_node_description, context, "")
+    return None if request is None else ros_request(request)
+
+
+def _load_request(
+    composable_node_description: ComposableNode, context: LaunchContext, container: str
 ) -> LoadRequest | None:
     """The request to the container; None if the description's condition is false."""
     description = composable_node_description

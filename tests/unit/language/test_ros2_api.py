@@ -1,0 +1,303 @@
+"""Facts about ROS 2's public classes that scripts and tests of other people rely on."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import os
+import signal
+from collections.abc import Iterator
+from typing import Any
+from unittest.mock import Mock, NonCallableMock, patch
+
+import pytest
+
+from launcher.language.compat import vocabulary
+
+
+@pytest.fixture(autouse=True)
+def _open_vocabulary() -> Iterator[None]:
+    with vocabulary():
+        yield
+
+
+class Bare:
+    """A context as small as tests of actions make it."""
+
+    def would_handle_event(self, event: Any) -> bool:
+        return False
+
+    def get_locals_as_dict(self) -> dict[str, Any]:
+        return {}
+
+
+# ---- entities
+
+
+def test_an_entity_has_nothing_and_does_not_describe_itself():
+    from launch import LaunchDescriptionEntity
+
+    entity = LaunchDescriptionEntity()
+
+    with pytest.raises(NotImplementedError):
+        entity.describe()
+    assert entity.visit(Bare()) is None
+    assert (entity.describe_sub_entities(), entity.get_asyncio_future()) == ([], None)
+
+
+def test_actions_and_descriptions_are_visited_with_any_context():
+    from launch import Action, LaunchDescription, LaunchDescriptionEntity
+
+    assert Action().visit(Bare()) is None
+    assert "Action" in Action().describe()
+    old = LaunchDescription([LaunchDescriptionEntity(), Action()], deprecated_reason="use another")
+    assert len(old.visit(Bare())) == 2
+    assert (old.deprecated, old.deprecated_reason) == (True, "use another")
+
+
+def test_futures_are_collected_in_the_order_of_the_visits():
+    from launch import LaunchContext, LaunchDescriptionEntity
+    from launch.utilities import visit_all_entities_and_collect_futures
+
+    class Leaf(LaunchDescriptionEntity):
+        def get_asyncio_future(self) -> str:
+            return "leaf"
+
+    class Branch(LaunchDescriptionEntity):
+        def __init__(self, left: int) -> None:
+            self.left = left
+
+        def get_asyncio_future(self) -> str:
+            return f"branch {self.left}"
+
+        def visit(self, context: Any) -> Any:
+            below = [Leaf(), LaunchDescriptionEntity(), Branch(self.left - 1)]
+            return below if self.left else None
+
+    found = visit_all_entities_and_collect_futures(Branch(2), LaunchContext())
+
+    assert [future for _, future in found] == ["branch 2", "leaf", "branch 1", "leaf", "branch 0"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "equal"),
+    [("a", "x", True), ("a", None, False), ("a", "y", False), ("b", None, True), ("b", "", False)],
+)
+def test_the_old_conditions_are_deprecated_and_work_with_any_context(name, value, equal):
+    from launch.conditions import LaunchConfigurationEquals, LaunchConfigurationNotEquals
+
+    class Context:
+        launch_configurations = {"a": "x"}
+
+        def perform_substitution(self, substitution: Any) -> str:
+            return substitution.perform(self)
+
+    with pytest.warns(UserWarning, match="EqualsSubstitution"):
+        assert LaunchConfigurationEquals(name, value).evaluate(Context()) is equal
+    with pytest.warns(UserWarning, match="LaunchConfigurationNotEquals is deprecated"):
+        assert LaunchConfigurationNotEquals(name, value).evaluate(Context()) is not equal
+
+
+@pytest.mark.parametrize("name", ["Info", "Debug", "Warning", "Error"])
+def test_a_log_action_has_its_level(name):
+    import launch.actions
+    from launch import LaunchContext
+    from launch.utilities import perform_substitutions
+
+    action = getattr(launch.actions, f"Log{name}")(msg="text")
+
+    assert perform_substitutions(LaunchContext(), action.level) == name.upper()
+    with pytest.raises(KeyError, match="Invalid log level"):
+        launch.actions.Log(msg="text", level="loud")
+
+
+def test_the_command_of_an_executable_is_known_without_a_process():
+    from launch import LaunchContext
+    from launch.descriptions import Executable
+
+    executable = Executable(cmd=["ls", 'one "word"'])
+    executable.apply_context(LaunchContext())
+
+    assert executable.final_cmd == ["ls", 'one "word"']
+
+
+def test_a_handler_of_an_action_that_can_be_called_matches_only_that_action():
+    from launch import Action, LaunchContext
+    from launch.actions import ExecuteProcess
+    from launch.event_handlers import OnProcessExit
+    from launch.events.process import ProcessExited
+
+    def exited(action: Any) -> Any:
+        return ProcessExited(
+            action=action, name="p", cmd=[], cwd=None, env=None, pid=1, returncode=0
+        )
+
+    mine, context, reaction = Mock(spec=ExecuteProcess), Mock(spec=LaunchContext), Mock()
+    handler = OnProcessExit(target_action=mine, on_exit=reaction, handle_once=True)
+
+    assert handler.matches(exited(mine))
+    assert not handler.matches(exited(Mock(spec=Action)))
+    event = exited(mine)
+    handler.handle(event, context)
+    reaction.assert_called_once_with(event, context)
+    context.extend_locals.assert_called_once_with({"event": event})
+    context.unregister_event_handler.assert_called_once_with(handler)
+    with pytest.raises(TypeError):
+        OnProcessExit(target_action=NonCallableMock(), on_exit=reaction)
+
+
+# ---- front ends
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "<executable cmd='ls'><what/></executable>",
+            [
+                "<what> is not allowed inside",
+                "Unexpected nested tag(s) found in `executable`: {'what'}",
+            ],
+        ),
+        (
+            "<executable cmd='ls' nope='1'/>",
+            [
+                "<executable> has no attribute 'nope'",
+                "Unexpected attribute(s) found in `executable`: {'nope'}",
+            ],
+        ),
+        ("<what/>", ["unknown action 'what'", "Unrecognized entity of the type: what"]),
+    ],
+)
+def test_errors_about_xml_have_the_words_of_ros_2_too(text, words):
+    from launch.frontend import Parser
+
+    with pytest.raises((ValueError, RuntimeError)) as error:
+        entity, parser = Parser.load(io.StringIO(f"<launch>{text}</launch>"))
+        parser.parse_description(entity)
+
+    assert all(word in str(error.value) for word in words)
+
+
+def test_an_unknown_key_in_yaml_has_the_words_of_ros_2_too():
+    from launch.frontend import Parser
+
+    with pytest.raises(ValueError, match=r"Unexpected key\(s\) found in `executable`: {'nope'}"):
+        entity, parser = Parser.load(io.StringIO("launch: [{executable: {cmd: ls, nope: 1}}]"))
+        parser.parse_description(entity)
+
+
+@pytest.mark.parametrize("method", ["load_launch_extensions", "load_parser_implementations"])
+def test_a_package_that_cannot_be_loaded_is_a_warning(method):
+    from launch.frontend import Parser
+
+    point = Mock()
+    point.name, point.value = "broken", "some.package:x"
+    point.load.side_effect = ValueError("does not load")
+    with (
+        patch("importlib.metadata.entry_points", return_value=[point]),
+        pytest.warns(UserWarning, match=r"Failed to load .* broken: does not load"),
+    ):
+        getattr(Parser, method)()
+
+
+# ---- ROS
+
+
+def test_a_load_request_has_the_shape_of_the_message():
+    from launch import LaunchContext
+    from launch.conditions import IfCondition
+    from launch_ros.actions.load_composable_nodes import get_composable_node_load_request
+    from launch_ros.descriptions import ComposableNode
+
+    node = ComposableNode(
+        package="p",
+        plugin="q",
+        name="n",
+        namespace="s",
+        parameters=[{"i": 1, "d": [1.5], "s": "text", "b": True}],
+        remappings=[("from", "to")],
+        extra_arguments=[{"use_intra_process_comms": True}],
+    )
+    request = get_composable_node_load_request(node, LaunchContext())
+
+    assert (request.package_name, request.plugin_name) == ("p", "q")
+    assert (request.node_name, request.node_namespace) == ("n", "/s")
+    assert list(request.remap_rules) == ["from:=to"]
+    values = {parameter.name: parameter.value for parameter in request.parameters}
+    assert (values["i"].type, values["i"].integer_value) == (2, 1)
+    assert (values["d"].type, list(values["d"].double_array_value)) == (8, [1.5])
+    assert (values["s"].string_value, values["b"].bool_value) == ("text", True)
+    assert request.extra_arguments[0].value.bool_value
+    left_out = ComposableNode(package="p", plugin="q", condition=IfCondition("false"))
+    assert get_composable_node_load_request(left_out, LaunchContext()) is None
+
+
+# ---- signals
+
+
+@pytest.fixture
+def _harmless_signals() -> Iterator[None]:
+    before = {n: signal.signal(n, lambda *_: None) for n in (signal.SIGUSR1, signal.SIGUSR2)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("_harmless_signals")
+def test_a_signal_manager_calls_handlers_in_the_loop_while_it_is_open():
+    from launch.utilities import AsyncSafeSignalManager
+
+    loop = asyncio.new_event_loop()
+    manager, seen = AsyncSafeSignalManager(loop), []
+
+    def send(signum: int) -> None:
+        os.kill(os.getpid(), signum)
+        for _ in range(3):  # the loop reads what has been written by now
+            loop.run_until_complete(asyncio.sleep(0))
+
+    try:
+        assert manager.handle(signal.SIGUSR1, seen.append) is None
+        send(signal.SIGUSR1)
+        assert seen == []
+        with manager:
+            send(signal.SIGUSR1)
+            with AsyncSafeSignalManager(loop) as inner:
+                inner.handle(signal.SIGUSR2, lambda signum: seen.append("inner"))
+                send(signal.SIGUSR1)
+                send(signal.SIGUSR2)
+            assert manager.handle(signal.SIGUSR1, None) == seen.append
+            send(signal.SIGUSR1)
+        assert seen == [signal.SIGUSR1, signal.SIGUSR1, "inner"]
+        with pytest.raises(ValueError):
+            manager.handle(signal.SIGUSR1, 5)  # type: ignore[arg-type]
+    finally:
+        loop.close()
+
+
+# ---- the queue
+
+
+def test_handlers_that_emit_for_ever_let_others_have_their_turn():
+    from launcher.interpreter.core import MAX_EVENTS
+    from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
+    from launcher.language.actions.timer import TimerAction
+    from launcher.language.events.base import Event, EventHandler
+    from launcher.model import events as model
+    from tests.unit.interpreter.interpreting import interpreting
+
+    class Again(Event):
+        """Emitted again by its handler."""
+
+    seen: list[int] = []
+    entities = [OpaqueFunction(function=lambda _: seen.append(1)), EmitEvent(event=Again())]
+    handler = EventHandler(matcher=lambda event: isinstance(event, Again), entities=entities)
+    timer = TimerAction(period=1.0, actions=[EmitEvent(event=Again())])
+    with interpreting([RegisterEventHandler(handler), timer]) as interpreter:
+        (first,) = [e for e in interpreter.start() if isinstance(e, model.CallLater)]
+        effects = interpreter.handle(model.TimerFired(timer_id=first.timer_id))
+        assert 0 < len(seen) <= MAX_EVENTS
+        (later,) = [e for e in effects if isinstance(e, model.CallLater)]
+        assert later.delay_s == 0
+        interpreter.handle(model.TimerFired(timer_id=later.timer_id))
+        assert len(seen) > MAX_EVENTS
