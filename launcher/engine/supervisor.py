@@ -18,7 +18,7 @@ from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command, Ended
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import StdoutWriter
-from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.posix.spawn import Child, set_close_on_exec, spawn, terminal_size_beside
 from launcher.engine.process import Process, child_environment, with_printable_name
 from launcher.engine.process_driver import ProcessDriver
@@ -29,6 +29,7 @@ from launcher.model.options import RunOptions
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.core_driver import Core
+    from launcher.engine.helpers.parameter_check import ParameterCheck
     from launcher.engine.logs.run_log import Wishes
     from launcher.engine.monitor.budgets import Judge, Verdict
     from launcher.engine.monitor.housekeeping import Housekeeper
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
+# After the start of nodes: comparing their parameters takes CPU time that they need to start.
+PARAMETER_CHECK_S = 5.0
 FINAL_OUTPUT_S = 2.0  # for a slow reader of our output at the end
 
 
@@ -68,6 +71,7 @@ class Supervisor:
         self._processes: dict[int, Process] = {}
         self._control: RunControl | None = None
         self.is_script = False  # it decides on the exit code
+        self._check_timer: Timer | None = None
         self.on_begun: Callable[[], object] = lambda: None
         processes = self._processes.values()
         warn = functools.partial(screen.log, "WARNING", "launch")
@@ -234,6 +238,8 @@ class Supervisor:
                 process.child.signal_group(signal.SIGKILL)
             self._driver.release(process)
         self._core_driver.close_requests()
+        if "_parameter_check" in vars(self):
+            self._parameter_check.close()
         self._housekeeper.close()
         self._watchdog.close()
         self._write_plan()
@@ -268,8 +274,30 @@ class Supervisor:
         if self._control is not None:
             self._control.adopt(process)
         self._driver.advance(process, Command.START)
+        if spec.ros is not None and self._options.check_parameters and self._check_timer is None:
+            self._check_parameters_later()
+
+    def _check_parameters_later(self) -> None:
+        self._check_timer = self._reactor.call_later(PARAMETER_CHECK_S, self._check_parameters)
+
+    def _check_parameters(self) -> None:
+        self._check_timer = None
+        if self._shutdown.has_begun:
+            return
+        self._parameter_check.check(self._processes.values())
+        if any(one.machine.is_pending and one.child is None for one in self._processes.values()):
+            self._check_parameters_later()  # those were queued to start
+
+    @functools.cached_property
+    def _parameter_check(self) -> ParameterCheck:
+        """Imported after the first processes have been started."""
+        from launcher.engine.helpers.parameter_check import ParameterCheck
+
+        return ParameterCheck(self._reactor, functools.partial(self._log.log, "WARNING", "launch"))
 
     def shut_down(self, reason: str) -> None:
+        if "_parameter_check" in vars(self):
+            self._parameter_check.leave()
         self._shutdown.decided(reason)
 
     def watches(self, process: Process) -> bool:

@@ -59,6 +59,7 @@ def make_spec(
         ros=_with_contents(action._ros_identity(), generated),
         sigterm_timeout_given=sigterm,
         sigkill_timeout_given=sigkill,
+        place="the launch file" if action._origin is None else str(action._origin),
     )
 
 

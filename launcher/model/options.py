@@ -38,6 +38,7 @@ class RunOptions(Record):
     control: bool = True
     console: bool = True
     ros: bool = False
+    check_parameters: bool = True
     budgets: tuple[str, ...] = ()
     budget_files: tuple[tuple[str, str], ...] = ()
     file_names: tuple[tuple[str, str], ...] = ()

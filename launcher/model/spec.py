@@ -167,7 +167,7 @@ class ProcessSpec(Record):
 
     `name` is the label with its running number (`robot_1-2`), unique in a run; `label` is the
     same without it. `output_given` is the launch file's own spelling of `output`, for the plan,
-    and so are the two timeouts `..._given`.
+    and so are the two timeouts `..._given`. `place` is the file and line of the action.
     """
 
     name: str
@@ -185,6 +185,7 @@ class ProcessSpec(Record):
     ros: RosIdentity | None = None
     sigterm_timeout_given: str = "5"
     sigkill_timeout_given: str = "5"
+    place: str = "the launch file"
 
     @property
     def command_line(self) -> str:

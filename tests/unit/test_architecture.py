@@ -92,6 +92,7 @@ STARTED_BY = {
     "launcher.console": {"engine"},
     "launcher.ros.agent": {"engine"},
     "launcher.ros.bridge": {"engine"},
+    "launcher.ros.parameter_check": {"engine"},
     "launcher.ros.probe": {"smoke"},
     "launcher.commands.launch.forecast": {"smoke"},
 }

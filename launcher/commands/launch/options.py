@@ -88,6 +88,12 @@ RUN_OPTIONS = (
         "{time}, {clock}, {process} and more",
         _format,
     ),
+    option(
+        "--no-parameter-check",
+        "do not warn of parameters that were set and that their nodes do not declare",
+        name="check_parameters",
+        value=False,
+    ),
     option("--no-log-files", "write no log files", name="log_files", value=False),
     option("--no-console", "disable the prompt and the status bar", name="console", value=False),
     option(

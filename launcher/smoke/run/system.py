@@ -88,7 +88,8 @@ class System(Waits):
             if self._wants_probe:
                 self._start_probe(stack)
             self.recorder.begin()
-            words = [*self.words, f"--timeout={self._longest_s:g}"]
+            # The system is not disturbed while it is judged.
+            words = [*self.words, f"--timeout={self._longest_s:g}", "--no-parameter-check"]
             self._launcher = LauncherProcess(words, self.environment, self.folder / "launcher.out")
             self._followers = Followers(self._launcher, self.recorder, self._memory)
             self._stack = stack.pop_all()

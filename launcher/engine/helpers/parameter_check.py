@@ -1,0 +1,150 @@
+"""Starts the process that compares parameters with declared ones (launcher.ros.parameter_check).
+
+Some time after the start of nodes that have parameters, so that it delays none of them. It ends by
+itself, and is killed with the run: it has no shared memory that would be left.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+
+from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.process import Process
+from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import IO, Any
+
+
+class ParameterCheck:
+    """Call `check` with all processes now and then; `warn` is called with each warning."""
+
+    def __init__(self, reactor: Reactor, warn: Callable[[str], None]) -> None:
+        self._reactor = reactor
+        self._warn = warn
+        self._seen: set[int] = set()
+        self._helpers: list[subprocess.Popen[bytes]] = []
+
+    def check(self, processes: Iterable[Process]) -> None:
+        """Compare the nodes that have not been yet; one helper for each domain."""
+        domains: dict[str, list[Process]] = {}
+        for process in processes:
+            if process.child is None or process.process_id in self._seen:
+                continue
+            self._seen.add(process.process_id)
+            options = {option for option, _ in ros_options(process.spec.argv)}
+            if options & {PARAMETER, PARAMETER_FILE}:
+                domain = process.spec.env.get("ROS_DOMAIN_ID") or "0"
+                domains.setdefault(domain, []).append(process)
+        for nodes in domains.values():
+            self._start(nodes)
+
+    def _start(self, processes: list[Process]) -> None:
+        env = {**processes[0].spec.env}
+        env.pop(RUN_ID_VARIABLE, None)
+        env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
+        try:
+            helper = subprocess.Popen(
+                [sys.executable, "-m", "launcher.ros.parameter_check"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env=env,
+                start_new_session=True,
+                bufsize=0,
+            )
+        except OSError:
+            return  # there is no warning, and nothing else is missing
+        assert helper.stdin is not None and helper.stdout is not None
+        self._helpers.append(helper)
+        request = json.dumps({"nodes": [_node(process) for process in processes]})
+        os.set_blocking(helper.stdout.fileno(), False)
+        self._reactor.add_reader(helper.stdout.fileno(), _Lines(self, helper).read)
+        os.set_blocking(helper.stdin.fileno(), False)
+        _Writer(self._reactor, helper.stdin.fileno(), request.encode() + b"\n").write()
+
+    def line(self, line: bytes) -> None:
+        self._warn(str(json.loads(line)))
+
+    def ended(self, helper: subprocess.Popen[bytes]) -> None:
+        """Its output has ended, or the run."""
+        assert helper.stdin is not None and helper.stdout is not None
+        self._helpers.remove(helper)
+        self._close(helper.stdin)
+        self._close(helper.stdout)
+        helper.kill()  # if it hangs in its clean-up
+        helper.wait()
+
+    def _close(self, pipe: IO[bytes]) -> None:
+        if not pipe.closed:
+            self._reactor.remove(pipe.fileno())
+            pipe.close()
+
+    def leave(self) -> None:
+        """Let the helpers end; call it when the run begins to stop."""
+        for helper in self._helpers:
+            assert helper.stdin is not None
+            self._close(helper.stdin)
+
+    def close(self) -> None:
+        for helper in tuple(self._helpers):
+            self.ended(helper)
+
+
+class _Lines:
+    """Splits the output of a helper into lines."""
+
+    def __init__(self, check: ParameterCheck, helper: subprocess.Popen[bytes]) -> None:
+        self._check = check
+        self._helper = helper
+        self._partial = b""
+
+    def read(self) -> None:
+        assert self._helper.stdout is not None
+        chunk = os.read(self._helper.stdout.fileno(), 65536)
+        if not chunk:
+            self._check.ended(self._helper)
+            return
+        *lines, self._partial = (self._partial + chunk).split(b"\n")
+        for line in lines:
+            self._check.line(line)
+
+
+class _Writer:
+    """Writes a request that may be larger than a pipe."""
+
+    def __init__(self, reactor: Reactor, fd: int, data: bytes) -> None:
+        self._reactor = reactor
+        self._fd = fd
+        self._data = data
+        self._is_waiting = False
+
+    def write(self) -> None:
+        try:
+            self._data = self._data[os.write(self._fd, self._data) :]
+        except BlockingIOError:
+            pass
+        except BrokenPipeError:
+            self._data = b""  # its output has ended, too
+        if self._data and not self._is_waiting:
+            self._is_waiting = True
+            self._reactor.add_writer(self._fd, self.write)
+        elif not self._data and self._is_waiting:
+            self._reactor.remove(self._fd)
+
+
+def _node(process: Process) -> dict[str, Any]:
+    assert process.child is not None
+    sources = () if process.spec.ros is None else process.spec.ros.parameters
+    return {
+        "pid": process.child.pid,
+        "argv": process.spec.argv,
+        "place": process.spec.place,
+        "generated": [source.file for source in sources if source.generated is not None],
+    }
