@@ -66,6 +66,7 @@ class CoreDriver:
         self._timers: dict[int, Timer | RosTimer] = {}
         self._on_ros_clock: set[int] = set()  # of these, those that follow the wall clock so far
         self._outliving: set[int] = set()
+        self._loads: dict[int, events.LoadComponent] = {}
         self._inbox: deque[events.Event] = deque()
         self._busy = False
         self._settling = False
@@ -115,6 +116,8 @@ class CoreDriver:
                 case events.LogMessage(level=level, logger=logger, text=text):
                     self._log.log(level, logger, text, sink=effect.sink, line=effect.line)
                 case events.LoadComponent() | events.ChangeState() | events.WatchLifecycle():
+                    if isinstance(effect, events.LoadComponent):
+                        self._loads[effect.request_id] = effect
                     self._ros.send(effect)
                 case events.UseSimTime(value=value):
                     self._use_sim_time(value)
@@ -189,6 +192,10 @@ class CoreDriver:
     def _ros_answered(self, event: events.Event) -> None:
         if isinstance(event, (events.TimerFired, events.TimerLost)):
             self._timers.pop(event.timer_id, None)
+        if isinstance(event, events.ComponentLoaded):
+            load = self._loads.pop(event.request_id)
+            if event.error is None:
+                self._run.loaded(load, event.full_node_name)
         self.feed(event)
         if not self._settling:
             self._run.idle()

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from launcher.engine.monitor.budgets import Verdict
     from launcher.engine.posix.spawn import Child
     from launcher.engine.process import Process
-    from launcher.model.events import StartProcess
+    from launcher.model.events import LoadComponent, StartProcess
 
 
 class RunListener(Protocol):
@@ -18,6 +18,9 @@ class RunListener(Protocol):
     # The launch file starts a new process, or shuts the run down.
     def start(self, effect: StartProcess) -> None: ...
     def shut_down(self, reason: str) -> None: ...
+
+    # A container has loaded the node that it was asked for; the node's full name.
+    def loaded(self, effect: LoadComponent, full_name: str) -> None: ...
 
     # Start the program of a process; OSError.
     def spawn(self, process: Process) -> Child: ...

@@ -23,7 +23,13 @@ from launcher.engine.posix.spawn import Child, set_close_on_exec, spawn, termina
 from launcher.engine.process import Process, child_environment, with_printable_name
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import ExitCode
-from launcher.model.events import ProcessExited, ProcessStarted, SpawnFailed, StartProcess
+from launcher.model.events import (
+    LoadComponent,
+    ProcessExited,
+    ProcessStarted,
+    SpawnFailed,
+    StartProcess,
+)
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
@@ -83,6 +89,7 @@ class Supervisor:
         self._driver = ProcessDriver(reactor, self._reader, self._log, self)
         if options.stagger_s > 0 or options.max_starting is not None:
             self._driver.pace(stagger_s=options.stagger_s, most=options.max_starting)
+        self._env = env
         agent_env = {**env, RUN_ID_VARIABLE: run_id, **self._log_dir}
         self._core_driver = CoreDriver(
             core,
@@ -274,11 +281,18 @@ class Supervisor:
         if self._control is not None:
             self._control.adopt(process)
         self._driver.advance(process, Command.START)
-        if spec.ros is not None and self._options.check_parameters and self._check_timer is None:
+        if spec.ros is not None:
+            self._check_parameters_later()
+
+    def loaded(self, effect: LoadComponent, full_name: str) -> None:
+        if effect.request.parameters and self._options.check_parameters:
+            self._parameter_check.add_component(effect, full_name)
             self._check_parameters_later()
 
     def _check_parameters_later(self) -> None:
-        self._check_timer = self._reactor.call_later(PARAMETER_CHECK_S, self._check_parameters)
+        if self._options.check_parameters and self._check_timer is None:
+            check = self._check_parameters
+            self._check_timer = self._reactor.call_later(PARAMETER_CHECK_S, check)
 
     def _check_parameters(self) -> None:
         self._check_timer = None
@@ -293,7 +307,8 @@ class Supervisor:
         """Imported after the first processes have been started."""
         from launcher.engine.helpers.parameter_check import ParameterCheck
 
-        return ParameterCheck(self._reactor, functools.partial(self._log.log, "WARNING", "launch"))
+        warn = functools.partial(self._log.log, "WARNING", "launch")
+        return ParameterCheck(self._reactor, self._env, warn)
 
     def shut_down(self, reason: str) -> None:
         if "_parameter_check" in vars(self):

@@ -218,7 +218,8 @@ class RunHost:
         self._names_of_nodes.add_component(request, origin)
         request_id = self._new_id()
         self.waiting[request_id] = done
-        self.request(model.LoadComponent(request_id=request_id, request=request))
+        place = "the launch file" if origin is None else str(origin)
+        self.request(model.LoadComponent(request_id, request, place))
 
     def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
         request_id = self._new_id()

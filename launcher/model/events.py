@@ -102,10 +102,14 @@ class LoadRequest(Record):
 
 
 class LoadComponent(Record):
-    """Ask the container to load the node; answer with ComponentLoaded(request_id)."""
+    """Ask the container to load the node; answer with ComponentLoaded(request_id).
+
+    `place` is the file and line of the action.
+    """
 
     request_id: int
     request: LoadRequest
+    place: str = "the launch file"
 
 
 class StateRequest(Record):

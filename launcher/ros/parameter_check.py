@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
@@ -44,15 +44,26 @@ class Setting(NamedTuple):
 class NodeToCheck:
     """A process of the run: its pid, words, and place in the launch file.
 
-    `generated`: the parameter files among its words that the launch file's dictionaries became.
+    `generated`: the parameter files among its words that the launch file's dictionaries became. A
+    node in a container has a name and the names of its parameters instead of a pid and words.
     """
 
-    def __init__(self, *, pid: int, argv: list[str], place: str, generated: list[str]) -> None:
+    def __init__(
+        self,
+        *,
+        place: str,
+        pid: int = 0,
+        argv: Sequence[str] = (),
+        generated: Sequence[str] = (),
+        name: str | None = None,
+        parameters: Sequence[str] = (),
+    ) -> None:
         self._pid = pid
         self._argv = argv
         self._place = place
         self._generated = generated
-        self.name = full_node_name(argv)
+        self._parameters = parameters
+        self.name = name or full_node_name(argv)
         self.settings: list[Setting] = []
         self.declared: frozenset[str] | None = None  # None: not known, or any name is allowed
         self.is_done = False
@@ -73,6 +84,9 @@ class NodeToCheck:
         self.settings = list(self._all_settings(name))
 
     def _all_settings(self, name: str) -> Iterator[Setting]:
+        for parameter in self._parameters:
+            # It may be for all: SetParameter and wildcards in files are not distinguished.
+            yield Setting(parameter, self._place, f"component: {parameter}")
         for option, value in ros_options(self._argv):
             if option == PARAMETER:
                 node, _, parameter = value.partition(":=")[0].rpartition(":")

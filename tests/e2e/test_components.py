@@ -42,6 +42,10 @@ def load(request, response):
         over.wait()
         return response
     nodes[len(nodes) + 1] = f"/{request.node_name}"
+    if what == "works":
+        loaded = rclpy.create_node(request.node_name, use_global_arguments=False)
+        loaded.declare_parameter("speed_limit", 1.0)
+        executor.add_node(loaded)
     node.get_logger().info(f"loading {request.node_name}")
     if what == "loses" and len(requests) == 1:
         over.wait()
@@ -54,7 +58,8 @@ node.create_service(
     ListNodes, f"{name}/_container/list_nodes", lambda _, answer: answer.put_nodes(nodes),
     callback_group=group)
 try:
-    rclpy.spin(node, MultiThreadedExecutor(4))
+    executor = MultiThreadedExecutor(4)
+    rclpy.spin(node, executor)
 except (KeyboardInterrupt, ExternalShutdownException):
     over.set()
 """
@@ -67,8 +72,8 @@ from launch.event_handlers import OnShutdown
 from launch_ros.actions import ComposableNodeContainer, LoadComposableNodes, Node
 from launch_ros.descriptions import ComposableNode
 
-def nodes(*names):
-    return [ComposableNode(package="p", plugin="P", name=name) for name in names]
+def nodes(*names, **options):
+    return [ComposableNode(package="p", plugin="P", name=name, **options) for name in names]
 
 def box(name, what, **options):
     return ComposableNodeContainer(
@@ -153,3 +158,18 @@ def test_a_container_that_never_answers_ends_the_waiting(world: World, write):
     assert "in container '/nowhere': /nowhere has not been there for 1 s" in output
     assert "OnShutdown was called" in output
     assert done.returncode == 1  # of the container
+
+
+def test_a_loaded_node_may_not_declare_a_parameter_either(world: World, write):
+    file = write("""
+        box("box", "works", composable_node_descriptions=nodes(
+            "a", parameters=[{"speed_limt": 1.0}])),
+    """)
+    with world.terminal(
+        *world.command(str(file), "--no-console"),
+        env={**world.env, "PYTHONPATH": str(INTERFACES)},
+    ) as terminal:
+        terminal.wait_for_all("[launch]: a: parameter 'speed_limt'", "did you mean 'speed_limit'?")
+        terminal.ctrl_c()
+        terminal.exit_code()
+    assert re.search(rf"was set in {file}:\d+ but", terminal.text)

@@ -10,43 +10,69 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
-from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
+from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import IO, Any
 
+    from launcher.model.events import LoadComponent
+
 
 class ParameterCheck:
-    """Call `check` with all processes now and then; `warn` is called with each warning."""
+    """Call `check` with all processes now and then; `warn` is called with each warning.
 
-    def __init__(self, reactor: Reactor, warn: Callable[[str], None]) -> None:
+    `env` is for components in containers that are no processes of this run.
+    """
+
+    def __init__(
+        self, reactor: Reactor, env: Mapping[str, str], warn: Callable[[str], None]
+    ) -> None:
         self._reactor = reactor
+        self._env = env
         self._warn = warn
+        self._components: list[tuple[LoadComponent, str]] = []
         self._seen: set[int] = set()
         self._helpers: list[subprocess.Popen[bytes]] = []
 
     def check(self, processes: Iterable[Process]) -> None:
         """Compare the nodes that have not been yet; one helper for each domain."""
-        domains: dict[str, list[Process]] = {}
+        processes = list(processes)
+        environments: dict[str, Mapping[str, str]] = {}
+        nodes: dict[str, list[dict[str, Any]]] = {}
+
+        def add(env: Mapping[str, str], node: dict[str, Any]) -> None:
+            domain = env.get("ROS_DOMAIN_ID") or "0"
+            environments.setdefault(domain, env)
+            nodes.setdefault(domain, []).append(node)
+
         for process in processes:
             if process.child is None or process.process_id in self._seen:
                 continue
             self._seen.add(process.process_id)
             options = {option for option, _ in ros_options(process.spec.argv)}
             if options & {PARAMETER, PARAMETER_FILE}:
-                domain = process.spec.env.get("ROS_DOMAIN_ID") or "0"
-                domains.setdefault(domain, []).append(process)
-        for nodes in domains.values():
-            self._start(nodes)
+                add(process.spec.env, _node(process))
+        for effect, name in self._components:
+            container = f"/{effect.request.container.lstrip('/')}"
+            owners = (one for one in processes if full_node_name(one.spec.argv) == container)
+            owner = next(owners, None)
+            add(self._env if owner is None else owner.spec.env, _component(effect, name))
+        self._components.clear()
+        for domain, found in nodes.items():
+            self._start(environments[domain], found)
 
-    def _start(self, processes: list[Process]) -> None:
-        env = {**processes[0].spec.env}
+    def add_component(self, effect: LoadComponent, full_name: str) -> None:
+        """A node with parameters has been loaded, which the next `check` compares."""
+        self._components.append((effect, full_name))
+
+    def _start(self, env: Mapping[str, str], nodes: list[dict[str, Any]]) -> None:
+        env = dict(env)
         env.pop(RUN_ID_VARIABLE, None)
         env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
         try:
@@ -63,7 +89,7 @@ class ParameterCheck:
             return  # there is no warning, and nothing else is missing
         assert helper.stdin is not None and helper.stdout is not None
         self._helpers.append(helper)
-        request = json.dumps({"nodes": [_node(process) for process in processes]})
+        request = json.dumps({"nodes": nodes})
         os.set_blocking(helper.stdout.fileno(), False)
         self._reactor.add_reader(helper.stdout.fileno(), _Lines(self, helper).read)
         os.set_blocking(helper.stdin.fileno(), False)
@@ -148,3 +174,8 @@ def _node(process: Process) -> dict[str, Any]:
         "place": process.spec.place,
         "generated": [source.file for source in sources if source.generated is not None],
     }
+
+
+def _component(effect: LoadComponent, full_name: str) -> dict[str, Any]:
+    parameters = [name for name, _ in effect.request.parameters]
+    return {"name": full_name, "parameters": parameters, "place": effect.place}
