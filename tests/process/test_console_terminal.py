@@ -201,7 +201,7 @@ import os, sys, threading, time
 def strike():
     while not os.path.exists("{go}"): time.sleep(0.02)
     import launcher.console.session as session
-    def broken(*_): raise ZeroDivisionError("a broken bar")
+    def broken(*_, **__): raise ZeroDivisionError("a broken bar")
     session.status_lines = broken
 
 if "launcher.console" in sys.orig_argv:
