@@ -39,6 +39,11 @@ class Pager:
         return self._bottom is None and not self._starts_at_top
 
     @property
+    def is_full(self) -> bool:
+        """Whether the next line drops the oldest one."""
+        return len(self._lines) == MAX_LINES
+
+    @property
     def place(self) -> str:
         """`120 of 812`: the line at the bottom."""
         number, _ = self._shown_bottom

@@ -5,13 +5,12 @@ from __future__ import annotations
 import asyncio
 import shlex
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from launcher.console.bar import Line, fitted
 from launcher.console.display import SHORT_ROWS, Display
-from launcher.console.pager import MAX_LINES, Pager
+from launcher.console.pager import Pager
 from launcher.console.picker import CLOSE, Picker, Words, command_of, key_hints
 from launcher.console.requests import answer, problem, read_call
 from launcher.console.tables import state
@@ -23,6 +22,7 @@ from launcher.control.socket_directory import ControlError
 
 HISTORY_LINES = 1000  # of a log, when it is opened
 FRAME_S = 1 / 20  # between two drawings of a log
+PENDING_LINES = 1000  # of a log, between two drawings
 SLOW_S = 0.2  # until a slow terminal is tried again
 BACK = "q back"
 _BACK_KEYS = ("q", "escape", "left", "c-d", "f2")
@@ -32,7 +32,10 @@ Processes = Callable[[], Sequence[Mapping[str, Any]]]
 
 
 class View:
-    """The text of one process, read in a thread of its own; `changed` is called on the loop."""
+    """The text of one process, read in a thread of its own; `changed` is called on the loop.
+
+    The thread waits while PENDING_LINES have not been taken. Then the run drops lines, and says so.
+    """
 
     def __init__(self, verb: str, name: str, changed: Callable[[], None]) -> None:
         self.verb, self.name = verb, name
@@ -40,23 +43,23 @@ class View:
         self.is_closed = False
         self._changed = changed
         self._loop = asyncio.get_running_loop()
-        self._arrived: deque[str] = deque(maxlen=MAX_LINES)
+        self._arrived: list[str] = []
         self._is_announced = False
+        self._condition = threading.Condition()
         self._connection: Connection | None = None
+
+    # ---- in the thread
 
     def read(self, run: Run, columns: int, *, colour: bool) -> None:
         """Read until it is closed or the run ends."""
         try:
             if self.verb == "info":
-                text = answer(
-                    run, read_call(shlex.join((self.verb, self.name))), columns, colour=colour
-                )
-                self._add(*text.split("\n"))
+                call = read_call(shlex.join((self.verb, self.name)))
+                self._add(*answer(run, call, columns, colour=colour).split("\n"))
             else:
                 self._follow(run)
         except ControlError as error:
-            if not self.is_closed:
-                self._add(*problem(error, columns, colour=colour).split("\n"))
+            self._add(*problem(error, columns, colour=colour).split("\n"))
 
     def _follow(self, run: Run) -> None:
         with run.connect() as self._connection:
@@ -66,22 +69,32 @@ class View:
                 self._add(log_line(item) if "dropped" in item else item["text"])
 
     def _add(self, *lines: str) -> None:
-        self._arrived.extend(lines)
-        if not self._is_announced:
+        with self._condition:
+            self._condition.wait_for(lambda: len(self._arrived) < PENDING_LINES or self.is_closed)
+            self._arrived += lines
+            if self._is_announced or self.is_closed:
+                return
             self._is_announced = True
-            self._loop.call_soon_threadsafe(self._loop.call_later, FRAME_S, self._take)
+        self._loop.call_soon_threadsafe(self._loop.call_later, FRAME_S, self.take)
 
-    def _take(self) -> None:
-        self._is_announced = False  # first: what comes from now on is announced again
-        lines = []
-        while self._arrived:
-            lines.append(self._arrived.popleft())
-        self.pager.add(lines)
-        if not self.is_closed:
+    # ---- on the loop
+
+    def take(self) -> None:
+        """Take what has arrived, unless that would drop lines that are being looked at."""
+        if self.is_closed or (self.pager.is_full and not self.pager.is_following):
+            return
+        with self._condition:
+            lines, self._arrived = self._arrived, []
+            self._is_announced = False
+            self._condition.notify()
+        if lines:
+            self.pager.add(lines)
             self._changed()
 
     def close(self) -> None:
-        self.is_closed = True
+        with self._condition:
+            self.is_closed = True
+            self._condition.notify()
         if self._connection is not None:
             self._connection.shutdown()
 
@@ -135,7 +148,9 @@ class Panel:
             self._do(self._picker.press(key, text))
         elif key in _BACK_KEYS:
             self._close_view()
-        elif not self._view.pager.press(key) and key in _ACTS:
+        elif self._view.pager.press(key):
+            self._view.take()
+        elif key in _ACTS:
             process = self._of(self._view.name)
             if process is not None:
                 self._do(command_of(key, process, self._processes()))

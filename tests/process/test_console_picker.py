@@ -229,6 +229,14 @@ def test_a_slow_terminal_still_obeys_the_picker(bench: Bench):
     terminal.type("m")
     terminal.wait_for("| flood-1 is muted")
     terminal.wait_until(lambda: "mute flood  hidden " in terminal.text, "the filter")
+    terminal.type(ENTER)  # now the terminal is not what slows the process down
+    terminal.wait_until(lambda: "logs flood-1: running, following" in terminal.rows, "the log")
+    terminal.wait_until(lambda: terminal.text.count("xxxx") > 12, "its lines")
+    for _ in range(3):
+        terminal.type(PAGE_UP)
+        terminal.wait_until(lambda: "following" not in terminal.text, "a place")
+        terminal.type("\x1b[F")
+        terminal.wait_until(lambda: "following" in terminal.text, "the end")
     terminal.type("s")
     terminal.wait_for("| flood-1 stopped in ")
     terminal.ctrl_c()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from launcher.console.bar import width
 from launcher.console.pager import MAX_LINES, Pager
-from launcher.console.panel import _fitting, _height
+from launcher.console.panel import PENDING_LINES, View, _fitting, _height
 from launcher.console.picker import CLOSE, Picker, key_hints
 from tests.unit.console.rows import process
 
@@ -311,3 +312,23 @@ def test_the_pager_never_shows_more_than_its_place(
         shown = pager.lines(columns, rows)
         assert len(shown) <= rows
         assert all(width(line) <= columns for line in shown)
+
+
+def test_lines_that_are_looked_at_are_kept_until_the_end_is_followed_again():
+    async def scenario() -> None:
+        drawn: list[int] = []
+        view = View("logs", "a-1", lambda: drawn.append(1))
+        view.pager.add(map(str, range(MAX_LINES)))
+        seen(view.pager)
+        view.pager.press("home")
+        view._add("new")
+        view.take()
+        assert (seen(view.pager), drawn) == (["0", "1", "2"], [])
+        view.pager.press("end")
+        view.take()
+        assert seen(view.pager)[-1] == "new"
+        assert drawn == [1]
+        view.close()
+        view._add("after its end", *map(str, range(PENDING_LINES)))  # must not wait
+
+    asyncio.run(scenario())
