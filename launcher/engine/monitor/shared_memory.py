@@ -104,8 +104,8 @@ class Ledger:
     Call `keep_up` once a second and `collect` a little later, `note` right before a SIGKILL, `free`
     after an exit by a signal and at the end. A reader of /proc/locks waits until every processor
     has been idle or switched once, 5 to 15 ms: `note` blocks for them, and `keep_up` lets a thread
-    wait, only if files are new. `free` reads the mappings of every participant on the machine (0.3 ms
-    each). Grandchildren and daemons are included, since they have the run id, too. A process
+    wait, only if files are new. `free` reads the mappings of every participant on the machine, each
+    in 0.3 ms. Grandchildren and daemons are included, since they have the run id, too. A process
     killed before the first `note` is missed; `doctor --fix` finds that. `helper_pids` count as
     processes of the run without its id.
     """

@@ -5,6 +5,8 @@ from __future__ import annotations
 import signal
 from typing import Any
 
+import pytest
+
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.configuration import SetLaunchConfiguration
 from launcher.language.actions.events import LogInfo, OpaqueFunction, RegisterEventHandler, Shutdown
@@ -17,6 +19,8 @@ from launcher.language.ros.composition import ComposableNode, LoadComposableNode
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.model import events as model
 from tests.unit.interpreter.interpreting import interpreting, notices, started
+
+pytestmark = pytest.mark.filterwarnings("ignore:LaunchConfigurationEquals is deprecated")
 
 
 def process(**options: Any) -> ExecuteProcess:
