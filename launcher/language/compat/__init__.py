@@ -15,9 +15,12 @@ from types import ModuleType
 
 import launcher.frontends  # noqa: F401 - gives the language its parsers
 from launcher.language.compat import table
-from launcher.language.compat.ament import extended_index
 from launcher.language.compat.names import PublicModule, is_public, submodules
 from launcher.language.session import Session, open_sessions, replace_environment
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
 # Tools of ROS that launch files import from: an installed one goes first.
@@ -33,6 +36,9 @@ class _Finder:
         fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         top = fullname.partition(".")[0]
+        if fullname == "ament_index_python.packages":
+            spec: ModuleSpec | None = _ament().extended_spec(path)
+            return spec
         if top not in TOP_NAMES or not is_public(fullname):
             return None
         if top == "launch_testing" and _is_installed(top):
@@ -107,18 +113,27 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
     finder = _Finder()
     sys.meta_path.insert(0, finder)
     sys.meta_path.append(_ToolFinder)
+    if "ament_index_python" in sys.modules:
+        _ament().extend_imported()
     try:
-        with extended_index():
-            yield session
+        yield session
     finally:
         replace_environment(session.environment)
         _reset_logging(session)
         open_sessions.remove(session)
+        if not open_sessions and "launcher.language.compat.ament" in sys.modules:
+            _ament().restore()
         sys.argv = argv
         sys.meta_path.remove(finder)
         sys.meta_path.remove(_ToolFinder)
         _take_modules()
         sys.modules.update(saved)
+
+
+def _ament() -> Any:
+    from launcher.language.compat import ament  # few launch files need it
+
+    return ament
 
 
 def _reset_logging(session: Session) -> None:

@@ -8,66 +8,54 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
+from typing import Any
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any
+MODULE = "ament_index_python.packages"
+_MODULES = ("ament_index_python", MODULE)
 
-_MODULE = "ament_index_python.packages"
-_MODULES = ("ament_index_python", _MODULE)
-
-
-@contextmanager
-def extended_index() -> Iterator[None]:
-    """While open, ament_index_python's functions for packages find these packages, too."""
-    changed: list[tuple[ModuleType, str, Any]] = []
-
-    def extend(module: ModuleType) -> None:
-        for name, wrap in (
-            ("get_package_prefix", _prefix_function),
-            ("get_package_share_directory", _share_function),
-        ):
-            original = getattr(module, name, None)
-            if original is not None:
-                changed.append((module, name, original))
-                setattr(module, name, wrap(original))
-
-    for module in [sys.modules[name] for name in _MODULES if name in sys.modules]:
-        extend(module)
-    finder = _Finder(extend)
-    sys.meta_path.insert(0, finder)
-    try:
-        yield
-    finally:
-        sys.meta_path.remove(finder)
-        for module, name, original in reversed(changed):
-            setattr(module, name, original)
+_changed: list[tuple[ModuleType, str, Any]] = []
 
 
-class _Finder:
-    """Calls `extend` with the module as soon as it is imported."""
+def extend_imported() -> None:
+    """Let the modules that are imported already find these packages, too, until `restore`."""
+    for name in _MODULES:
+        if name in sys.modules:
+            _extend(sys.modules[name])
 
-    def __init__(self, extend: Callable[[ModuleType], None]) -> None:
-        self._extend = extend
 
-    def find_spec(
-        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
-        spec = PathFinder.find_spec(name, path) if name == _MODULE else None
-        loader: Any = spec and spec.loader
-        if loader is not None:
-            execute = loader.exec_module
+def restore() -> None:
+    while _changed:
+        module, name, original = _changed.pop()
+        setattr(module, name, original)
 
-            def execute_and_extend(module: ModuleType) -> None:
-                execute(module)
-                self._extend(module)
 
-            loader.exec_module = execute_and_extend
-        return spec
+def extended_spec(path: Sequence[str] | None) -> ModuleSpec | None:
+    """The spec of the module, which is extended as soon as it is imported."""
+    spec = PathFinder.find_spec(MODULE, path)
+    loader: Any = spec and spec.loader
+    if loader is not None:
+        execute = loader.exec_module
+
+        def execute_and_extend(module: ModuleType) -> None:
+            execute(module)
+            _extend(module)
+
+        loader.exec_module = execute_and_extend
+    return spec
+
+
+def _extend(module: ModuleType) -> None:
+    for name, wrap in (
+        ("get_package_prefix", _prefix_function),
+        ("get_package_share_directory", _share_function),
+    ):
+        original = getattr(module, name, None)
+        if original is not None and original.__module__ != __name__:
+            _changed.append((module, name, original))
+            setattr(module, name, wrap(original))
 
 
 def _prefix_function(original: Callable[..., str]) -> Callable[..., str]:

@@ -406,3 +406,5 @@ def test_an_installed_ros2pkg_goes_before_ours(work: Path, monkeypatch):
 
     with vocabulary():
         assert importlib.import_module("ros2pkg.api").get_prefix_path == "the installed one"
+    for name in ("ros2pkg", "ros2pkg.api"):
+        del sys.modules[name]  # it stays, as any import does
