@@ -37,9 +37,9 @@ class Home:
         """The standard output of one command; it must succeed."""
         return self._run([str(self.python), "-m", "launcher", *words], folder, env)
 
-    @staticmethod
-    def _run(command: list[str], folder: Path, env: Mapping[str, str]) -> str:
+    def _run(self, command: list[str], folder: Path, env: Mapping[str, str]) -> str:
         usual = {k: v for k, v in os.environ.items() if k not in ("AMENT_PREFIX_PATH", "PWD")}
+        usual["TMPDIR"] = str(self.folder.parent)
         done = subprocess.run(
             command,
             cwd=folder,
@@ -163,3 +163,25 @@ def test_a_program_that_is_not_installed_imports_the_packages_it_depends_on(
     (user / "user_pkg" / "talker.py").write_text(text)
 
     assert home.launcher(tmp_path, "run", "user_pkg", "user_pkg_talker") == "from the library\n"
+
+
+SCRIPT = """
+import launcher.api
+from ros2launch.api import get_share_file_path_from_package, launch_a_launch_file
+from ros2pkg.api import get_executable_paths
+
+(program,) = get_executable_paths(package_name="script_pkg")
+path = get_share_file_path_from_package(package_name="script_pkg", file_name="script_pkg.launch.py")
+code = launch_a_launch_file(launch_file_path=path, launch_file_arguments=["who:=me"])
+print(program.rpartition("/")[2], code)
+"""
+
+
+def test_a_script_launches_its_package_by_ros2launch(home: Home, tmp_path: Path):
+    write_package(tmp_path, "script_pkg")
+    (tmp_path / "script.py").write_text(SCRIPT)
+
+    said = home._run([str(home.python), "script.py"], tmp_path, {})
+
+    assert said.count("node: there is p.yaml: True") == 2
+    assert said.endswith("script_pkg_talker 0\n")
