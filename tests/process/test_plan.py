@@ -32,7 +32,7 @@ def test_paths_are_shown_without_dots(workspace: Workspace):
     done = workspace.call("plan", f"{workspace.folder}/sub/../{file.name}")
     assert "below.launch.py:10" in done.stdout and "/../" not in done.stdout
     missing = workspace.call("plan", f"{workspace.folder}/sub/../no.launch.py")
-    assert f"launch file '{workspace.folder}/no.launch.py' not found" in missing.stderr
+    assert "no.launch.py' not found" in missing.stderr and "/../" not in missing.stderr
 
 
 def test_the_document_is_all_that_is_on_standard_output(workspace: Workspace):
