@@ -62,7 +62,8 @@ def write(
     if is_script:
         return
     text = f"exit code {code}: {'; '.join(causes)}"
-    log.log(level, "launch", f"{text}; ended by: {end_reason}" if end_reason else text)
+    ended = f"; ended by: {end_reason}" if end_reason and end_reason not in causes else ""
+    log.log(level, "launch", text + ended)
 
 
 def is_well(process: Process) -> bool:

@@ -57,6 +57,12 @@ def test_where_all_is_well_it_is_one_line():
     assert written([process("a-1")], is_script=True).screen == []
 
 
+def test_a_cause_that_ended_the_run_is_told_once():
+    reason = "exception in the launch file"
+    log = written([process("a-1")], code=1, causes=[reason], end_reason=reason)
+    assert log.screen == [("ERROR", f"exit code 1: {reason}")]
+
+
 def test_otherwise_a_table_then_the_exit_code_and_why():
     died = process("robot_1-1", DIED, deaths=1)
     died.history.first_error = "cannot open /dev/ttyUSB0"
