@@ -42,7 +42,13 @@ def test_an_exit_is_reported_while_a_grandchild_still_writes_to_the_pipe(bench: 
 
 
 # They stamp entries and lines, and compare the times of files.
-WALL_CLOCK_READERS = {"event_log", "run_directory", "process_driver", "shared_memory"}
+WALL_CLOCK_READERS = {
+    "event_log",
+    "line_format",
+    "run_directory",
+    "process_driver",
+    "shared_memory",
+}
 
 
 def test_no_deadline_of_the_engine_uses_the_wall_clock():
