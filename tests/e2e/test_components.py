@@ -160,6 +160,7 @@ def test_a_container_that_never_answers_ends_the_waiting(world: World, write):
     assert done.returncode == 1  # of the container
 
 
+@pytest.mark.thorough
 def test_a_loaded_node_may_not_declare_a_parameter_either(world: World, write):
     file = write("""
         box("box", "works", composable_node_descriptions=nodes(

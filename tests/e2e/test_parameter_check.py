@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import psutil
+import pytest
 
 from tests.e2e.conftest import World
 from tests.support.waiting import wait_until
@@ -90,6 +91,7 @@ def helpers(launcher: psutil.Process) -> list[psutil.Process]:
     return found
 
 
+@pytest.mark.thorough
 def test_a_run_ends_while_its_nodes_are_asked_and_the_option_disables_it(
     world: World, tmp_path: Path
 ):
