@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+
+from launcher.text import suggest
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
@@ -74,7 +78,10 @@ def setting_leaks(context: LaunchContext, what: str, origin: Origin | None) -> N
 def parameter_file_is_missing(context: LaunchContext, path: str, origin: Origin | None) -> None:
     """A node starts without a parameter file that does not exist."""
     text = f"parameter file {path} does not exist; the node starts without it"
-    context._host.warn_quirk(text, origin)
+    folder, name = os.path.split(path)
+    near = suggest(name, os.listdir(folder)) if os.path.isdir(folder) else None
+    hint = f"; hint: did you mean '{near}'?" if near else ""
+    context._host.warn_quirk(text + hint, origin)
 
 
 def note_sim_time(context: LaunchContext, value: bool) -> None:

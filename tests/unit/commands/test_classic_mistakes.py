@@ -430,15 +430,6 @@ ERRORS = {
         "remove an include or a call, or give it a condition that becomes false",
         suffix="yaml",
     ),
-    "a circle in Python": python(
-        """
-        def generate_launch_description():
-            return LaunchDescription([IncludeLaunchDescription(__file__)])  # here
-        """,
-        "return",
-        "the launch file includes itself endlessly: case.launch.py -> case.launch.py",
-        "remove an include or a call, or give it a condition that becomes false",
-    ),
     # ---- YAML
     "a tab": yaml(
         "launch:\n- executable:\n\tcmd: ls\n",

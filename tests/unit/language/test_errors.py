@@ -54,8 +54,8 @@ BROKEN = {
     "includes itself": (
         "    return LaunchDescription([\n        IncludeLaunchDescription([ThisLaunchFile()])])\n",
         8,
-        "the launch file includes itself",
-        None,
+        "the launch file includes itself endlessly: broken.launch.py -> broken.launch.py",
+        "remove an include or a call",
     ),
     "returns a list": (
         "    some = 1\n    return [LogInfo(msg='x')]\n",

@@ -80,6 +80,15 @@ def test_a_missing_parameter_file_gives_a_warning():
     ]
 
 
+def test_a_missing_parameter_file_gives_the_near_name(tmp_path: Path):
+    (tmp_path / "robot.yaml").touch()
+    (tmp_path / "other.txt").touch()
+
+    (warning,) = warnings_of(Node(executable="x", parameters=[str(tmp_path / "robto.yaml")]))
+
+    assert warning.endswith("the node starts without it; hint: did you mean 'robot.yaml'?")
+
+
 def test_a_parameter_that_leaks_out_of_its_group_gives_a_warning():
     inside = GroupAction([SetParameter("b", 2)])
 
