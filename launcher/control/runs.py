@@ -19,7 +19,7 @@ from launcher.control.client import (
     SilentError,
 )
 from launcher.control.socket_directory import ControlError
-from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.logs.run_directory import EVENTS, MERGED, PLAN, log_root
 from launcher.model.record import Record
 from launcher.program import program

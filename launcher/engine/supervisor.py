@@ -10,7 +10,7 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
 
-from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_directory import RunDirectory

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 REMAP, PARAMETER, PARAMETER_FILE = "-r", "-p", "--params-file"
 _OPTIONS = {
@@ -12,9 +12,11 @@ _OPTIONS = {
     "--param": PARAMETER,
     "--params-file": PARAMETER_FILE,
 }
+# Others with a word behind them, which is not an option itself.
+_SKIPPED = ("--log-level", "--log-config-file", "--log-file-name", "-e", "--enclave")
 
 
-def ros_options(argv: Sequence[str]) -> Iterator[tuple[str, str]]:
+def ros_options(argv: Iterable[str]) -> Iterator[tuple[str, str]]:
     """(option, value) of each remapping, parameter and parameter file, in order."""
     is_inside = False
     words = iter(argv)
@@ -27,6 +29,8 @@ def ros_options(argv: Sequence[str]) -> Iterator[tuple[str, str]]:
             value = next(words, None)
             if value is not None:
                 yield _OPTIONS[word], value
+        elif is_inside and word in _SKIPPED:
+            next(words, None)
 
 
 def full_node_name(argv: Sequence[str]) -> str | None:

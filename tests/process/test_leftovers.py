@@ -15,9 +15,8 @@ from pathlib import Path
 import pytest
 
 from launcher import proc
-from launcher.engine.cleanup import sweep
+from launcher.engine.cleanup import RUN_ID_VARIABLE, sweep
 from launcher.engine.cleanup.leftovers import Leftovers
-from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_directory import RunDirectory

@@ -1,7 +1,7 @@
 """Which run a process belongs to, and whether the launcher of that run is still running.
 
 A run id is `PID-RANDOM` with the launcher's pid; every descendant carries it in its environment
-(`sweep.RUN_ID_VARIABLE`).
+(RUN_ID_VARIABLE).
 """
 
 from __future__ import annotations
@@ -9,8 +9,7 @@ from __future__ import annotations
 import os
 
 from launcher import proc
-from launcher.engine.cleanup import cgroup
-from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup import RUN_ID_VARIABLE, cgroup
 
 JOIN_S = 10.0  # between the making of a control group and the first process in it: far less
 

@@ -14,8 +14,8 @@ import signal
 from collections.abc import Mapping
 
 from launcher import proc
+from launcher.engine.cleanup import RUN_ID_VARIABLE
 
-RUN_ID_VARIABLE = "LAUNCHER_RUN_ID"
 NEWEST_ROUNDS = 200  # about 20 ms
 NEWEST = 4  # processes per round
 

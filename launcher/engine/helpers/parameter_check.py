@@ -12,7 +12,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Mapping
 
-from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from launcher.engine.cleanup.sweep import RUN_ID_VARIABLE
+from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.helpers.popen import last_line, wait_or_kill
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.posix.reactor import Reactor, Timer

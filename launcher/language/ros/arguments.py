@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from launcher.model.record import Record
+from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
 from launcher.model.spec import ParameterSource
 
-# Flags with a word behind them; all others have none.
-_PARAMETER = ("-p", "--param")
-_REMAP = ("-r", "--remap")
-_FILE = "--params-file"
-_WITH_VALUE = (
-    *_PARAMETER,
-    *_REMAP,
-    _FILE,
-    "--log-level",
-    "--log-config-file",
-    "--log-file-name",
-    "-e",
-    "--enclave",
-)
 _NAMES, _NAMESPACE = ("__node", "__name"), "__ns"
 
 
@@ -41,14 +28,14 @@ def ros_arguments(words: Iterable[str]) -> RosArguments:
     parameters: list[ParameterSource] = []
     remappings: list[tuple[str, str]] = []
     names: dict[str, str] = {}
-    for flag, value in _flags(words):
-        if flag == _FILE:
+    for option, value in ros_options(words):
+        if option is PARAMETER_FILE:
             parameters.append(ParameterSource(file=value))
             continue
         left, separator, right = value.partition(":=")
-        if not separator or not left or flag not in (*_PARAMETER, *_REMAP):
+        if not separator or not left:
             continue
-        if flag in _PARAMETER:
+        if option is PARAMETER:
             parameters.append(ParameterSource(rule=value))
         elif left in (*_NAMES, _NAMESPACE):
             names.setdefault(left, right)  # rcl takes the first rule that fits
@@ -60,19 +47,3 @@ def ros_arguments(words: Iterable[str]) -> RosArguments:
         node_name=next((names[key] for key in _NAMES if key in names), None),
         namespace=names.get(_NAMESPACE),
     )
-
-
-def _flags(words: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """(flag, value) of the flags with a value."""
-    is_ros = False
-    flag: str | None = None
-    for word in words:
-        if flag is not None:
-            yield flag, word
-            flag = None
-        elif word == "--ros-args":
-            is_ros = True
-        elif word == "--":
-            is_ros = False
-        elif is_ros and word in _WITH_VALUE:
-            flag = word
