@@ -14,6 +14,7 @@ VERBS = {
     "doctor": "find what is wrong on this machine, and repair it",
     "smoke": "test a launch file against expectations",
     "graph": "show the ROS graph as a tree, a drawing or data",
+    "completion": "print the script that completes words in bash, zsh or fish",
 }
 
 # Verbs about a running launch. Their table is in launcher.control.verbs, which is not imported on

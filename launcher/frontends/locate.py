@@ -68,7 +68,7 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     found = _by_name(target, env)
     if not found:
         here = [path for suffix in SUFFIXES if _is_file(path := Path(f"{target}{suffix}"))]
-        known = sorted({_stem(file) for file in _all_launch_files(env)})
+        known = launch_names(env)
         hint = (
             f"did you mean {one_of(map(str, here))}?"
             if here
@@ -143,6 +143,11 @@ def _all_launch_files(env: Mapping[str, str]) -> Iterator[Path]:
         for suffix in SUFFIXES:
             yield from folder.glob(f"*{suffix}")
     yield from _installed_launch_files(env)
+
+
+def launch_names(env: Mapping[str, str]) -> list[str]:
+    """The names that `locate` finds without a path or a package, sorted."""
+    return sorted({_stem(file) for file in _all_launch_files(env)})
 
 
 def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
