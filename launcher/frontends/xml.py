@@ -27,6 +27,7 @@ from launcher.text import did_you_mean
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, NoReturn
+    from xml.etree import ElementTree
 
 
 MAX_TEXT = 1024 * 1024  # characters; the largest launch files of the field have some 100 KiB
@@ -126,18 +127,37 @@ def _qualified(name: str) -> str:
     return "{" + name if "}" in name else name
 
 
+def _of_tree(element: ElementTree.Element) -> XmlElement:
+    """A tag that code of others has read, as with ROS 2's class; without places."""
+    children = [_of_tree(child) for child in element]
+    return XmlElement(element.tag, dict(element.attrib), 0, 0, children)
+
+
 class XmlEntity(Entity):
     """One tag of an XML launch file; values are coerced to the type that is read."""
 
-    def __init__(self, xml_element: XmlElement, source: SourceText) -> None:
+    def __init__(
+        self,
+        xml_element: XmlElement | ElementTree.Element,
+        source: SourceText | None = None,
+        *,
+        parent: XmlEntity | None = None,
+    ) -> None:
+        if not isinstance(xml_element, XmlElement):
+            xml_element = _of_tree(xml_element)
         self._element = xml_element
-        self._source = source
+        self._source = SourceText("<script>", "") if source is None else source
+        self._parent = parent
         self._read_attributes: set[str] = set()
         self._read_tags: set[str] = set()
 
     @property
     def type_name(self) -> str:
         return self._element.tag
+
+    @property
+    def parent(self) -> XmlEntity | None:
+        return self._parent
 
     @property
     def children(self) -> list[XmlEntity]:

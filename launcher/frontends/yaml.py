@@ -105,14 +105,16 @@ class YamlEntity(Entity):
         self,
         element: Any,
         type_name: str,
-        source: SourceText,
+        source: SourceText | None = None,
         *,
+        parent: YamlEntity | None = None,
         node: yaml.Node | None = None,
         key_node: yaml.Node | None = None,
     ) -> None:
         self._element = element
         self._type_name = type_name
-        self._source = source
+        self._source = SourceText("<script>", "") if source is None else source
+        self._parent = parent
         self._node = node
         self._key_node = key_node
         self._read_keys: set[Any] = set()
@@ -131,6 +133,10 @@ class YamlEntity(Entity):
     @property
     def source(self) -> SourceText:
         return self._source
+
+    @property
+    def parent(self) -> YamlEntity | None:
+        return self._parent
 
     @property
     def children(self) -> list[YamlEntity]:

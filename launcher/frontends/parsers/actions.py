@@ -131,13 +131,13 @@ def _iteration(entity: Entity, parser: Any, local: str, values: dict[str, Any]) 
     """New actions for each iteration, since an action runs once; `values` are locals for them."""
     from launcher.language.actions.events import OpaqueFunction
 
-    def enter(context: Any) -> None:
-        context._push_locals()
+    def set_values(context: Any) -> None:
         known = context.get_locals_as_dict().get(local, {})
         context.extend_locals({local: {**known, **values}})
 
     return [
-        OpaqueFunction(function=enter),
+        OpaqueFunction(function=lambda context: context._push_locals()),
+        OpaqueFunction(function=set_values),
         *children_as_actions(entity, parser),
         OpaqueFunction(function=lambda context: context._pop_locals()),
     ]

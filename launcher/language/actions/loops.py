@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from launcher.language.action import Action
-from launcher.language.actions.events import OpaqueFunction
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
+from launcher.language.substitution import (
+    describe_substitutions,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -39,6 +42,10 @@ class ForEach(Action):
     @property
     def function(self) -> Any:
         return self._function
+
+    def describe(self) -> str:
+        values = describe_substitutions(self._input_values)
+        return f"ForEach(input_values={values}, function={self._function})"
 
     def execute(self, context: LaunchContext) -> list[Any] | None:
         """Yield what the function returns for each set."""
@@ -79,13 +86,20 @@ class ForLoop(Action):
     def function(self) -> Any:
         return self._function
 
+    @property
+    def name(self) -> str | None:
+        """The name of the index."""
+        return self._name
+
+    def describe(self) -> str:
+        length = describe_substitutions(self._length)
+        return f"ForLoop(length={length}, function={self._function})"
+
     def execute(self, context: LaunchContext) -> list[Any] | None:
-        """Yield what the function returns for each index."""
+        """Yield a ForEach of the indices."""
         if self._function is None:
             return None
         function = self._function
         count = int(perform_substitutions(context, self._length))
-        return [
-            OpaqueFunction(function=lambda context, index=index: function(index))
-            for index in range(count)
-        ]
+        indices = ForEach.SEPARATOR.join([f"{{i: {index}}}" for index in range(count)])
+        return [ForEach(indices, function=lambda i: function(i))]

@@ -9,6 +9,7 @@ import signal
 from collections.abc import Iterator
 from typing import Any
 from unittest.mock import Mock, NonCallableMock, patch
+from xml.etree import ElementTree
 
 import pytest
 
@@ -201,7 +202,70 @@ def test_a_package_that_cannot_be_loaded_is_a_warning(method):
         getattr(Parser, method)()
 
 
+def test_an_entity_can_be_made_of_what_somebody_else_has_read():
+    import launch_xml
+    import launch_yaml
+
+    root = launch_xml.Entity(ElementTree.fromstring("<a><b list='1;2' list-sep=';'/></a>"))
+    tree = launch_yaml.Entity({"list": [1, 2]}, "a")
+
+    (tag,) = root.children
+    assert (root.type_name, tree.type_name, root.parent, tree.parent) == ("a", "a", None, None)
+    for entity in (tag, tree):
+        assert entity.get_attr("list", data_type=list[int]) == [1, 2]
+        assert entity.get_attr("other", optional=True) is None
+        with pytest.raises(AttributeError):
+            entity.get_attr("other")
+
+
+def test_a_loop_yields_one_for_each_of_its_indices():
+    from launch import LaunchContext
+    from launch.actions import ForEach, ForLoop
+
+    seen: list[int] = []
+    loop = ForLoop("2", name="number", function=lambda index: seen.append(index) or [])
+    (each,) = loop.visit(LaunchContext())
+
+    assert (loop.name, seen) == ("number", [])
+    assert each.visit(LaunchContext()) == []
+    assert seen == [0, 1]
+    assert loop.describe().startswith("ForLoop")
+    assert isinstance(each, ForEach)
+    assert each.describe().startswith("ForEach")
+
+
 # ---- ROS
+
+
+def test_settings_for_nodes_work_with_a_context_of_two_attributes():
+    from launch_ros.actions import (
+        SetParameter,
+        SetParametersFromFile,
+        SetRemap,
+        SetUseSimTime,
+    )
+    from launch_ros.actions.load_composable_nodes import get_composable_node_load_request
+    from launch_ros.descriptions import ComposableNode
+
+    class Context:
+        def __init__(self) -> None:
+            self.launch_configurations: dict[str, Any] = {}
+
+        def perform_substitution(self, substitution: Any) -> str:
+            return substitution.perform(None)
+
+    context = Context()
+    SetParameter(name="a", value="1").execute(context)
+    SetRemap(src="from", dst="to").execute(context)
+    SetUseSimTime(True).execute(context)
+
+    request = get_composable_node_load_request(
+        ComposableNode(package="p", plugin="q", name="n", parameters=[{"b": "2"}]), context
+    )
+    assert [(p.name, p.value.string_value) for p in request.parameters] == [("a", "1"), ("b", "2")]
+    assert list(request.remap_rules) == ["from:=to"]
+    SetParametersFromFile("some.yaml").execute(context)
+    assert context.launch_configurations["global_params"] == [("a", "1"), "some.yaml"]
 
 
 def test_a_load_request_has_the_shape_of_the_message():
