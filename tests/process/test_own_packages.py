@@ -38,7 +38,9 @@ class Home:
         return self._run([str(self.python), "-m", "launcher", *words], folder, env)
 
     def _run(self, command: list[str], folder: Path, env: Mapping[str, str]) -> str:
-        usual = {k: v for k, v in os.environ.items() if k not in ("AMENT_PREFIX_PATH", "PWD")}
+        # `make` gives pip settings for the development of this project.
+        left_out = ("AMENT_PREFIX_PATH", "PWD", "PIP_")
+        usual = {k: v for k, v in os.environ.items() if not k.startswith(left_out)}
         usual["TMPDIR"] = str(self.folder.parent)
         done = subprocess.run(
             command,
