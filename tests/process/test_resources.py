@@ -66,7 +66,7 @@ class WholeRounds(Sampler):
         steps = self.steps(pids, lambda: now)
         while True:
             try:
-                next(steps)
+                time.sleep(next(steps))
             except StopIteration as end:
                 return end.value
 

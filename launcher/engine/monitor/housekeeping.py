@@ -118,14 +118,15 @@ class Housekeeper:
     def _continue(self, steps: Steps, begun_s: float) -> None:
         """Take some steps of sampling; the next ones after the loop has read lines."""
         until_s = self._reactor.now() + SLICE_S
+        wait_s = 0.0
         try:
-            while self._reactor.now() < until_s and not next(steps):
-                pass
+            while not wait_s and self._reactor.now() < until_s:
+                wait_s = next(steps)
         except StopIteration as end:
             self._rest_after(begun_s)
             self._sampled(end.value, begun_s)
             return
-        self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
+        self._timer = self._reactor.call_later(wait_s, lambda: self._continue(steps, begun_s))
 
     def _sampled(self, found: dict[int, Sample], now: float) -> None:
         # A process may have exited, or restarted, while the others were sampled.

@@ -10,11 +10,13 @@ per round, and more only of those that are new. At 1 Hz that is about 0.7 % of a
 to two thirds of what psutil takes to read it all (tests/process/test_resources.py holds 0.8).
 
 All at once would block the output for 5 ms, so each step of a round reads at most one process,
-and lines are read between them.
+and lines are read between them. A thread reads the USS, since the kernel may take 2 ms for one.
 """
 
 from __future__ import annotations
 
+import _thread
+import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
     import psutil
 
-    Steps = Generator[bool, None, dict[int, "Sample"]]
+    Steps = Generator[float, None, dict[int, "Sample"]]
 
 PIDS_PER_STEP = 50  # getsid() is quick, but is called for every process of the machine
 # Within this time a pid in the session is the same process: the kernel does not reuse pids so
@@ -37,6 +39,8 @@ USS_PER_ROUND = 3  # the most expensive value: the kernel walks all pages
 NEW_USS_PER_ROUND = 10  # of new processes, which have no value yet
 USS_AT_S = (1.0, 3.0)  # after it was first seen: it grows while the process loads libraries
 USS_EVERY_S = 10.0  # later, when it seldom changes fast
+USS_PAUSE_S = 0.001  # between looks whether the thread is ready
+USS_WAIT_S = 0.2  # then the round goes on without the new values
 
 
 class Sample(Record):
@@ -94,6 +98,7 @@ class Sampler:
         import psutil  # here: the first process must not wait for it
 
         self._psutil = psutil
+        self._uss = _UssReader()
         self._members: dict[int, _Member] = {}
         self._last_s: dict[int, float] = {}
         self._polled_s = -RECENT_S
@@ -101,14 +106,14 @@ class Sampler:
     def steps(self, pids: Iterable[int], clock: Callable[[], float]) -> Steps:
         """A sample for each running process of `pids`, in steps that read at most one process.
 
-        Each pid must lead its session. A step yields True if the next one takes several times as
-        long. `clock` is monotonic. Finish one round before the next.
+        Each pid must lead its session. A step yields how many seconds to wait before the next one.
+        `clock` is monotonic. Finish one round before the next.
         """
         sessions = yield from _sessions(frozenset(pids))
         now = clock()
         yield from self._keep(sessions, now, is_recent=now - self._polled_s < RECENT_S)
         self._polled_s = now
-        yield from self._refresh_uss(clock())
+        yield from self._refresh_uss(clock)
         samples, read_s = {}, {}
         for root, session in sessions.items():
             now = clock()
@@ -121,7 +126,7 @@ class Sampler:
 
     def _keep(
         self, sessions: dict[int, list[int]], now: float, *, is_recent: bool
-    ) -> Iterator[bool]:
+    ) -> Iterator[float]:
         """Update the members to these processes; a pid that was reused is a new one.
 
         The USS of members that are new in a known tree starts at 0, so that its sum stays known.
@@ -134,7 +139,7 @@ class Sampler:
                     member = self._newcomer(pid, now, is_late=root in self._last_s)
                 if member is not None:
                     known[pid] = member
-                yield False
+                yield 0.0
         self._members = known
 
     def _newcomer(self, pid: int, now: float, *, is_late: bool) -> _Member | None:
@@ -145,21 +150,24 @@ class Sampler:
         member.uss_bytes = 0 if is_late else None
         return member
 
-    def _refresh_uss(self, now: float) -> Iterator[bool]:
+    def _refresh_uss(self, clock: Callable[[], float]) -> Iterator[float]:
+        now = clock()
+        if not self._uss.is_busy:
+            self._uss.start(self._due(now), now)
+        while self._uss.is_busy and clock() < now + USS_WAIT_S:
+            yield USS_PAUSE_S
+        self._uss.take()
+
+    def _due(self, now: float) -> list[_Member]:
+        """The members whose USS is to be read in this round."""
         due = sorted(
             (m for m in self._members.values() if m.uss_due_s <= now), key=lambda m: m.uss_due_s
         )
         new = [m for m in due if m.is_new][:NEW_USS_PER_ROUND]
         others = [m for m in due if not m.is_new]
-        for member in [*new, *others[: max(0, USS_PER_ROUND - len(new))]]:
-            yield True
-            member.plan_next(now)
-            try:
-                member.uss_bytes = member.process.memory_full_info().uss
-            except self._psutil.Error:
-                continue  # it has just ended, or runs as another user
+        return [*new, *others[: max(0, USS_PER_ROUND - len(new))]]
 
-    def _readings(self, root: int, session: list[int]) -> Generator[bool, None, list[Reading]]:
+    def _readings(self, root: int, session: list[int]) -> Generator[float, None, list[Reading]]:
         """The readings of a session; empty if its leader has exited."""
         readings = []
         for pid in session if root in self._members else ():
@@ -167,7 +175,7 @@ class Sampler:
             reading = None if member is None else self._read(member)
             if reading is not None:
                 readings.append(reading)
-            yield False
+            yield 0.0
         return readings
 
     def _read(self, member: _Member) -> Reading | None:
@@ -211,12 +219,41 @@ class _Member:
             self.uss_due_s = now + USS_EVERY_S
 
 
-def _sessions(roots: frozenset[int]) -> Generator[bool, None, dict[int, list[int]]]:
+class _UssReader:
+    """Reads the USS of processes in a thread."""
+
+    def __init__(self) -> None:
+        self.is_busy = False
+        self._found: list[tuple[_Member, int]] = []
+
+    def start(self, members: Sequence[_Member], now: float) -> None:
+        if members:
+            for member in members:
+                member.plan_next(now)
+            self.is_busy = True
+            _thread.start_new_thread(self._read, (members,))
+
+    def _read(self, members: Sequence[_Member]) -> None:
+        import psutil
+
+        for member in members:
+            with contextlib.suppress(psutil.Error):  # just ended, or runs as another user
+                self._found.append((member, member.process.memory_full_info().uss))
+        self.is_busy = False
+
+    def take(self) -> None:
+        """Give the processes what was read."""
+        while self._found:
+            member, uss_bytes = self._found.pop()
+            member.uss_bytes = uss_bytes
+
+
+def _sessions(roots: frozenset[int]) -> Generator[float, None, dict[int, list[int]]]:
     """Session leader -> all pids in its session, for those leaders that are in `roots`."""
     sessions: dict[int, list[int]] = {}
     for number, pid in enumerate(proc.pids(), 1):
         if number % PIDS_PER_STEP == 0:
-            yield False
+            yield 0.0
         try:
             leader = os.getsid(pid)
         except OSError:
