@@ -64,7 +64,7 @@ class CoreDriver:
         self._requests: RosRequests | None = None
         self._watching: dict[int, bool] = {}
         self._timers: dict[int, Timer | RosTimer] = {}
-        self._on_ros_clock: set[int] = set()  # of these, those that follow the wall clock so far
+        self._on_wall_clock: dict[int, Timer] = {}  # of these, those for the ROS clock, so far
         self._outliving: set[int] = set()
         self._loads: dict[int, events.LoadComponent] = {}
         self._inbox: deque[events.Event] = deque()
@@ -140,14 +140,14 @@ class CoreDriver:
     def _call_later(self, effect: events.CallLater) -> None:
         if effect.outlives_shutdown:
             self._outliving.add(effect.timer_id)
-        if effect.on_ros_clock:
-            if self._requests is not None and self._requests.sim_time:
-                ros_timer = self._requests.call_later(effect.timer_id, effect.delay_s)
-                self._timers[effect.timer_id] = ros_timer
-                return
-            self._on_ros_clock.add(effect.timer_id)
+        if effect.on_ros_clock and self._requests is not None and self._requests.sim_time:
+            ros_timer = self._requests.call_later(effect.timer_id, effect.delay_s)
+            self._timers[effect.timer_id] = ros_timer
+            return
         fire = functools.partial(self._fire, effect.timer_id)
-        self._timers[effect.timer_id] = self._reactor.call_later(effect.delay_s, fire)
+        timer = self._timers[effect.timer_id] = self._reactor.call_later(effect.delay_s, fire)
+        if effect.on_ros_clock:
+            self._on_wall_clock[effect.timer_id] = timer
 
     def _fire(self, timer_id: int) -> None:
         self._timers.pop(timer_id, None)
@@ -182,12 +182,12 @@ class CoreDriver:
         self._ros.use_sim_time(value)
         if not value:
             return
-        waiting, self._on_ros_clock = self._on_ros_clock, set()
-        for timer_id in waiting & self._timers.keys():
-            timer = self._timers[timer_id]
-            timer.cancel()
-            left_s = max(0.0, getattr(timer, "when") - self._reactor.now())  # noqa: B009
-            self._timers[timer_id] = self._ros.call_later(timer_id, left_s)
+        waiting, self._on_wall_clock = self._on_wall_clock, {}
+        for timer_id, timer in waiting.items():
+            if self._timers.get(timer_id) is timer:
+                timer.cancel()
+                left_s = max(0.0, timer.when - self._reactor.now())
+                self._timers[timer_id] = self._ros.call_later(timer_id, left_s)
 
     def _ros_answered(self, event: events.Event) -> None:
         if isinstance(event, (events.TimerFired, events.TimerLost)):
