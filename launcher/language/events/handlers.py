@@ -51,7 +51,7 @@ class OnActionEventBase(BaseEventHandler):
             return False
         action = event.action  # type: ignore[attr-defined]  # every target event has one
         matcher = self.__action_matcher
-        if callable(matcher) and not isinstance(matcher, self.__target_action_cls):
+        if callable(matcher):  # also an action that defines `__call__`
             return bool(matcher(action))
         return matcher is None or action is matcher
 

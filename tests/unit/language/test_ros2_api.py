@@ -122,29 +122,54 @@ def test_the_command_of_an_executable_is_known_without_a_process():
     assert executable.final_cmd == ["ls", 'one "word"']
 
 
-def test_a_handler_of_an_action_that_can_be_called_matches_only_that_action():
+def _exited(action: Any) -> Any:
+    from launch.events.process import ProcessExited
+
+    return ProcessExited(action=action, name="p", cmd=[], cwd=None, env=None, pid=1, returncode=0)
+
+
+def test_a_handler_reacts_to_its_action_and_to_no_other():
     from launch import Action, LaunchContext
     from launch.actions import ExecuteProcess
     from launch.event_handlers import OnProcessExit
-    from launch.events.process import ProcessExited
 
-    def exited(action: Any) -> Any:
-        return ProcessExited(
-            action=action, name="p", cmd=[], cwd=None, env=None, pid=1, returncode=0
-        )
-
-    mine, context, reaction = Mock(spec=ExecuteProcess), Mock(spec=LaunchContext), Mock()
+    mine, context, reaction = NonCallableMock(spec=ExecuteProcess), Mock(spec=LaunchContext), Mock()
     handler = OnProcessExit(target_action=mine, on_exit=reaction, handle_once=True)
 
-    assert handler.matches(exited(mine))
-    assert not handler.matches(exited(Mock(spec=Action)))
-    event = exited(mine)
+    event = _exited(mine)
+    assert handler.matches(event)
+    assert not handler.matches(_exited(Mock(spec=Action)))
     handler.handle(event, context)
     reaction.assert_called_once_with(event, context)
     context.extend_locals.assert_called_once_with({"event": event})
     context.unregister_event_handler.assert_called_once_with(handler)
     with pytest.raises(TypeError):
         OnProcessExit(target_action=NonCallableMock(), on_exit=reaction)
+
+
+@pytest.mark.parametrize("name", ["OnProcessExit", "OnProcessStart", "OnProcessIO"])
+def test_a_target_that_can_be_called_decides_even_if_it_is_an_action(name):
+    import launch.event_handlers
+    from launch.actions import ExecuteProcess
+    from launch.events.process import ProcessIO, ProcessStarted
+
+    class Picky(ExecuteProcess):
+        def __call__(self, action: Any) -> bool:
+            return action is chosen
+
+    chosen = ExecuteProcess(cmd=["chosen"])
+    details = {"name": "p", "cmd": [], "cwd": None, "env": None, "pid": 1}
+    events = {
+        "OnProcessExit": _exited,
+        "OnProcessStart": lambda action: ProcessStarted(action=action, **details),
+        "OnProcessIO": lambda action: ProcessIO(action=action, text=b"", fd=1, **details),
+    }
+    reaction = {"OnProcessExit": "on_exit", "OnProcessStart": "on_start"}.get(name, "on_stdout")
+    target = Picky(cmd=["target"])
+    handler = getattr(launch.event_handlers, name)(target_action=target, **{reaction: Mock()})
+
+    assert handler.matches(events[name](chosen))
+    assert not handler.matches(events[name](target))
 
 
 # ---- front ends
