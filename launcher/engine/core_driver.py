@@ -121,8 +121,8 @@ class CoreDriver:
                     self._ros.send(effect)
                 case events.UseSimTime(value=value):
                     self._use_sim_time(value)
-                case events.RequestShutdown(reason=reason):
-                    self._run.shut_down(reason)
+                case events.RequestShutdown(reason=reason, is_interrupted=is_interrupted):
+                    self._run.shut_down(reason, is_interrupted=is_interrupted)
                 case _ if effect.process_id in self._processes:  # else: stopped before its start
                     self._control(self._processes[effect.process_id], effect)
 

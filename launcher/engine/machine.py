@@ -75,6 +75,7 @@ class Command(enum.Enum):
     USER_START = enum.auto()
     STARTED = enum.auto()  # the spawn succeeded
     STOP = enum.auto()  # with the run, or by the launch file
+    INTERRUPTED = enum.auto()  # a stop whose SIGINT it has got from elsewhere
     USER_STOP = enum.auto()  # it may be started again
     RESTART = enum.auto()  # stop it and start it again at once
     SKIP_GRACE = enum.auto()  # send the next signal of the stop, or the first, now
@@ -281,7 +282,9 @@ class ProcessMachine:
             case Command.USER_STOP, _ if self.is_pending:
                 self.is_held = True
                 return self._stop(now)
-            case Command.STOP, _:
+            case Command.INTERRUPTED, ProcessState.RUNNING if not self.is_suspended:
+                return [one for one in self._stop(now) if one != Signal(signal.SIGINT)]
+            case Command.STOP | Command.INTERRUPTED, _:
                 return self._stop(now)
             case Command.RESTART, ProcessState.RUNNING | ProcessState.STOPPING:
                 actions = self._stop(now)

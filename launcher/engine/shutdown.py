@@ -87,8 +87,8 @@ class Shutdown:
     def stop(self, reason: str) -> None:
         self._handle(rules.StopRequested(reason))
 
-    def decided(self, reason: str) -> None:
-        self._handle(rules.ShutdownDecided(reason))
+    def decided(self, reason: str, *, is_interrupted: bool = False) -> None:
+        self._handle(rules.ShutdownDecided(reason, is_interrupted=is_interrupted))
 
     def ended(self, process: Process, end: Ended, *, is_required: bool) -> None:
         failure = messages.first_failure(process, end.outcome) if end.has_died else ""
@@ -121,8 +121,8 @@ class Shutdown:
                 self._log.log(level, "launch", text)
             case rules.Notify(event=event):
                 self._core.feed(event)
-            case rules.StopAll(reason=reason):
-                self._stop_all(reason)
+            case rules.StopAll(reason=reason, is_interrupted=is_interrupted):
+                self._stop_all(reason, Command.INTERRUPTED if is_interrupted else Command.STOP)
             case rules.Order.SKIP_GRACE_PERIODS:
                 for process in list(self._processes):
                     self._driver.advance(process, Command.SKIP_GRACE)
@@ -139,14 +139,14 @@ class Shutdown:
             case rules.Order.FINISH:
                 self._reactor.stop()
 
-    def _stop_all(self, reason: str) -> None:
+    def _stop_all(self, reason: str, how: Command) -> None:
         self._log.note("stopping", reason=reason)
         if self._core.cancel_timers():
             text = "waiting for a timer with cancel_on_shutdown=False; Ctrl-C cancels it"
             self._log.log("INFO", "launch", text)
         self._watchdog.prepare_end()
         for process in reversed(list(self._processes)):
-            self._driver.advance(process, Command.STOP)
+            self._driver.advance(process, how)
         self._reactor.call_later(0, self.idle)
 
     # ---- leftovers

@@ -52,9 +52,13 @@ class Interrupted(Record):
 
 
 class ShutdownDecided(Record):
-    """The interpreter shuts the run down, by itself or after a `Notify`."""
+    """The interpreter shuts the run down, by itself or after a `Notify`.
+
+    `is_interrupted`: the processes have got SIGINT already.
+    """
 
     reason: str
+    is_interrupted: bool = False
 
 
 class StopRequested(Record):
@@ -126,9 +130,10 @@ class Notify(Record):
 
 
 class StopAll(Record):
-    """Stop every process, the last started first."""
+    """Stop every process, the last started first; see `ShutdownDecided`."""
 
     reason: str
+    is_interrupted: bool = False
 
 
 class EndLeftovers(Record):
@@ -204,7 +209,8 @@ class ShutdownMachine:
                 self._is_output_closed = True
                 self._stop_soon(OUTPUT_CLOSED, now)
             case ShutdownDecided(reason=reason) if self.phase is Phase.RUNNING:
-                return [*_said(reason), *self._stop(reason, now)]
+                stop = self._stop(reason, now, is_interrupted=event.is_interrupted)
+                return [*_said(reason), *stop]
             case ShutdownDecided(reason=reason) if self.phase is Phase.NOTIFIED:
                 return self._stop(reason, now)
             case StopRequested(reason=reason):
@@ -268,11 +274,13 @@ class ShutdownMachine:
         self.phase, self._reason, self.deadline = Phase.NOTIFIED, reason, now
         return [said, Notify(event)]
 
-    def _stop(self, reason: str, now: float) -> list[ShutdownAction]:
+    def _stop(
+        self, reason: str, now: float, *, is_interrupted: bool = False
+    ) -> list[ShutdownAction]:
         # RUNNING, NOTIFIED -> STOPPING
         self.phase, self.deadline = Phase.STOPPING, now + REPORT_EVERY_S
         self._end_reason = reason
-        return [StopAll(reason)]
+        return [StopAll(reason, is_interrupted)]
 
     def _due(self, now: float) -> list[ShutdownAction]:
         reason = self._reason or ""

@@ -310,10 +310,10 @@ class Supervisor:
         warn = functools.partial(self._log.log, "WARNING", "launch")
         return ParameterCheck(self._reactor, self._env, warn)
 
-    def shut_down(self, reason: str) -> None:
+    def shut_down(self, reason: str, *, is_interrupted: bool) -> None:
         if "_parameter_check" in vars(self):
             self._parameter_check.leave()
-        self._shutdown.decided(reason)
+        self._shutdown.decided(reason, is_interrupted=is_interrupted)
 
     def watches(self, process: Process) -> bool:
         return self._core_driver.watches(process)

@@ -340,7 +340,13 @@ class Interpreter:
             self.context._set_is_shutdown(True)
             if event.reason != "idle" and not self._is_asked_to_end:
                 self._tell_empty_run()
-            self.host.request(model.RequestShutdown(reason=event.reason))
+            # The launcher's own SIGINT does not reach the processes, which have their own sessions.
+            is_interrupted = event.due_to_sigint and not (
+                self._is_asked_to_end or self.context.noninteractive
+            )
+            self.host.request(
+                model.RequestShutdown(reason=event.reason, is_interrupted=is_interrupted)
+            )
         self.host.shutdown_pending = False
 
     def _explained(self, error: BaseException) -> LaunchFileError:

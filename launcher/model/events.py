@@ -83,9 +83,13 @@ class LogMessage(Record):
 
 
 class RequestShutdown(Record):
-    """Stop every process in order and end the run."""
+    """Stop every process in order and end the run.
+
+    `is_interrupted`: the processes have got SIGINT already, from the terminal.
+    """
 
     reason: str
+    is_interrupted: bool = False
 
 
 class LoadRequest(Record):

@@ -111,6 +111,28 @@ def test_a_script_runs_a_service_twice(how, tmp_path: Path):
     assert "\n[sh-1] said\n" in result.stdout
 
 
+INTERRUPTED = """
+from launch.event_handlers import OnProcessStart
+from launch.events import Shutdown as ShutdownEvent
+
+for noninteractive in (False, True):
+    codes = []
+    ended = lambda event, context: codes.append(event.returncode)
+    process = sleeper(sigterm_timeout="0.1", on_exit=ended)
+    stop = EmitEvent(event=ShutdownEvent(reason="over", due_to_sigint=True))
+    handler = OnProcessStart(target_action=process, on_start=[stop])
+    service = LaunchService(noninteractive=noninteractive)
+    service.include_launch_description(LaunchDescription([process, RegisterEventHandler(handler)]))
+    print(">", service.run(), codes, flush=True)
+"""
+
+
+def test_a_shutdown_due_to_sigint_sends_none_where_the_terminal_has(tmp_path: Path):
+    result = completed([sys.executable, str(write(tmp_path, INTERRUPTED))], tmp_path)
+
+    assert lines_of(result) == ["0 [-15]", "0 [-2]"], result.stderr
+
+
 FROM_THREADS = """
 service = LaunchService()
 one, two = sleeper(), sleeper()

@@ -231,7 +231,8 @@ class ExecuteLocal(Action):
             context._host.request(model.StopProcess(process_id=process_id))
 
     def _on_shutdown(self, event: Any, context: LaunchContext) -> Any:
-        return self._shutdown_process(context, send_sigint=not event.due_to_sigint)
+        send_sigint = not event.due_to_sigint or context.noninteractive
+        return self._shutdown_process(context, send_sigint=send_sigint)
 
     def _on_signal_process(self, event: Any, context: LaunchContext) -> None:
         if not event.process_matcher(self):

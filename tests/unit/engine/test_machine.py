@@ -55,6 +55,27 @@ def test_a_stubborn_process_is_killed_after_both_grace_periods():
     assert one.handle(Command.TICK, 11.0) == [Escalate(TERM, 5.0, KILL), Signal(KILL)]
 
 
+def test_a_process_that_got_sigint_from_elsewhere_gets_what_follows_it():
+    one = running()
+    assert one.handle(Command.INTERRUPTED, 1.0) == []
+    assert one.state is ProcessState.STOPPING
+    assert one.handle(Command.TICK, 6.0) == [Escalate(INT, 5.0, TERM), Signal(TERM)]
+
+
+def test_an_interrupted_process_whose_stop_begins_with_another_signal_gets_that():
+    one = ProcessMachine(RestartPolicy(), StopPolicy(polite=((TERM, 3.0),)))
+    one.handle(Command.START, 0.0)
+    one.handle(Command.STARTED, 0.0)
+    assert one.handle(Command.INTERRUPTED, 1.0) == [Signal(TERM)]
+
+
+def test_a_process_that_only_starts_when_the_others_were_interrupted_gets_sigint():
+    one = machine()
+    one.handle(Command.START, 0.0)
+    assert one.handle(Command.INTERRUPTED, 0.0) == []
+    assert one.handle(Command.STARTED, 1.0) == [Signal(INT)]
+
+
 def test_a_process_that_survives_sigkill_is_reported_once_and_may_still_exit():
     one = running()
     one.handle(Command.STOP, 0.0)

@@ -81,6 +81,12 @@ def test_a_signal_goes_to_the_interpreter_whose_answer_stops_everything():
     assert run.handle(Occurrence.TICK, 1.0) == [], "it has been stopped once"
 
 
+def test_a_shutdown_of_interrupted_processes_says_so():
+    run = ShutdownMachine([running()])
+    decided = ShutdownDecided("ctrl-c", is_interrupted=True)
+    assert run.handle(decided, 1.0)[-1] == StopAll("ctrl-c", is_interrupted=True)
+
+
 def test_a_signal_stops_everything_even_if_the_interpreter_does_not_answer():
     run = ShutdownMachine([running()])
     run.handle(Interrupted(TERM), 1.0)

@@ -26,6 +26,7 @@ from launcher.language.actions.process import (
 )
 from launcher.language.actions.timer import TimerAction
 from launcher.language.events.handlers import OnShutdown
+from launcher.language.events.launch import Shutdown as ShutdownEvent
 from launcher.language.events.launch import matches_action
 from launcher.language.events.process import ProcessStdin, ShutdownProcess, SignalProcess
 from launcher.language.ros.node import Node
@@ -176,6 +177,22 @@ def test_shutdown_in_the_list_starts_none_of_its_processes():
             "no process was started, since the launch file requests a shutdown: enough"
         ]
         assert shutdown == model.RequestShutdown(reason="enough")
+
+
+@pytest.mark.parametrize("noninteractive", [False, True])
+def test_a_shutdown_due_to_sigint_means_that_the_terminal_has_signalled(noninteractive):
+    event = ShutdownEvent(reason="ctrl-c", due_to_sigint=True)
+    emits = EmitEvent(event=event)
+    with interpreting([process(), emits], noninteractive=noninteractive) as interpreter:
+        shutdown = interpreter.start()[-1]
+    assert shutdown == model.RequestShutdown(reason="ctrl-c", is_interrupted=not noninteractive)
+
+
+def test_a_sigint_of_the_launcher_alone_has_not_reached_the_processes():
+    with interpreting([process()]) as interpreter:
+        interpreter.start()
+        effects = interpreter.handle(model.SignalReceived(signum=signal.SIGINT))
+    assert effects == [model.RequestShutdown(reason="ctrl-c (SIGINT)")]
 
 
 def test_a_fault_in_a_handler_ends_the_run_and_is_kept():
