@@ -38,6 +38,14 @@ def parse_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
+def parse_boolean_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
+    """`bool_arg`: an argument whose choices are the spellings of true and false."""
+    _, arguments = parse_argument(cls, entity, parser)
+    if "choices" in arguments:
+        raise ValueError("Cannot specify choices for bool_arg")
+    return cls, arguments
+
+
 def parse_append(cls: type, entity: Entity, parser: Any) -> Parsed:
     """`append_env`: `prepend` is a truth value, or substitutions that yield one."""
     _, arguments = parse_texts(cls, entity, parser, {"name": "name", "value": "value"})

@@ -26,7 +26,9 @@ def _by_name(modules: dict[str, str]) -> dict[str, tuple[str, str]]:
 
 ACTIONS = _by_name(
     {
-        "launcher.language.actions.arguments": "arg=DeclareLaunchArgument",
+        "launcher.language.actions.arguments": (
+            "arg=DeclareLaunchArgument bool_arg=DeclareBooleanLaunchArgument"
+        ),
         "launcher.language.actions.configuration": (
             "append_env=AppendEnvironmentVariable let=SetLaunchConfiguration "
             "rep_env=ReplaceEnvironmentVariables reset=ResetLaunchConfigurations "
@@ -85,7 +87,7 @@ SUBSTITUTIONS = _by_name(
 
 # Newer than Jazzy: a package made for Jazzy may expose its own, which then takes precedence.
 NEWER = {
-    *("for", "for_each", "lifecycle_node", "rep_env"),
+    *("bool_arg", "for", "for_each", "lifecycle_node", "rep_env"),
     *("log_debug", "log_error", "log_info", "log_warning"),
     *("for-var", "index", "path-join", "string-join"),
 }
@@ -100,6 +102,7 @@ _PARSE_FUNCTIONS = {
     "AppendEnvironmentVariable": (_ACTIONS, "parse_append"),
     "ComposableNode": (_NODES, "parse_composable_node"),
     "ComposableNodeContainer": (_NODES, "parse_container"),
+    "DeclareBooleanLaunchArgument": (_ACTIONS, "parse_boolean_argument"),
     "DeclareLaunchArgument": (_ACTIONS, "parse_argument"),
     "ExecuteProcess": (_PROCESS, "parse_process"),
     "ExecuteProcess.cmdline": (_PROCESS, "parse_words"),

@@ -1,4 +1,4 @@
-"""DeclareLaunchArgument: a launch argument with default and choices."""
+"""DeclareLaunchArgument: a launch argument with default and choices; a boolean one."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 _LOGGER = "launch.actions.declare_launch_argument"
+_BOOLEANS = ("true", "false", "True", "False", "TRUE", "FALSE")
 
 
 @public("launch.actions.declare_launch_argument")
@@ -97,6 +98,16 @@ class DeclareLaunchArgument(Action):
 
         add_choice(error, context, self.name, self.__choices)
         raise error
+
+
+@public("launch.actions.declare_boolean_launch_argument")
+@parsed
+class DeclareBooleanLaunchArgument(DeclareLaunchArgument):
+    """An argument that is true or false, in lower case, upper case or capitalized."""
+
+    def __init__(self, name: str, *, default_value: Any = None, **kwargs: Any) -> None:
+        default = str(default_value) if isinstance(default_value, bool) else default_value
+        super().__init__(name, default_value=default, choices=[*_BOOLEANS], **kwargs)
 
 
 def _check_choices(default_value: Any, choices: list[str] | None) -> None:

@@ -18,7 +18,9 @@ MODULES = {
         "launcher.language.substitution": "SomeSubstitutionsType_types_tuple Substitution",
     },
     "launch.actions": {
-        "launcher.language.actions.arguments": "DeclareLaunchArgument",
+        "launcher.language.actions.arguments": (
+            "DeclareBooleanLaunchArgument DeclareLaunchArgument"
+        ),
         "launcher.language.actions.configuration": (
             "AppendEnvironmentVariable PopEnvironment PopLaunchConfigurations PushEnvironment "
             "PushLaunchConfigurations ReplaceEnvironmentVariables ResetEnvironment "
@@ -257,12 +259,12 @@ CLASS_SUBMODULES = {
         "substitution"
     ),
     "launch.actions": (
-        "append_environment_variable declare_launch_argument emit_event execute_local "
-        "execute_process group_action include_launch_description log_info opaque_coroutine "
-        "opaque_function pop_environment pop_launch_configurations push_environment "
-        "push_launch_configurations register_event_handler replace_environment_variables "
-        "reset_environment reset_launch_configurations set_environment_variable "
-        "set_launch_configuration timer_action unregister_event_handler "
+        "append_environment_variable declare_boolean_launch_argument declare_launch_argument "
+        "emit_event execute_local execute_process group_action include_launch_description "
+        "log_info opaque_coroutine opaque_function pop_environment pop_launch_configurations "
+        "push_environment push_launch_configurations register_event_handler "
+        "replace_environment_variables reset_environment reset_launch_configurations "
+        "set_environment_variable set_launch_configuration timer_action unregister_event_handler "
         "unset_environment_variable unset_launch_configuration"
     ),
     "launch.conditions": (

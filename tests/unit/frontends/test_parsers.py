@@ -67,6 +67,10 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "let: {name: n, value: v}": ("SetLaunchConfiguration", NAME_VALUE),
     '<unset name="n"/>': ("UnsetLaunchConfiguration", {"name": "'n'"}),
+    '<bool_arg name="a" default="true"/>': (
+        "DeclareBooleanLaunchArgument",
+        {"name": "a", "default_value": "'true'"},
+    ),
     '<set_env name="n" value="v"/>': ("SetEnvironmentVariable", NAME_VALUE),
     '<append_env name="n" value="v" prepend="yes" separator=";"/>': (
         "AppendEnvironmentVariable",
@@ -232,6 +236,7 @@ REFUSED = {
     "<executable cmd=\"ls '$(var a)'\"/>": "No closing quotation",
     '<include file="f"><let name="n" value="v"/></include>': "is not allowed inside <include>",
     '<arg name="n" value="v"/>': "has no attribute 'value'",
+    '<bool_arg name="n"><choice value="c"/></bool_arg>': "Cannot specify choices for bool_arg",
     '<load_composable_node target="t"/>': "needs a nested tag <composable_node>",
     '<log message="$(find p)"/>': "unknown substitution",
     '<log message="$(env)"/>': "has 0 words",

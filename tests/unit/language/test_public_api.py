@@ -38,6 +38,7 @@ SIGNATURES = {
     },
     "launch.actions": {
         "AppendEnvironmentVariable": "name, value, prepend=, separator=, **kwargs",
+        "DeclareBooleanLaunchArgument": "name, *, default_value=, **kwargs",
         "DeclareLaunchArgument": "name, *, default_value=, description=, choices=, **kwargs",
         "EmitEvent": "*, event, **kwargs",
         "ExecuteLocal": (
@@ -278,6 +279,7 @@ SIGNATURES = {
 SUBMODULE_NAMES = [
     ("launch.action", "Action"),
     ("launch.actions.append_environment_variable", "AppendEnvironmentVariable"),
+    ("launch.actions.declare_boolean_launch_argument", "DeclareBooleanLaunchArgument"),
     ("launch.actions.declare_launch_argument", "DeclareLaunchArgument"),
     ("launch.actions.execute_process", "ExecuteProcess"),
     ("launch.actions.include_launch_description", "IncludeLaunchDescription"),

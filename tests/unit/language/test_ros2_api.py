@@ -122,23 +122,21 @@ def test_the_command_of_an_executable_is_known_without_a_process():
     assert executable.final_cmd == ["ls", 'one "word"']
 
 
-def _exited(action: Any) -> Any:
-    from launch.events.process import ProcessExited
-
-    return ProcessExited(action=action, name="p", cmd=[], cwd=None, env=None, pid=1, returncode=0)
+_DETAILS = {"name": "p", "cmd": [], "cwd": None, "env": None, "pid": 1}
 
 
 def test_a_handler_reacts_to_its_action_and_to_no_other():
     from launch import Action, LaunchContext
     from launch.actions import ExecuteProcess
     from launch.event_handlers import OnProcessExit
+    from launch.events.process import ProcessExited
 
     mine, context, reaction = NonCallableMock(spec=ExecuteProcess), Mock(spec=LaunchContext), Mock()
     handler = OnProcessExit(target_action=mine, on_exit=reaction, handle_once=True)
 
-    event = _exited(mine)
+    event = ProcessExited(action=mine, returncode=0, **_DETAILS)
     assert handler.matches(event)
-    assert not handler.matches(_exited(Mock(spec=Action)))
+    assert not handler.matches(ProcessExited(action=Action(), returncode=0, **_DETAILS))
     handler.handle(event, context)
     reaction.assert_called_once_with(event, context)
     context.extend_locals.assert_called_once_with({"event": event})
@@ -147,9 +145,9 @@ def test_a_handler_reacts_to_its_action_and_to_no_other():
         OnProcessExit(target_action=NonCallableMock(), on_exit=reaction)
 
 
-@pytest.mark.parametrize("name", ["OnProcessExit", "OnProcessStart", "OnProcessIO"])
-def test_a_target_that_can_be_called_decides_even_if_it_is_an_action(name):
-    import launch.event_handlers
+@pytest.mark.parametrize("what", ["Start", "IO"])
+def test_a_target_that_can_be_called_decides_even_if_it_is_an_action(what):
+    from launch import event_handlers
     from launch.actions import ExecuteProcess
     from launch.events.process import ProcessIO, ProcessStarted
 
@@ -157,19 +155,13 @@ def test_a_target_that_can_be_called_decides_even_if_it_is_an_action(name):
         def __call__(self, action: Any) -> bool:
             return action is chosen
 
-    chosen = ExecuteProcess(cmd=["chosen"])
-    details = {"name": "p", "cmd": [], "cwd": None, "env": None, "pid": 1}
-    events = {
-        "OnProcessExit": _exited,
-        "OnProcessStart": lambda action: ProcessStarted(action=action, **details),
-        "OnProcessIO": lambda action: ProcessIO(action=action, text=b"", fd=1, **details),
-    }
-    reaction = {"OnProcessExit": "on_exit", "OnProcessStart": "on_start"}.get(name, "on_stdout")
-    target = Picky(cmd=["target"])
-    handler = getattr(launch.event_handlers, name)(target_action=target, **{reaction: Mock()})
+    target, chosen = Picky(cmd=["a"]), ExecuteProcess(cmd=["b"])
+    on_start = {"on_start": Mock()} if what == "Start" else {}
+    handler = getattr(event_handlers, f"OnProcess{what}")(target_action=target, **on_start)
+    event, details = (ProcessStarted, {}) if on_start else (ProcessIO, {"text": b"", "fd": 1})
 
-    assert handler.matches(events[name](chosen))
-    assert not handler.matches(events[name](target))
+    assert handler.matches(event(action=chosen, **details, **_DETAILS))
+    assert not handler.matches(event(action=target, **details, **_DETAILS))
 
 
 # ---- front ends
@@ -241,6 +233,23 @@ def test_an_entity_can_be_made_of_what_somebody_else_has_read():
         assert entity.get_attr("other", optional=True) is None
         with pytest.raises(AttributeError):
             entity.get_attr("other")
+
+
+@pytest.mark.parametrize(("given", "value"), [(True, "True"), (False, "False"), ("true", "true")])
+def test_a_boolean_argument_has_a_truth_value(given, value):
+    from launch import LaunchContext
+    from launch.actions import DeclareBooleanLaunchArgument
+
+    context = LaunchContext()
+    DeclareBooleanLaunchArgument("flag", default_value=given, description="A flag").visit(context)
+    assert context.launch_configurations["flag"] == value
+    context.launch_configurations["flag"] = "perhaps"
+    with pytest.raises(RuntimeError, match="is not valid"):
+        DeclareBooleanLaunchArgument("flag").visit(context)
+    with pytest.raises(RuntimeError, match="not in provided choices"):
+        DeclareBooleanLaunchArgument("flag", default_value="perhaps")
+    with pytest.raises(TypeError, match="multiple values for keyword argument 'choices'"):
+        DeclareBooleanLaunchArgument("flag", choices=["a", "b"])
 
 
 def test_a_loop_yields_one_for_each_of_its_indices():
