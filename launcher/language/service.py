@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Coroutine, Iterable, Iterator
 from contextlib import contextmanager
 
 from launcher.language import session
@@ -16,7 +16,7 @@ from launcher.language.naming import public
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Generator
-    from typing import Any
+    from typing import Any, NoReturn
 
 _NO_RUN = (
     "LaunchService.run() is not available inside of a launch file; start the launch file itself, "
@@ -42,6 +42,7 @@ class LaunchService:
         self.__is_running = False
         self.__run: session.ServiceRun | None = None
         self.__task: Any = None
+        self.__async_thread: int | None = None
         if debug:
             from launcher.language.log import launch_config
 
@@ -89,20 +90,23 @@ class LaunchService:
 
         with self.__running(shutdown_when_idle) as run:
             self.__task = asyncio.current_task()
+            self.__async_thread = threading.get_ident()
             try:
                 return await run.run_async()
             finally:
-                self.__task = None
+                self.__task = self.__async_thread = None
 
     def shutdown(self, force_sync: bool = False) -> Any:
         """Stop everything; `run` returns then. Nothing if nothing runs.
 
-        The result may be awaited if an asyncio loop runs in this thread, unless `force_sync`.
+        The result is a coroutine in the thread of `run_async`, also while its loop pauses, and
+        wherever an asyncio loop runs; None elsewhere or with `force_sync`.
         """
         with self.__lock:
             if self.__run is not None:
                 self.__run.post(Shutdown(reason="LaunchService.shutdown() called"))
-        return None if force_sync or not _is_in_loop() else _Done()
+        is_async = self.__async_thread == threading.get_ident() or _is_in_loop()
+        return _Done() if is_async and not force_sync else None
 
     @contextmanager
     def __running(self, shutdown_when_idle: bool) -> Iterator[session.ServiceRun]:
@@ -138,8 +142,17 @@ def _is_in_loop() -> bool:
     return events._get_running_loop() is not None
 
 
-class _Done:
-    """Awaited without waiting: the shutdown has been requested."""
+class _Done(Coroutine[object, object, None]):
+    """A coroutine that has nothing left to do, and may stay without an `await`."""
+
+    def send(self, value: Any) -> NoReturn:
+        raise StopIteration
+
+    def throw(self, *error: Any) -> NoReturn:
+        raise error[0]
+
+    def close(self) -> None:
+        pass
 
     def __await__(self) -> Generator[Any, None, None]:
         yield from ()

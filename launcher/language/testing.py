@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import sys
-from collections.abc import Callable, Iterable
+import time
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
 from launcher.language.action import Action
@@ -108,12 +110,31 @@ def _shutdown(reason: str) -> list[EmitEvent]:
 
 def keep_alive(test_description: _T) -> _T:
     """Mark a description: the system keeps running after the tests."""
+    vars(test_description).setdefault("__markers__", {})["keep_alive"] = True
     return test_description
 
 
 def retry_on_failure(*, times: int, delay: float | None = None) -> Callable[[_T], _T]:
-    """Mark a test: it is repeated when it fails."""
-    return lambda test: test
+    """Mark a test: it is repeated, after `delay` seconds, when an assertion of it fails.
+
+    It is called `times` times at most.
+    """
+    if times <= 0:
+        raise ValueError(f"times must be positive, not {times}")
+
+    def mark(test: Any) -> Any:
+        @functools.wraps(test)
+        def repeated(*args: Any, **kwargs: Any) -> Any:
+            for _ in range(times - 1):
+                try:
+                    return test(*args, **kwargs)
+                except AssertionError:
+                    time.sleep(delay or 0)
+            return test(*args, **kwargs)
+
+        return repeated
+
+    return mark
 
 
 def ready_to_test_action_timeout(timeout: float) -> Callable[[_T], _T]:
@@ -127,10 +148,36 @@ def ready_to_test_action_timeout(timeout: float) -> Callable[[_T], _T]:
 
 
 def post_shutdown_test() -> Callable[[_T], _T]:
-    """Mark test cases: they run after the shutdown."""
-    return lambda test_case: test_case
+    """Mark test cases: they run after the shutdown. TypeError for what is not a class."""
+
+    def mark(test_case: Any) -> Any:
+        if not isinstance(test_case, type):
+            raise TypeError("post_shutdown_test marks a class of tests, not a function")
+        test_case.__post_shutdown_test__ = True  # type: ignore[attr-defined]
+        return test_case
+
+    return mark
 
 
-def parametrize(argnames: Any, argvalues: Iterable[Any]) -> Callable[[_T], _T]:
-    """Mark a description: it is generated for each set of values."""
-    return lambda description: description
+def parametrize(argnames: Any, argvalues: Iterable[Any]) -> Callable[[Any], Any]:
+    """Mark a description: called, it yields (description, arguments) for each set of values.
+
+    `argnames` are names, or one text with commas; a single name takes values that are no tuples.
+    """
+    if isinstance(argnames, str):
+        argnames = [name.strip() for name in argnames.split(",") if name.strip()]
+        if len(argnames) == 1:
+            argvalues = [v if isinstance(v, tuple) else (v,) for v in argvalues]
+    sets = [dict(zip(argnames, values, strict=False)) for values in argvalues]
+
+    def mark(description: Any) -> Any:
+        @functools.wraps(description)
+        def parametrized() -> Iterator[tuple[Any, dict[str, Any]]]:
+            for arguments in sets:
+                bound = functools.partial(description, **arguments)
+                yield functools.update_wrapper(bound, description), arguments
+
+        vars(parametrized)["__parametrized__"] = True
+        return parametrized
+
+    return mark

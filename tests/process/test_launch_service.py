@@ -227,6 +227,14 @@ async def main():
     print("> cancelled", await cancelled)
 
 asyncio.run(main())
+
+# The loop pauses between two calls of run_until_complete.
+loop, service, ready = asyncio.new_event_loop(), LaunchService(), asyncio.Event()
+service.include_launch_description(LaunchDescription([started(ready.set), sleeper()]))
+running = loop.create_task(service.run_async())
+loop.run_until_complete(ready.wait())
+stopping = loop.create_task(service.shutdown())
+print("> paused", loop.run_until_complete(running), stopping.done(), service.shutdown())
 """
 
 
@@ -238,6 +246,7 @@ def test_a_service_runs_within_an_asyncio_loop(tmp_path: Path):
         "0 None",
         "ended -2",
         "cancelled 1",
+        "paused 0 True None",
     ], result.stderr
 
 

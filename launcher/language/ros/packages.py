@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
+    from launcher.language.substitutions.files import PathSubstitution
 
 
 def _missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
@@ -82,6 +83,13 @@ class FindPackage(Substitution):
     @staticmethod
     def find(package_name: str) -> str:
         raise NotImplementedError()
+
+    def __truediv__(self, additional_path: Any) -> PathSubstitution:
+        """A path below (newer than Jazzy)."""
+        from launcher.language.substitutions.files import PathSubstitution
+
+        path: PathSubstitution = PathSubstitution(self) / additional_path
+        return path
 
     def describe(self) -> str:
         package = describe_substitutions(self.package)

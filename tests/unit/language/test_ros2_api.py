@@ -7,7 +7,8 @@ import io
 import os
 import signal
 from collections.abc import Iterator
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 from unittest.mock import Mock, NonCallableMock, patch
 from xml.etree import ElementTree
 
@@ -329,6 +330,111 @@ def test_a_load_request_has_the_shape_of_the_message():
     assert request.extra_arguments[0].value.bool_value
     left_out = ComposableNode(package="p", plugin="q", condition=IfCondition("false"))
     assert get_composable_node_load_request(left_out, LaunchContext()) is None
+
+
+@pytest.mark.parametrize("allow_substs", [True, False])
+def test_a_parameter_file_is_evaluated_with_a_context_that_only_substitutes(
+    allow_substs: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    from launch_ros.descriptions import ParameterFile
+
+    class Context:
+        environment: ClassVar = {"SPEED": "3"}
+
+        def perform_substitution(self, substitution: Any) -> str:
+            return substitution.perform(self)
+
+    given = tmp_path / "given.yaml"
+    given.write_text("/**: {ros__parameters: {speed: $(env SPEED)}}")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    file = ParameterFile(str(given), allow_substs=allow_substs)
+
+    made = file.evaluate(Context())
+
+    assert (made == given) is not allow_substs
+    assert ("speed: 3" in made.read_text()) is allow_substs
+    file.cleanup()
+    assert list(tmp_path.iterdir()) == [given]
+
+
+def test_a_path_below_a_package_is_written_with_slashes(tmp_path: Path, monkeypatch):
+    from launch import LaunchContext
+    from launch.substitutions import TextSubstitution
+    from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
+
+    marker = tmp_path / "share" / "ament_index" / "resource_index" / "packages" / "tools"
+    marker.parent.mkdir(parents=True)
+    marker.touch()
+    (tmp_path / "share" / "tools").mkdir()
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    path = FindPackageShare("tools") / "config" / [TextSubstitution(text="a"), ".yaml"]
+
+    assert path.perform(LaunchContext()) == f"{tmp_path}/share/tools/config/a.yaml"
+    assert "ExecInPkg" in (ExecutableInPackage("run", "tools") / "x").describe()
+
+
+# ---- launch_testing
+
+
+def test_a_parametrized_description_yields_one_for_each_set_of_values():
+    import launch_testing
+
+    def description(first: int, second: int = 0) -> tuple[int, int]:
+        """What is tested."""
+        return first, second
+
+    one = launch_testing.parametrize("first", [1, (2,)])(description)
+    both = launch_testing.parametrize("first, second", [(1, 2), (3, 4)])(description)
+    named = launch_testing.parametrize(["first", "second"], [(5, 6)])(description)
+
+    assert [(made(), arguments) for made, arguments in one()] == [
+        ((1, 0), {"first": 1}),
+        ((2, 0), {"first": 2}),
+    ]
+    assert [made() for made, _ in both()] == [(1, 2), (3, 4)]
+    assert [made() for made, _ in named()] == [(5, 6)]
+    assert [made(second=9) for made, _ in one()] == [(1, 9), (2, 9)]
+    assert one.__parametrized__ and one.__doc__ == "What is tested."
+
+
+def test_the_marks_of_a_description_survive_one_another():
+    import launch_testing
+    from launch_testing.markers import keep_alive
+
+    def description(value: int) -> None: ...
+
+    timeout = launch_testing.ready_to_test_action_timeout(10)
+    values = launch_testing.parametrize("value", [1])
+
+    for mark, other in ((timeout, values), (values, timeout)):
+        made: Any = mark(keep_alive(other(description)))
+        assert made.__parametrized__
+        assert made.__ready_to_test_action_timeout__ == 10
+        assert made.__markers__ == {"keep_alive": True}
+
+
+def test_test_cases_of_launch_testing_are_marked_and_repeated():
+    import launch_testing
+    from launch_testing.markers import retry_on_failure
+
+    @launch_testing.post_shutdown_test()
+    class Cases:
+        calls = 0
+
+        @retry_on_failure(times=3)
+        def test(self, passes_at: int) -> None:
+            self.calls += 1
+            assert self.calls >= passes_at
+
+    cases = Cases()
+    cases.test(2)
+    assert (cases.calls, Cases.__post_shutdown_test__) == (2, True)
+    with pytest.raises(AssertionError):
+        Cases().test(4)
+    with pytest.raises(TypeError, match="class of tests"):
+        launch_testing.post_shutdown_test()(lambda: None)
+    with pytest.raises(ValueError, match="positive"):
+        retry_on_failure(times=0)
 
 
 # ---- signals
