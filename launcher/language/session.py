@@ -37,6 +37,15 @@ if TYPE_CHECKING:
         def shut_down(self, event: Any) -> None: ...
         def close(self) -> None: ...
 
+    class RosNode(Protocol):
+        """A ROS node that is spun until `close`."""
+
+        context: Any
+        node: Any
+        executor: Any
+
+        def close(self) -> None: ...
+
     Runner = Callable[[Any, bool], ServiceRun]  # of a context, and whether to end when idle
 
 
@@ -52,6 +61,7 @@ class Session:
         self.is_script = is_script
         self.formats: Formats | None = None
         self.runner: Runner | None = None
+        self.open_ros_node: Callable[[list[str]], RosNode] | None = None
         self.make_log_dir: Callable[[], str | None] = lambda: None
         self.environment = dict(os.environ)
         self._log_dir: str | None = None

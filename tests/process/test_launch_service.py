@@ -250,6 +250,34 @@ def test_a_service_runs_within_an_asyncio_loop(tmp_path: Path):
     ], result.stderr
 
 
+ROS_NODE = """
+from launch_ros.ros_adapters import get_ros_adapter, get_ros_node
+
+on_interrupt = lambda: __import__("signal").getsignal(2)
+before, nodes, names, service = on_interrupt(), [], [], LaunchService()
+
+def ask(context):
+    nodes.append(get_ros_node(context))
+    names.append(nodes[-1].get_name())
+    assert get_ros_node(context) is nodes[-1]
+    nodes[-1].create_timer(0.001, service.shutdown)  # called by the thread of the node
+
+for _ in range(2):
+    actions = [OpaqueFunction(function=ask), sleeper()]
+    service.include_launch_description(LaunchDescription(actions))
+    print(">", service.run(), names[-1] == f"launch_ros_{os.getpid()}")
+print(">", nodes[0] is nodes[1], get_ros_adapter(service.context).ros_node in nodes)
+print(">", on_interrupt() is before)
+"""
+
+
+def test_a_script_has_a_ros_node_if_it_asks_for_one(tmp_path: Path):
+    result = completed([sys.executable, str(write(tmp_path, ROS_NODE))], tmp_path)
+
+    assert lines_of(result) == ["0 True", "0 True", "False False", "True"], result.stderr
+    assert result.returncode == 0
+
+
 SIGNALLED = """
 signal_is = lambda: __import__("signal").getsignal(2)
 before = signal_is()

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from launcher.engine.supervisor import Supervisor
     from launcher.language.context import LaunchContext
     from launcher.language.session import Session
+    from launcher.ros.spinning_node import SpinningNode
 
 
 @contextlib.contextmanager
@@ -34,6 +35,7 @@ def script_vocabulary(options: RunOptions, words: Sequence[str] | None = None) -
     with vocabulary(words) as session:
         session.is_script = True
         session.make_log_dir = lambda: _new_directory() if options.log_files else None
+        session.open_ros_node = _open_ros_node
         session.runner = lambda context, when_idle: ServiceRun(
             context, session, options, shutdown_when_idle=when_idle
         )
@@ -44,6 +46,12 @@ def _new_directory() -> str:
     path = new_run_path(os.environ)
     os.makedirs(path, exist_ok=True)
     return path
+
+
+def _open_ros_node(argv: list[str]) -> SpinningNode:
+    from launcher.ros.spinning_node import SpinningNode  # rclpy, for scripts that want a node
+
+    return SpinningNode(argv)
 
 
 class ServiceRun:

@@ -1,40 +1,91 @@
-"""Parts of launch_ros for extensions. The launcher has no ROS node in its own process."""
+"""Parts of launch_ros for extensions. Only scripts have a ROS node in their own process."""
 
 from __future__ import annotations
 
 import re
 
+from launcher.language import session
 from launcher.language.description import LaunchDescription
+from launcher.language.events.handlers import OnShutdown
 from launcher.language.naming import public
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, NoReturn
+    from typing import Any
+
+    from launcher.language.context import LaunchContext
+
+_NO_NODE = (
+    "this launcher has no ROS node of its own in a launch file; start a process that does the "
+    "work, use the actions for services and parameters, or run a LaunchService in a script"
+)
 
 
 @public("launch_ros.ros_adapters")
 class ROSAdapter:
-    """RuntimeError when constructed."""
+    """A ROS node that a thread spins; in a launch file, which has none, a RuntimeError."""
 
-    def __init__(self, *, argv: Any = None, autostart: bool = True) -> None:
-        _refuse()
+    def __init__(self, *, argv: list[str] | None = None, autostart: bool = True) -> None:
+        self.__argv = [] if argv is None else argv
+        self.__open: session.RosNode | None = None
+        if autostart:
+            self.start()
+
+    def start(self) -> None:
+        """Create node, context and executor; RuntimeError if there are some."""
+        if self.__open is not None:
+            raise RuntimeError("Cannot start a ROS adapter that is already running")
+        open_ros_node = session.current().open_ros_node
+        if open_ros_node is None:
+            raise RuntimeError(_NO_NODE)
+        self.__open = open_ros_node(self.__argv)
+
+    def shutdown(self) -> None:
+        """Destroy them; RuntimeError if there are none."""
+        if self.__open is None:
+            raise RuntimeError("Cannot shutdown a ROS adapter that is not running")
+        self.__open.close()
+        self.__open = None
+
+    @property
+    def argv(self) -> list[str]:
+        return self.__argv
+
+    @property
+    def ros_context(self) -> Any:
+        """The rclpy context; None if the adapter does not run, like node and executor."""
+        return None if self.__open is None else self.__open.context
+
+    @property
+    def ros_node(self) -> Any:
+        return None if self.__open is None else self.__open.node
+
+    @property
+    def ros_executor(self) -> Any:
+        return None if self.__open is None else self.__open.executor
 
 
-def get_ros_adapter(context: Any) -> NoReturn:
-    """RuntimeError, like ROSAdapter."""
-    _refuse()
+def get_ros_adapter(context: LaunchContext) -> ROSAdapter:
+    """The adapter of this context, started if it does not run; a shutdown ends it."""
+    adapter: ROSAdapter | None = getattr(context.locals, "ros_adapter", None)
+    if adapter is None:
+        adapter = ROSAdapter()
+        context.extend_globals({"ros_adapter": adapter})
+        context.register_event_handler(OnShutdown(on_shutdown=_shut_down))
+    elif adapter.ros_node is None:
+        adapter.start()
+    return adapter
 
 
-def get_ros_node(context: Any) -> NoReturn:
-    """RuntimeError, like ROSAdapter."""
-    _refuse()
+def get_ros_node(context: LaunchContext) -> Any:
+    """The rclpy node of `get_ros_adapter`."""
+    return get_ros_adapter(context).ros_node
 
 
-def _refuse() -> NoReturn:
-    raise RuntimeError(
-        "this launcher has no ROS node of its own; "
-        "start a process that does the work, or use the actions for services and parameters"
-    )
+def _shut_down(event: Any, context: LaunchContext) -> None:
+    adapter = context.locals.ros_adapter
+    if adapter.ros_node is not None:
+        adapter.shutdown()
 
 
 def get_default_launch_description() -> LaunchDescription:

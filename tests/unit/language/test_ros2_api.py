@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from launcher.language import session
 from launcher.language.compat import vocabulary
 
 
@@ -371,6 +372,72 @@ def test_a_path_below_a_package_is_written_with_slashes(tmp_path: Path, monkeypa
 
     assert path.perform(LaunchContext()) == f"{tmp_path}/share/tools/config/a.yaml"
     assert "ExecInPkg" in (ExecutableInPackage("run", "tools") / "x").describe()
+
+
+class Node:
+    """What a script's session opens for a ROSAdapter."""
+
+    opened: ClassVar[list[Node]] = []
+
+    def __init__(self, argv: list[str]) -> None:
+        self.argv, self.closed = argv, 0
+        self.context, self.node, self.executor = object(), object(), object()
+        self.opened.append(self)
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def test_a_ros_adapter_starts_and_ends_as_often_as_asked(monkeypatch: pytest.MonkeyPatch):
+    from launch_ros.ros_adapters import ROSAdapter
+
+    monkeypatch.setattr(session.current(), "open_ros_node", Node)
+    monkeypatch.setattr(Node, "opened", [])
+    adapter = ROSAdapter(argv=["--ros-args"], autostart=False)
+    assert (adapter.ros_node, adapter.ros_context, adapter.ros_executor) == (None, None, None)
+    with pytest.raises(RuntimeError, match="not running"):
+        adapter.shutdown()
+
+    for _ in range(2):
+        adapter.start()
+        node = Node.opened[-1]
+        parts = (adapter.ros_node, adapter.ros_context, adapter.ros_executor)
+        assert parts == (node.node, node.context, node.executor)
+        assert adapter.argv is node.argv
+        with pytest.raises(RuntimeError, match="already running"):
+            adapter.start()
+        adapter.shutdown()
+        assert (node.closed, adapter.ros_node) == (1, None)
+    assert len(Node.opened) == 2
+
+
+def test_a_shutdown_ends_the_ros_node_of_the_context(monkeypatch: pytest.MonkeyPatch):
+    from launch import LaunchContext
+    from launch.events import Shutdown
+    from launch_ros.ros_adapters import get_ros_adapter, get_ros_node
+
+    monkeypatch.setattr(session.current(), "open_ros_node", Node)
+    monkeypatch.setattr(Node, "opened", [])
+    context = LaunchContext()
+    first = get_ros_node(context)
+    assert get_ros_node(context) is first
+
+    for handler in context._event_handlers:
+        assert handler.matches(Shutdown())
+        handler.handle(Shutdown(), context)
+        handler.handle(Shutdown(), context)
+
+    assert (Node.opened[0].closed, get_ros_adapter(context).ros_node is first) == (1, False)
+    assert (len(context._event_handlers), len(Node.opened)) == (1, 2)
+
+
+def test_a_launch_file_has_no_ros_node():
+    from launch import LaunchContext
+    from launch_ros.ros_adapters import ROSAdapter, get_ros_node
+
+    for made in (ROSAdapter, lambda: get_ros_node(LaunchContext())):
+        with pytest.raises(RuntimeError, match="no ROS node of its own in a launch file"):
+            made()
 
 
 # ---- launch_testing
