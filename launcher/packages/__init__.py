@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from launcher.errors import ExecutableNotFoundError
+from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.packages import sources
 from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
 from launcher.text import did_you_mean
@@ -42,6 +42,20 @@ def share_directory(name: str, env: Mapping[str, str]) -> Path:
     Raises PackageNotFoundError.
     """
     return _located(name, env)[1]
+
+
+def resource_prefix(kind: str, name: str, env: Mapping[str, str]) -> Path | None:
+    """The prefix whose ament index has this resource; for packages that of `package_prefix`."""
+    if not kind or not name or "/" in kind + name:
+        return None
+    if kind == "packages":
+        try:
+            return package_prefix(name, env)
+        except PackageNotFoundError:
+            return None
+    index = Path(MARKERS).parent
+    prefixes = search_prefixes(env)
+    return next((prefix for prefix in prefixes if (prefix / index / kind / name).is_file()), None)
 
 
 def own_package(name: str, env: Mapping[str, str]) -> Overlay | None:

@@ -28,6 +28,7 @@ class Words:
 
 
 _WORDS = {
+    "AmentIndexResource": Words("ament-index-resource", ("resource_type", "resource_name")),
     "AndSubstitution": Words("and", ("left", "right")),
     "AnonName": Words("anon", ("name",)),
     "Command": Words("command", ("command",), ("on_stderr",)),
@@ -38,6 +39,7 @@ _WORDS = {
     "ForLoopIndex": Words("index", ("name",)),
     "FileContent": Words("file-content", ("path",)),
     "FindExecutable": Words("find-exec", ("name",)),
+    "FindPackageFile": Words("find-pkg-file", ("package", "file")),
     "FindPackagePrefix": Words("find-pkg-prefix", ("package",)),
     "FindPackageShare": Words("find-pkg-share", ("package",)),
     "IfElseSubstitution": Words("if", ("condition", "if_value"), ("else_value",)),

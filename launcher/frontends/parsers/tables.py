@@ -60,7 +60,8 @@ ACTIONS = _by_name(
 SUBSTITUTIONS = _by_name(
     {
         "launcher.language.ros.packages": (
-            "exec-in-pkg=ExecutableInPackage find-pkg-prefix=FindPackagePrefix "
+            "ament-index-resource=AmentIndexResource exec-in-pkg=ExecutableInPackage "
+            "find-pkg-file=FindPackageFile find-pkg-prefix=FindPackagePrefix "
             "find-pkg-share=FindPackageShare"
         ),
         "launcher.language.ros.scope": "param=Parameter",
@@ -89,7 +90,7 @@ SUBSTITUTIONS = _by_name(
 NEWER = {
     *("bool_arg", "for", "for_each", "lifecycle_node", "rep_env"),
     *("log_debug", "log_error", "log_info", "log_warning"),
-    *("for-var", "index", "path-join", "string-join"),
+    *("ament-index-resource", "find-pkg-file", "for-var", "index", "path-join", "string-join"),
 }
 
 _ACTIONS = "launcher.frontends.parsers.actions"

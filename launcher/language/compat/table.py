@@ -198,7 +198,8 @@ MODULES = {
     },
     "launch_ros.substitutions": {
         "launcher.language.ros.packages": (
-            "ExecutableInPackage FindPackage FindPackagePrefix FindPackageShare"
+            "AmentIndexResource ExecutableInPackage FindPackage FindPackageFile FindPackagePrefix "
+            "FindPackageShare"
         ),
         "launcher.language.ros.scope": "Parameter",
     },
@@ -300,7 +301,7 @@ CLASS_SUBMODULES = {
     "launch_ros.descriptions": "composable_node node node_trait ros_executable",
     "launch_ros.event_handlers": "on_state_transition",
     "launch_ros.events.lifecycle": "change_state state_transition",
-    "launch_ros.substitutions": "executable_in_package parameter",
+    "launch_ros.substitutions": "executable_in_package find_package_file parameter",
     "launch_xml": "entity parser",
     "launch_yaml": "entity parser",
 }
@@ -359,7 +360,10 @@ SUBMODULES = {
     "launch_ros": {"default_launch_description": "get_default_launch_description"},
     "launch_ros.events.lifecycle": {"lifecycle_node_matchers": "matches_node_name"},
     "launch_ros.events": {"matchers": "matches_node_name"},
-    "launch_ros.substitutions": {"find_package": "FindPackage FindPackagePrefix FindPackageShare"},
+    "launch_ros.substitutions": {
+        "ament_index": "AmentIndexResource",
+        "find_package": "FindPackage FindPackagePrefix FindPackageShare",
+    },
     "launch_ros.utilities": {
         "evaluate_parameters": "evaluate_parameter_dict evaluate_parameters",
         "namespace_utils": (

@@ -62,8 +62,18 @@ def _find(look_up: Callable[[str, Mapping[str, str]], Path], name: str) -> str:
         raise _missing(error, name) from None
 
 
+class _Path(Substitution):
+    """A path that can be extended with `/` (newer than Jazzy)."""
+
+    def __truediv__(self, additional_path: Any) -> PathSubstitution:
+        from launcher.language.substitutions.files import PathSubstitution
+
+        path: PathSubstitution = PathSubstitution(self) / additional_path
+        return path
+
+
 @public("launch_ros.substitutions.find_package")
-class FindPackage(Substitution):
+class FindPackage(_Path):
     """Base of substitutions that find a package; subclasses override the static `find`."""
 
     def __init__(self, package: Any) -> None:
@@ -83,13 +93,6 @@ class FindPackage(Substitution):
     @staticmethod
     def find(package_name: str) -> str:
         raise NotImplementedError()
-
-    def __truediv__(self, additional_path: Any) -> PathSubstitution:
-        """A path below (newer than Jazzy)."""
-        from launcher.language.substitutions.files import PathSubstitution
-
-        path: PathSubstitution = PathSubstitution(self) / additional_path
-        return path
 
     def describe(self) -> str:
         package = describe_substitutions(self.package)
@@ -116,6 +119,78 @@ class FindPackageShare(FindPackage):
     @staticmethod
     def find(package_name: str) -> str:
         return _find(packages.share_directory, package_name)
+
+
+@public("launch_ros.substitutions.find_package_file")
+class FindPackageFile(FindPackageShare):
+    """A file or folder below the share folder of a package (newer than Jazzy)."""
+
+    def __init__(self, package: Any, file: Any) -> None:
+        super().__init__(package)
+        self.__file = normalize_to_list_of_substitutions(file)
+
+    @classmethod
+    def parse(cls, data: Any) -> Any:
+        """(class, keyword arguments) of `$(find-pkg-file package file)`."""
+        if not data or len(data) != 2:
+            raise AttributeError("find-pkg-file substitution expects 2 arguments")
+        return cls, {"package": data[0], "file": data[1]}
+
+    @property
+    def file(self) -> list[Substitution]:
+        return self.__file
+
+    def describe(self) -> str:
+        package, file = map(describe_substitutions, (self.package, self.file))
+        return f"FindPackageFile(pkg={package}, file={file})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The path; SubstitutionFailure if it is absolute or does not exist."""
+        share = super().perform(context)
+        file = perform_substitutions(context, self.file)
+        if os.path.isabs(file):
+            raise SubstitutionFailure(f"'{file}' is absolute, not a path below '{share}'")
+        path = os.path.join(share, file)
+        if not os.path.exists(path):
+            raise SubstitutionFailure(f"file '{file}' not found in the share folder '{share}'")
+        return path
+
+
+@public("launch_ros.substitutions.ament_index")
+class AmentIndexResource(_Path):
+    """The prefix that has a resource of the ament index (newer than Jazzy)."""
+
+    def __init__(self, resource_type: Any, resource_name: Any) -> None:
+        self.__type = normalize_to_list_of_substitutions(resource_type)
+        self.__name = normalize_to_list_of_substitutions(resource_name)
+
+    @classmethod
+    def parse(cls, data: Any) -> Any:
+        """(class, keyword arguments) of `$(ament-index-resource type name)`."""
+        if len(data) != 2:
+            raise TypeError("ament-index-resource expects 2 arguments")
+        return cls, {"resource_type": data[0], "resource_name": data[1]}
+
+    @property
+    def resource_type(self) -> list[Substitution]:
+        return self.__type
+
+    @property
+    def resource_name(self) -> list[Substitution]:
+        return self.__name
+
+    def describe(self) -> str:
+        kind, name = map(describe_substitutions, (self.resource_type, self.resource_name))
+        return f"AmentIndexResource({kind}, {name})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The prefix; SubstitutionFailure if there is no such resource."""
+        kind = perform_substitutions(context, self.resource_type)
+        name = perform_substitutions(context, self.resource_name)
+        found = packages.resource_prefix(kind, name, os.environ)
+        if found is None:
+            raise SubstitutionFailure(f"the ament index has no resource '{name}' of type '{kind}'")
+        return str(found)
 
 
 class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):

@@ -299,6 +299,7 @@ def test_actions_know_their_line() -> None:
 
 
 SUBSTITUTIONS = {
+    "$(ament-index-resource t n)": "AmentIndexResource",
     "$(and true false)": "AndSubstitution",
     "$(anon n)": "AnonName",
     "$(command 'ls -l' ignore)": "Command",
@@ -312,6 +313,7 @@ SUBSTITUTIONS = {
     "$(file-content f)": "FileContent",
     "$(filename)": "ThisLaunchFile",
     "$(find-exec e)": "FindExecutable",
+    "$(find-pkg-file p f)": "FindPackageFile",
     "$(find-pkg-prefix p)": "FindPackagePrefix",
     "$(find-pkg-share p)": "FindPackageShare",
     "$(if true a b)": "IfElseSubstitution",
