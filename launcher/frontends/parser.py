@@ -209,3 +209,12 @@ def read_text(file: Any) -> SourceText:
     except OSError as problem:
         message = f"cannot read {path}: {problem.strerror}"
         raise FrontendError(message, ros_type=type(problem).__name__) from problem
+
+
+def __getattr__(name: str) -> Any:
+    """`importlib_metadata`, which tests of extensions patch; imported only for them."""
+    if name == "importlib_metadata":
+        from importlib import metadata
+
+        return metadata
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

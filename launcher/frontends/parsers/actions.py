@@ -118,7 +118,7 @@ def parse_for_each(cls: type, entity: Entity, parser: Any) -> Parsed:
     children_as_actions(entity, parser)  # report errors now, not in the first iteration
 
     def iteration(**values: Any) -> list[Any]:
-        return _iteration(entity, parser, "for_each_values", values)
+        return _iteration(entity, parser, values)
 
     return cls, {**arguments, "function": iteration}
 
@@ -130,22 +130,20 @@ def parse_for(cls: type, entity: Entity, parser: Any) -> Parsed:
     children_as_actions(entity, parser)
 
     def iteration(index: int) -> list[Any]:
-        return _iteration(entity, parser, "for_loop_indices", {name: index})
+        return _iteration(entity, parser, {name: index})
 
     return cls, {**arguments, "function": iteration}
 
 
-def _iteration(entity: Entity, parser: Any, local: str, values: dict[str, Any]) -> list[Any]:
+def _iteration(entity: Entity, parser: Any, values: dict[str, Any]) -> list[Any]:
     """New actions for each iteration, since an action runs once; `values` are locals for them."""
     from launcher.language.actions.events import OpaqueFunction
+    from launcher.language.substitutions.names import ForEachVar
 
-    def set_values(context: Any) -> None:
-        known = context.get_locals_as_dict().get(local, {})
-        context.extend_locals({local: {**known, **values}})
-
+    local_values = {ForEachVar.get_local_arg_name(name): values[name] for name in values}
     return [
         OpaqueFunction(function=lambda context: context._push_locals()),
-        OpaqueFunction(function=set_values),
+        OpaqueFunction(function=lambda context: context.extend_locals(local_values)),
         *children_as_actions(entity, parser),
         OpaqueFunction(function=lambda context: context._pop_locals()),
     ]

@@ -26,6 +26,12 @@ class Words:
         words += [f"[{keyword.upper()}]" for keyword in self.optional]
         return f"$({' '.join(words)})"
 
+    def expectation(self) -> str:
+        """How many words there may be, as ROS 2 says it."""
+        most = len(self.required) + len(self.optional)
+        counts = " or ".join(map(str, range(len(self.required), most + 1)))
+        return f"{self.name} substitution expects {counts} argument{'' if counts == '1' else 's'}"
+
 
 _WORDS = {
     "AmentIndexResource": Words("ament-index-resource", ("resource_type", "resource_name")),
@@ -39,17 +45,21 @@ _WORDS = {
     "ForLoopIndex": Words("index", ("name",)),
     "FileContent": Words("file-content", ("path",)),
     "FindExecutable": Words("find-exec", ("name",)),
+    "FindLaunchfile": Words("find-launchfile", ("name", "path")),
     "FindPackageFile": Words("find-pkg-file", ("package", "file")),
     "FindPackagePrefix": Words("find-pkg-prefix", ("package",)),
     "FindPackageShare": Words("find-pkg-share", ("package",)),
     "IfElseSubstitution": Words("if", ("condition", "if_value"), ("else_value",)),
+    "IsEmptySubstitution": Words("is-empty", ("value",)),
     "LaunchConfiguration": Words("var", ("variable_name",), ("default",)),
     "LaunchLogDir": Words("log_dir"),
+    "NotEmptySubstitution": Words("not-empty", ("value",)),
     "NotEqualsSubstitution": Words("not-equals", ("left", "right")),
     "NotSubstitution": Words("not", ("value",)),
     "OrSubstitution": Words("or", ("left", "right")),
     "Parameter": Words("param", ("name",), ("default",)),
     "PythonExpression": Words("eval", ("expression",), ("python_modules",)),
+    "StringStripSubstitution": Words("string-strip", ("value",)),
     "ThisLaunchFile": Words("filename"),
     "ThisLaunchFileDir": Words("dirname"),
 }
@@ -94,7 +104,7 @@ def _keywords(words: Words, data: Sequence[Any]) -> dict[str, Any]:
     keywords = (*words.required, *words.optional)
     if not len(words.required) <= len(data) <= len(keywords):
         raise AttributeTypeError(
-            f"$({words.name} ...) has {len(data)} words",
+            f"$({words.name} ...) has {len(data)} words ({words.expectation()})",
             hint=f"usage: {words.described()}",
             ros_type="VisitError",
         )

@@ -70,19 +70,22 @@ SUBSTITUTIONS = _by_name(
         "launcher.language.substitutions.environment": "env=EnvironmentVariable",
         "launcher.language.substitutions.files": (
             "dirname=ThisLaunchFileDir file-content=FileContent filename=ThisLaunchFile "
-            "find-exec=FindExecutable launch_log_dir=LaunchLogDir log_dir=LaunchLogDir "
-            "path-join=PathJoinSubstitution"
+            "find-exec=FindExecutable find-launchfile=FindLaunchfile launch_log_dir=LaunchLogDir "
+            "log_dir=LaunchLogDir path-join=PathJoinSubstitution"
         ),
         "launcher.language.substitutions.logic": (
             "all=AllSubstitution and=AndSubstitution any=AnySubstitution "
-            "equals=EqualsSubstitution if=IfElseSubstitution not=NotSubstitution "
+            "equals=EqualsSubstitution if=IfElseSubstitution is-empty=IsEmptySubstitution "
+            "not=NotSubstitution not-empty=NotEmptySubstitution "
             "not-equals=NotEqualsSubstitution or=OrSubstitution"
         ),
         "launcher.language.substitutions.names": (
             "anon=AnonName for-var=ForEachVar index=ForLoopIndex"
         ),
         "launcher.language.substitutions.python": "eval=PythonExpression",
-        "launcher.language.substitutions.text": "string-join=StringJoinSubstitution",
+        "launcher.language.substitutions.text": (
+            "string-join=StringJoinSubstitution string-strip=StringStripSubstitution"
+        ),
     }
 )
 
@@ -90,7 +93,8 @@ SUBSTITUTIONS = _by_name(
 NEWER = {
     *("bool_arg", "for", "for_each", "lifecycle_node", "rep_env"),
     *("log_debug", "log_error", "log_info", "log_warning"),
-    *("ament-index-resource", "find-pkg-file", "for-var", "index", "path-join", "string-join"),
+    *("ament-index-resource", "find-launchfile", "find-pkg-file", "for-var", "index", "is-empty"),
+    *("not-empty", "path-join", "string-join", "string-strip"),
 }
 
 _ACTIONS = "launcher.frontends.parsers.actions"

@@ -77,6 +77,9 @@ MODULES = {
             "action_parse_methods expose_action expose_substitution substitution_parse_methods"
         ),
     },
+    "launch.frontend.parser": {
+        "launcher.frontends.parser": "InvalidFrontendLaunchFileError Parser importlib_metadata",
+    },
     "launch.frontend.parse_substitution": {
         "launcher.frontends.grammar": "replace_escaped_characters=unescape",
         "launcher.frontends.grammar_substitutions": "parse_if_substitutions parse_substitution",
@@ -117,16 +120,17 @@ MODULES = {
         "launcher.language.substitutions.configuration": "LaunchConfiguration LocalSubstitution",
         "launcher.language.substitutions.environment": "EnvironmentVariable",
         "launcher.language.substitutions.files": (
-            "FileContent FindExecutable LaunchLogDir PathJoinSubstitution PathSubstitution "
-            "ThisLaunchFile ThisLaunchFileDir"
+            "FileContent FindExecutable FindLaunchfile LaunchLogDir PathJoinSubstitution "
+            "PathSubstitution ThisLaunchFile ThisLaunchFileDir"
         ),
         "launcher.language.substitutions.logic": (
             "AllSubstitution AndSubstitution AnySubstitution EqualsSubstitution "
-            "IfElseSubstitution NotEqualsSubstitution NotSubstitution OrSubstitution"
+            "IfElseSubstitution IsEmptySubstitution NotEmptySubstitution NotEqualsSubstitution "
+            "NotSubstitution OrSubstitution"
         ),
         "launcher.language.substitutions.names": "AnonName ForEachVar ForLoopIndex",
         "launcher.language.substitutions.python": "PythonExpression",
-        "launcher.language.substitutions.text": "StringJoinSubstitution",
+        "launcher.language.substitutions.text": "StringJoinSubstitution StringStripSubstitution",
     },
     "launch.utilities": {
         "launcher.language.class_tools": "ensure_argument_type is_a is_a_subclass isclassinstance",
@@ -289,9 +293,10 @@ CLASS_SUBMODULES = {
     ),
     "launch.substitutions": (
         "anon_name command environment_variable equals_substitution file_content find_executable "
-        "if_else_substitution launch_configuration launch_log_dir local_substitution "
-        "not_equals_substitution path_join_substitution path_substitution python_expression "
-        "string_join_substitution substitution_failure text_substitution this_launch_file "
+        "find_launchfile if_else_substitution is_empty_substitution launch_configuration "
+        "launch_log_dir local_substitution not_empty_substitution not_equals_substitution "
+        "path_join_substitution path_substitution python_expression string_join_substitution "
+        "string_strip_substitution substitution_failure text_substitution this_launch_file "
         "this_launch_file_dir"
     ),
     "launch_ros.actions": (
@@ -327,7 +332,6 @@ SUBMODULES = {
         "process_io": "ProcessIO",
         "process_matchers": "matches_executable matches_name matches_pid",
     },
-    "launch.frontend": {"parser": "InvalidFrontendLaunchFileError Parser"},
     "launch.launch_description_sources": {
         "any_launch_file_utilities": "get_launch_description_from_any_launch_file",
         "frontend_launch_file_utilities": "get_launch_description_from_frontend_launch_file",

@@ -6,7 +6,7 @@ import os
 import shutil
 from collections.abc import Iterable
 
-from launcher.language import session
+from launcher.language import frontend_registry, session
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public
 from launcher.language.substitution import (
@@ -35,6 +35,10 @@ class PathJoinSubstitution(Substitution):
     def substitutions(self) -> list[Substitution]:
         return self.__substitutions
 
+    def __truediv__(self, additional_path: Any) -> PathJoinSubstitution:
+        """A path below; several substitutions are joined to one component."""
+        return PathJoinSubstitution([*self.substitutions, _component(additional_path)])
+
     def describe(self) -> str:
         return f"PathJoin('{describe_substitutions(self.substitutions)}')"
 
@@ -44,30 +48,41 @@ class PathJoinSubstitution(Substitution):
 
 @public("launch.substitutions.path_substitution")
 class PathSubstitution(PathJoinSubstitution):
-    """A path that can be extended with `/` (newer than Jazzy)."""
+    """A path that can be extended with `/`."""
 
     def __init__(self, path: Any) -> None:
         super().__init__([_component(path)])
 
-    def __truediv__(self, additional_path: Any) -> PathSubstitution:
-        extended = PathSubstitution("")
-        parts = [*self.substitutions, _component(additional_path)]
-        extended.substitutions[:] = normalize_to_list_of_substitutions(parts)
-        return extended
+
+def _component(path: Any) -> Substitution:
+    """A path component; several substitutions are joined to one."""
+    parts = _path(path)
+    return parts[0] if len(parts) == 1 else _Joined(parts)
 
 
-def _component(path: Any) -> str | Substitution:
-    return path if isinstance(path, (str, Substitution)) else _Joined(path)
+def _path(path: Any) -> list[Substitution]:
+    """Substitutions for a path, which may be a `pathlib.Path`."""
+    return normalize_to_list_of_substitutions(str(path) if isinstance(path, os.PathLike) else path)
 
 
 class _Joined(Substitution):
     """Several substitutions as one path component."""
 
-    def __init__(self, parts: Any) -> None:
-        self._parts = normalize_to_list_of_substitutions(parts)
+    def __init__(self, parts: list[Substitution]) -> None:
+        self._parts = parts
+
+    def describe(self) -> str:
+        return describe_substitutions(self._parts)
 
     def perform(self, context: LaunchContext) -> str:
-        return perform_substitutions(context, self._parts)
+        return "".join([part.perform(context) for part in self._parts])
+
+
+class _Directory(Substitution):
+    """Base of substitutions for a folder; `/` gives a path in it."""
+
+    def __truediv__(self, additional_path: Any) -> PathJoinSubstitution:
+        return PathJoinSubstitution([self, _component(additional_path)])
 
 
 @public("launch.substitutions.this_launch_file")
@@ -84,7 +99,7 @@ class ThisLaunchFile(Substitution):
 
 
 @public("launch.substitutions.this_launch_file_dir")
-class ThisLaunchFileDir(Substitution):
+class ThisLaunchFileDir(_Directory):
     """The folder of the launch file that is being visited."""
 
     def describe(self) -> str:
@@ -126,12 +141,59 @@ class FindExecutable(Substitution):
         return path
 
 
+@public("launch.substitutions.find_launchfile")
+class FindLaunchfile(Substitution):
+    """The launch file of a folder with this name, whose suffix may be left out.
+
+    `bringup` finds `bringup.py`, `bringup.launch.xml` and `bringup_launch.yaml`.
+    """
+
+    def __init__(self, *, name: Any, path: Any) -> None:
+        self.__name = normalize_to_list_of_substitutions(name)
+        self.__path = _path(path)
+
+    @property
+    def name(self) -> list[Substitution]:
+        return self.__name
+
+    @property
+    def path(self) -> list[Substitution]:
+        """The folder."""
+        return self.__path
+
+    def describe(self) -> str:
+        name, path = describe_substitutions(self.name), describe_substitutions(self.path)
+        return f"FindLaunchfile(name={name}, path={path})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The path; SubstitutionFailure unless there is exactly one such file."""
+        name = perform_substitutions(context, self.name)
+        folder = perform_substitutions(context, self.path)
+        if not os.path.isdir(folder):
+            raise SubstitutionFailure(f"'{folder}' is not a directory")
+        found = sorted(file for file in os.listdir(folder) if _is_launch_file(folder, file, name))
+        if len(found) != 1:
+            several = f"several launch files named '{name}' ({', '.join(found)})"
+            what = several if found else f"no launch file named '{name}'"
+            raise SubstitutionFailure(f"{what} in directory '{folder}'")
+        return os.path.join(folder, found[0])
+
+
+def _is_launch_file(folder: str, file: str, name: str) -> bool:
+    stem, _, suffix = file.rpartition(".")
+    is_named = file == name or stem in (name, f"{name}.launch", f"{name}_launch")
+    if not is_named or not os.path.isfile(os.path.join(folder, file)):
+        return False
+    extensions: list[str] = frontend_registry.parser_class("").get_available_extensions()
+    return suffix in ("py", *extensions)
+
+
 @public("launch.substitutions.file_content")
 class FileContent(Substitution):
     """The text of a file, as it is (a last newline included)."""
 
     def __init__(self, path: Any) -> None:
-        self.__path = normalize_to_list_of_substitutions(path)
+        self.__path = _path(path)
 
     @property
     def path(self) -> list[Substitution]:
@@ -155,7 +217,7 @@ class FileContent(Substitution):
 
 
 @public("launch.substitutions.launch_log_dir")
-class LaunchLogDir(Substitution):
+class LaunchLogDir(_Directory):
     """The folder of this run's log files."""
 
     def describe(self) -> str:

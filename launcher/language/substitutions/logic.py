@@ -201,3 +201,32 @@ class IfElseSubstitution(Substitution):
         """The chosen text; SubstitutionFailure if the condition is not a truth value."""
         chosen = self.if_value if _truth(context, self.condition) else self.else_value
         return perform_substitutions(context, chosen)
+
+
+@public("launch.substitutions.is_empty_substitution")
+class IsEmptySubstitution(Substitution):
+    """Whether a text is empty; blanks are not."""
+
+    def __init__(self, value: Any) -> None:
+        self.__value = normalize_to_list_of_substitutions(value)
+
+    @property
+    def value(self) -> list[Substitution]:
+        return self.__value
+
+    def describe(self) -> str:
+        return f"IsEmpty({describe_substitutions(self.value)})"
+
+    def perform(self, context: LaunchContext) -> str:
+        return _text(perform_substitutions(context, self.value) == "")
+
+
+@public("launch.substitutions.not_empty_substitution")
+class NotEmptySubstitution(IsEmptySubstitution):
+    """The opposite of IsEmptySubstitution."""
+
+    def describe(self) -> str:
+        return f"NotEmpty({describe_substitutions(self.value)})"
+
+    def perform(self, context: LaunchContext) -> str:
+        return _text(perform_substitutions(context, self.value) != "")

@@ -13,7 +13,6 @@ from launcher.language.substitution import (
     optional_substitutions,
     perform_substitutions,
 )
-from launcher.language.substitutions.configuration import LocalSubstitution
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -54,11 +53,10 @@ class AnonName(Substitution):
 
 
 @public("launch.substitutions.for_loop_var")
-class ForEachVar(LocalSubstitution):
+class ForEachVar(Substitution):
     """The value of a field in the current iteration of a ForEach."""
 
     def __init__(self, name: Any, *, default_value: Any = None) -> None:
-        super().__init__("for_each_values", description="for-each variable")
         self.__name = normalize_to_list_of_substitutions(name)
         self.__default_value = optional_substitutions(default_value)
 
@@ -71,27 +69,33 @@ class ForEachVar(LocalSubstitution):
         """Used if the field set has no such field."""
         return self.__default_value
 
+    @classmethod
+    def get_local_arg_name(cls, name: str) -> str:
+        """The name of the local that has the value."""
+        return f"ForEachVar__{name}"
+
+    def describe(self) -> str:
+        default = describe_substitutions(self.default_value or [])
+        name = describe_substitutions(self.name)
+        return f"{type(self).__name__}(name={name}, default_value={default})"
+
     def perform(self, context: LaunchContext) -> str:
-        """The value as text; KeyError if there is none."""
+        """The value as text; RuntimeError if there is none."""
         name = perform_substitutions(context, self.name)
-        values = context.get_locals_as_dict().get("for_each_values", {})
-        if name not in values and self.default_value is not None:
+        values = context.get_locals_as_dict()
+        local = self.get_local_arg_name(name)
+        if local in values:
+            return str(values[local])
+        if self.default_value is not None:
             return perform_substitutions(context, self.default_value)
-        return str(values[name])
+        raise RuntimeError(
+            f"No value available for {type(self).__name__} '{name}' and no default value provided"
+        )
 
 
 @public("launch.substitutions.for_loop_var")
-class ForLoopIndex(LocalSubstitution):
+class ForLoopIndex(ForEachVar):
     """The index in the current iteration of a ForLoop."""
 
     def __init__(self, name: Any) -> None:
-        super().__init__("for_loop_index", description="for-loop index")
-        self.__name = normalize_to_list_of_substitutions(name)
-
-    @property
-    def name(self) -> list[Substitution]:
-        return self.__name
-
-    def perform(self, context: LaunchContext) -> str:
-        name = perform_substitutions(context, self.name)
-        return str(context.get_locals_as_dict()["for_loop_indices"][name])
+        super().__init__(name)

@@ -1,4 +1,4 @@
-"""StringJoinSubstitution: texts joined by a delimiter."""
+"""Texts joined by a delimiter, and texts without outer whitespace."""
 
 from __future__ import annotations
 
@@ -40,3 +40,21 @@ class StringJoinSubstitution(Substitution):
     def perform(self, context: LaunchContext) -> str:
         delimiter = perform_substitutions(context, self.delimiter)
         return delimiter.join(perform_substitutions(context, sub) for sub in self.substitutions)
+
+
+@public("launch.substitutions.string_strip_substitution")
+class StringStripSubstitution(Substitution):
+    """A text without whitespace at its ends: the output of a Command, for example."""
+
+    def __init__(self, value: Any) -> None:
+        self.__value = normalize_to_list_of_substitutions(value)
+
+    @property
+    def value(self) -> list[Substitution]:
+        return self.__value
+
+    def describe(self) -> str:
+        return f"StringStrip({describe_substitutions(self.value)})"
+
+    def perform(self, context: LaunchContext) -> str:
+        return perform_substitutions(context, self.value).strip()

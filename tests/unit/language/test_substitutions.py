@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from pathlib import Path
 from typing import Any, List  # noqa: UP035 - launch files spell list types like this
 
 import pytest
@@ -33,19 +34,28 @@ from launcher.language.substitution import (
 )
 from launcher.language.substitutions.configuration import LaunchConfiguration, LocalSubstitution
 from launcher.language.substitutions.environment import EnvironmentVariable
-from launcher.language.substitutions.files import PathJoinSubstitution, PathSubstitution
+from launcher.language.substitutions.files import (
+    FileContent,
+    FindLaunchfile,
+    PathJoinSubstitution,
+    PathSubstitution,
+    ThisLaunchFileDir,
+)
 from launcher.language.substitutions.logic import (
     AllSubstitution,
     AndSubstitution,
     AnySubstitution,
     EqualsSubstitution,
     IfElseSubstitution,
+    IsEmptySubstitution,
+    NotEmptySubstitution,
     NotEqualsSubstitution,
     NotSubstitution,
     OrSubstitution,
 )
+from launcher.language.substitutions.names import ForEachVar, ForLoopIndex
 from launcher.language.substitutions.python import PythonExpression
-from launcher.language.substitutions.text import StringJoinSubstitution
+from launcher.language.substitutions.text import StringJoinSubstitution, StringStripSubstitution
 from tests.unit.interpreter.interpreting import logged
 
 texts = st.text(max_size=12)
@@ -153,6 +163,63 @@ def test_a_path_grows_with_slashes_and_joins_the_parts_of_a_list():
     path = PathSubstitution(["/t", "op"]) / "share" / [LaunchConfiguration("robot"), ".urdf"]
 
     assert performed(path, robot="r2") == "/top/share/r2.urdf"
+
+
+def test_a_path_below_may_be_a_list_a_path_or_a_substitution(tmp_path: Path):
+    path = PathJoinSubstitution(["/t", "a"]) / LaunchConfiguration("robot") / Path("b/c")
+    assert performed(path, robot="1") == "/t/a/1/b/c"
+    assert performed(path / (TextSubstitution(text="d"), ".urdf"), robot="1") == "/t/a/1/b/c/d.urdf"
+    assert (path / ["d", ".urdf"]).describe().endswith(" + 'd' + '.urdf'')")
+    assert performed(PathSubstitution(tmp_path) / "x") == str(tmp_path / "x")
+    (tmp_path / "x").write_text("content")
+    assert performed(FileContent(tmp_path / "x")) == "content"
+
+
+def test_a_path_below_the_folder_of_the_launch_file():
+    context = LaunchContext()
+    context.extend_locals({"current_launch_file_directory": "/t"})
+    assert (ThisLaunchFileDir() / "config" / "a.yaml").perform(context) == "/t/config/a.yaml"
+
+
+@pytest.mark.parametrize("name", ["one", "one.launch", "one.launch.xml", "two", "two_launch"])
+def test_a_launch_file_is_found_by_its_name(tmp_path: Path, name: str):
+    for file in ("one.launch.xml", "two_launch.py", "one.txt", "three.yaml", "three.launch.py"):
+        (tmp_path / file).touch()
+    (tmp_path / "one.py").mkdir()
+    found = performed(FindLaunchfile(name=name, path=tmp_path))
+    assert found == str(tmp_path / ("one.launch.xml" if name[0] == "o" else "two_launch.py"))
+
+
+@pytest.mark.parametrize(
+    ("name", "folder", "problem"),
+    [
+        ("o", ".", "no launch file named 'o'"),
+        ("three", ".", "several launch files .*three.launch.py, three.yaml"),
+        ("one", "missing", "is not a directory"),
+    ],
+)
+def test_what_is_not_one_launch_file(tmp_path: Path, name: str, folder: str, problem: str):
+    for file in ("one.py", "three.yaml", "three.launch.py"):
+        (tmp_path / file).touch()
+    with pytest.raises(SubstitutionFailure, match=problem):
+        performed(FindLaunchfile(name=name, path=tmp_path / folder))
+
+
+@given(st.text(alphabet=" \tab", max_size=5))
+def test_empty_and_stripped_texts(text: str):
+    assert performed(IsEmptySubstitution(text)) == ("true" if text == "" else "false")
+    assert performed(NotEmptySubstitution([text])) == ("false" if text == "" else "true")
+    assert performed(StringStripSubstitution([text, " "])) == text.strip()
+
+
+def test_a_value_of_an_iteration_is_a_local():
+    context = LaunchContext()
+    with pytest.raises(RuntimeError, match="ForEachVar 'robot'"):
+        ForEachVar("robot").perform(context)
+    assert ForEachVar("robot", default_value="none").perform(context) == "none"
+    context.extend_locals({ForEachVar.get_local_arg_name("robot"): 1})
+    assert ForEachVar(["ro", "bot"]).perform(context) == "1"
+    assert ForLoopIndex("robot").perform(context) == "1"
 
 
 def test_joining_uses_the_delimiter():
