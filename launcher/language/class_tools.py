@@ -31,8 +31,11 @@ def isclassinstance(obj: Any) -> bool:
 def ensure_argument_type(
     argument: Any, types: Any, argument_name: str, caller: str | None = None
 ) -> None:
-    """TypeError unless `argument` is an instance of one of `types` or a subclass of one."""
-    allowed = list(types) if is_iterable(types) else [types]
+    """TypeError unless `argument` is an instance of one of `types` or a subclass of one.
+
+    Also if `types` is neither a type nor an iterable of types.
+    """
+    allowed = _types(types)
     if any(is_a_subclass(argument, one) for one in allowed):
         return
     subject = "Expected" if caller is None else f"'{caller}' expected"
@@ -40,3 +43,20 @@ def ensure_argument_type(
         f"{subject} '{argument_name}' to be one of {allowed}, "
         f"but got '{argument}' of type '{type(argument)}'"
     )
+
+
+def _types(given: Any) -> list[Any]:
+    if isinstance(given, type):
+        return [given]
+    types = list(given) if is_iterable(given) and not isinstance(given, str) else [given]
+    if all(isinstance(one, type) or _is_generic(one) for one in types):
+        return types
+    raise TypeError(
+        "'ensure_argument_type()' expected 'types' to be one of "
+        f"[type, collections.abc.Iterable of type], but got '{given}' of type '{type(given)}'"
+    )
+
+
+def _is_generic(one: Any) -> bool:
+    """Whether it is of `typing`, or a union of types."""
+    return hasattr(one, "__origin__") or hasattr(one, "__args__")

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from launcher.language.action import Action
-from launcher.language.actions.events import EmitEvent, LogInfo, RegisterEventHandler
+from launcher.language.actions.arguments import DeclareLaunchArgument
+from launcher.language.actions.events import (
+    EmitEvent,
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+)
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
@@ -30,7 +36,8 @@ class LaunchIntrospector:
     def format_launch_description(self, launch_description: LaunchDescription) -> str:
         """The tree, one entity a line."""
         branches = [_entity(entity) for entity in launch_description.entities]
-        return "\n".join([str(launch_description), *_lines(branches)])
+        count = f"{len(branches)} {'entity' if len(branches) == 1 else 'entities'}"
+        return "\n".join([f"LaunchDescription({count})", *_lines(branches)])
 
 
 def _lines(branches: list[_Tree]) -> list[str]:
@@ -51,9 +58,23 @@ def _entity(entity: Any) -> _Tree:
         return f"EmitEvent(event='{entity.event.name}')", []
     if isinstance(entity, ExecuteProcess):
         return _process(entity), []
+    if isinstance(entity, DeclareLaunchArgument):
+        return _argument(entity), []
+    if isinstance(entity, OpaqueFunction):
+        name = getattr(entity._function_called, "__name__", entity._function_called)
+        return f"OpaqueFunction(function='{name}')", []
     if isinstance(entity, RegisterEventHandler):
         return f"RegisterEventHandler('{entity.event_handler}'):", [_handler(entity)]
     return f"Action('{entity}')", []
+
+
+def _argument(action: DeclareLaunchArgument) -> str:
+    default = action.default_value
+    value = "None" if default is None else format_substitutions(default)
+    return (
+        f"DeclareLaunchArgument(name='{action.name}', default_value={value}, "
+        f"description='{action.description}')"
+    )
 
 
 def _process(action: ExecuteProcess) -> str:

@@ -38,6 +38,9 @@ class LaunchConfig:
         self.log_file_name = "launch.log"
         self.set_screen_format("default")
         self.set_log_format("default")
+        if session.current().prints:
+            self.log_dir = None
+            session.current().forget_log_dir()
         session.current().formats = self if self._is_changed else None
 
     # ---- level

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.description import LaunchDescription
+    from launcher.language.some_types import FilePath
 
 
 _MODULE_NAME = "python_launch_file"  # `__name__` of launch files
@@ -175,9 +177,9 @@ class _Loader(SourceFileLoader):
         return self.source_to_code(self.get_data(self.path), self.path)
 
 
-def load_python_launch_file_as_module(python_launch_file_path: str) -> ModuleType:
+def load_python_launch_file_as_module(python_launch_file_path: FilePath) -> ModuleType:
     """Execute a launch file as a module; exceptions of the file are passed on."""
-    loader = _Loader(_MODULE_NAME, python_launch_file_path)
+    loader = _Loader(_MODULE_NAME, os.fsdecode(python_launch_file_path))
     spec = spec_from_loader(_MODULE_NAME, loader)
     if spec is None:
         raise RuntimeError("Failed to load module spec!")
@@ -187,38 +189,39 @@ def load_python_launch_file_as_module(python_launch_file_path: str) -> ModuleTyp
 
 
 def get_launch_description_from_python_launch_file(
-    python_launch_file_path: str,
+    python_launch_file_path: FilePath,
 ) -> LaunchDescription:
     """The result of the file's `generate_launch_description()`; its exceptions are passed on."""
     module = load_python_launch_file_as_module(python_launch_file_path)
     function = getattr(module, _REQUIRED, None)
     if function is None:
         raise InvalidPythonLaunchFileError(
-            f"launch file at '{python_launch_file_path}' does not contain the required function "
-            f"'{_REQUIRED}()'"
+            f"launch file at '{os.fsdecode(python_launch_file_path)}' does not contain the "
+            f"required function '{_REQUIRED}()'"
         )
     description: LaunchDescription = function()
     return description
 
 
 def get_launch_description_from_frontend_launch_file(
-    launch_file_path: str, *, parser: Any = None
+    launch_file_path: FilePath, *, parser: Any = None
 ) -> LaunchDescription:
     """The description of an XML or YAML file."""
     if not hasattr(parser, "load"):
         parser = frontend_registry.parser_class("")
-    root_entity, loaded_parser = parser.load(launch_file_path)
+    root_entity, loaded_parser = parser.load(os.fsdecode(launch_file_path))
     description: LaunchDescription = loaded_parser.parse_description(root_entity)
     return description
 
 
 def get_launch_description_from_any_launch_file(
-    launch_file_path: str, *, parser: Any = None
+    launch_file_path: FilePath, *, parser: Any = None
 ) -> LaunchDescription:
     """The description of a file of any kind; InvalidLaunchFileError if no loader accepts it.
 
     Its `__cause__` is the error of the loader that the file's suffix suggests.
     """
+    launch_file_path = os.fsdecode(launch_file_path)
     extension = launch_file_path.rpartition("/")[2].rpartition(".")[2]
     is_markup = extension in ("xml", "yaml", "yml")
     likely: list[Exception] = []

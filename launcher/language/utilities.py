@@ -82,7 +82,19 @@ def remember_place(error: Exception, entity: Any) -> None:
 
 
 def create_future(loop: Any) -> Any:
-    """A future of the loop, or one that needs no loop if there is none."""
-    from launcher.language.future import Future
+    """A future of the loop; with None, of the running loop or that of the thread."""
+    return (_loop() if loop is None else loop).create_future()
 
-    return Future() if loop is None else loop.create_future()
+
+def _loop() -> Any:
+    import asyncio
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # no loop yet
+        try:
+            return asyncio.get_event_loop()
+        except RuntimeError:  # a thread without a loop
+            loop = asyncio.new_event_loop()
+            asyncio.set_event_loop(loop)
+            return loop

@@ -39,7 +39,9 @@ def configurations_in(part: Any, depth: int = _MAX_NESTING) -> Iterator[str]:
 
 def add_source(error: Any, context: LaunchContext, expression: Any, value: str) -> None:
     """Attach to an error about a truth value where the value came from, and the near one."""
-    configurations = context.launch_configurations
+    configurations: Any = getattr(context, "launch_configurations", None)
+    if not hasattr(configurations, "peek"):
+        return  # a context of a test, not of a run
     names = dict.fromkeys(configurations_in(list(expression)))
     known = [name for name in names if configurations.peek(name) is not None]
     near = near_truth(value)

@@ -40,6 +40,13 @@ def written(log: Any, name: str = "launch.log") -> list[str]:
 # ---- in a script
 
 
+def test_a_reset_forgets_the_log_folder(log, tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "usual"))
+    assert log.launch_config.log_dir == str(tmp_path)
+    log.reset()
+    assert log.launch_config.log_dir == str(tmp_path / "usual")
+
+
 def test_a_logger_prints_and_writes_its_file_once(log, capsys):
     logger = log.get_logger("some")
     logger.addHandler(log.launch_config.get_screen_handler())

@@ -6,6 +6,7 @@ import asyncio
 import io
 import os
 import signal
+import typing
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, ClassVar
@@ -600,6 +601,95 @@ def test_a_signal_manager_calls_handlers_in_the_loop_while_it_is_open():
             manager.handle(signal.SIGUSR1, 5)  # type: ignore[arg-type]
     finally:
         loop.close()
+
+
+# ---- futures and arguments
+
+
+def test_a_future_without_a_loop_belongs_to_that_of_the_thread():
+    from launch.utilities import create_future
+
+    async def within() -> bool:
+        return create_future(None).get_loop() is asyncio.get_running_loop()
+
+    future = create_future(None)
+    assert isinstance(future, asyncio.Future)
+    assert asyncio.run(within())
+
+
+@pytest.mark.parametrize("types", [[123, str], [str, 123], "str", (t for t in (str, None)), None])
+def test_types_of_an_argument_are_types(types: Any):
+    from launch.utilities import ensure_argument_type
+
+    with pytest.raises(TypeError, match=r"'ensure_argument_type\(\)' expected 'types'"):
+        ensure_argument_type("a", types, "name")
+
+
+def test_types_of_an_argument_may_be_generic():
+    from launch.utilities import ensure_argument_type
+
+    ensure_argument_type(["a"], (str, typing.List), "name")  # noqa: UP006
+    ensure_argument_type(1, str | int, "name")
+
+
+def test_a_condition_needs_only_a_context_that_performs_substitutions():
+    from launch.conditions import IfCondition, InvalidConditionExpressionError
+
+    class Performing:
+        def perform_substitution(self, substitution: Any) -> str:
+            return substitution.perform(self)
+
+    with pytest.raises(InvalidConditionExpressionError):
+        IfCondition("tru").evaluate(Performing())
+
+
+def test_launch_files_may_be_given_as_paths(tmp_path: Path):
+    from launch.launch_description_sources import (
+        get_launch_description_from_any_launch_file,
+        get_launch_description_from_frontend_launch_file,
+        get_launch_description_from_python_launch_file,
+    )
+
+    python, markup = tmp_path / "a.launch.py", tmp_path / "a.launch.xml"
+    python.write_text("import launch\ngenerate_launch_description = launch.LaunchDescription\n")
+    markup.write_text("<launch/>")
+    assert get_launch_description_from_python_launch_file(python).entities == []
+    assert get_launch_description_from_frontend_launch_file(markup).entities == []
+    assert get_launch_description_from_any_launch_file(markup).entities == []
+
+
+def test_tests_of_extensions_patch_the_entry_points():
+    from launch.frontend.parser import Parser, importlib_metadata
+
+    class Broken:
+        name = "broken"
+
+        def load(self) -> None:
+            raise ValueError("no")
+
+    with (
+        patch(importlib_metadata.__name__ + ".entry_points", return_value=[Broken()]),
+        pytest.warns(UserWarning, match="Failed to load the launch extension broken"),
+    ):
+        Parser.load_launch_extensions()
+
+
+def test_a_description_is_formatted_without_addresses():
+    from launch import LaunchDescription, LaunchIntrospector
+    from launch.actions import DeclareLaunchArgument, OpaqueFunction
+
+    def make_nodes(context: Any) -> None:
+        """Nothing."""
+
+    entities = [
+        DeclareLaunchArgument("count", default_value="3", description="of robots"),
+        OpaqueFunction(function=make_nodes),
+    ]
+    assert LaunchIntrospector().format_launch_description(LaunchDescription(entities)) == (
+        "LaunchDescription(2 entities)\n"
+        "├── DeclareLaunchArgument(name='count', default_value='3', description='of robots')\n"
+        "└── OpaqueFunction(function='make_nodes')"
+    )
 
 
 # ---- the queue
