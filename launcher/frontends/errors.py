@@ -6,6 +6,7 @@ which `parse` methods of third-party actions may catch.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -93,6 +94,21 @@ def _taken_from(error: LaunchFileError) -> tuple[LaunchFileError, ...]:
         return ()
     taken, error.others = error.others, ()
     return taken
+
+
+def as_lark_error(error: FrontendError) -> FrontendError:
+    """Let an error of a substitution also be the one of lark that ROS 2 raises.
+
+    Only if somebody has imported lark: who has not cannot catch its exceptions.
+    """
+    raised = getattr(sys.modules.get("lark.exceptions"), error.ros_type, None)
+    if raised is None or isinstance(error, raised):
+        return error
+    own = type(error)
+    original = error.__cause__ or own(error.message)
+    error.__class__ = type(own.__name__, (own, raised), {"__str__": own.__str__})
+    vars(error).update(rule="substitution", obj=None, orig_exc=original)
+    return error
 
 
 # Attributes of ROS 1 or of similar tags, and what to use instead.

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from launcher.frontends import expose
-from launcher.frontends.errors import FrontendError, Place, locate, shown
+from launcher.frontends.errors import (
+    FrontendError,
+    Place,
+    StructureError,
+    as_lark_error,
+    locate,
+    shown,
+)
 from launcher.frontends.grammar import Call, GrammarError, Part, Text, parse_template
 from launcher.language.diagnostics.origin import Origin
 from launcher.language.substitution import Substitution, TextSubstitution
@@ -31,8 +38,12 @@ def parse_substitution(value: str, place: Place | None = None) -> list[Substitut
     try:
         parts = parse_template(value)
     except GrammarError as problem:
-        raise _syntax_error(value, problem, place) from None
-    return [_build(part, place) for part in parts]
+        raise as_lark_error(_syntax_error(value, problem, place)) from None
+    try:
+        return [_build(part, place) for part in parts]
+    except FrontendError as error:
+        as_lark_error(error)
+        raise
 
 
 def parse_if_substitutions(value: Any, place: Place | None = None) -> Any:
@@ -79,7 +90,7 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
         hint = _ROS_1_WORDS.get(call.name) or did_you_mean(call.name, expose.substitution_names())
         hint = hint or expose.failed_extensions()
         message = f"unknown substitution $({call.name} ...)"
-        raise FrontendError(message, place=here, hint=hint, ros_type="VisitError")
+        raise StructureError(message, place=here, hint=hint, ros_type="VisitError")
     try:
         substitution_type, arguments = method(words)
         made: Substitution = substitution_type(**arguments)

@@ -10,7 +10,7 @@ from launcher.language.actions import configuration as settings
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.events import (
     EmitEvent,
-    LogInfo,
+    Log,
     OpaqueFunction,
     RegisterEventHandler,
     Shutdown,
@@ -155,7 +155,7 @@ _HEADLINES: tuple[tuple[type, Any], ...] = (
     (GroupAction, lambda a: "group"),
     (TimerAction, _timer),
     (OpaqueFunction, _function_name),
-    (LogInfo, lambda a: f"log {described(a.msg)}"),
+    (Log, lambda a: f"log {described(a.msg)}"),
     (Shutdown, lambda a: f"shutdown: {a.event.reason}"),
     (EmitEvent, lambda a: f"emit {type(a.event).__name__}"),
     (RegisterEventHandler, lambda a: "event handler"),

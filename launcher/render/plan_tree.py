@@ -15,7 +15,7 @@ from launcher.language.actions.configuration import (
     ResetLaunchConfigurations,
     SetLaunchConfiguration,
 )
-from launcher.language.actions.events import LogInfo, OpaqueFunction, RegisterEventHandler
+from launcher.language.actions.events import Log, OpaqueFunction, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import ExecuteLocal
@@ -261,7 +261,7 @@ def _head(visit: Visit) -> tuple[str, str]:
     if isinstance(entity, (DeclareLaunchArgument, SetLaunchConfiguration)) and visit.settings:
         setting = visit.settings[-1]
         return f"{headline(entity)} = {setting.value!r}", _source(visit, setting)
-    if isinstance(entity, LogInfo) and visit.logs:
+    if isinstance(entity, Log) and visit.logs:
         return f"log: {visit.logs[-1]}", ""
     if visit.settings:
         setting = visit.settings[-1]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 from launcher.frontends.entity import Entity
 from launcher.frontends.parsers.attributes import (
     ENTITIES,
@@ -18,6 +20,8 @@ from launcher.language.substitution import plain_text
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
+
+_WITHOUT_LEVEL = "newer releases of ROS 2 want a 'level' for <log>, or <log_info>"
 
 
 def parse_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
@@ -150,12 +154,14 @@ def _iteration(entity: Entity, parser: Any, values: dict[str, Any]) -> list[Any]
 
 
 def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
-    """`log`; newer releases of ROS 2 have an attribute `level`."""
+    """`log`; newer releases of ROS 2 have an attribute `level`, and want it."""
     _, arguments = parse_texts(cls, entity, parser, {"msg": "message"})
     level = entity.get_attr("level", optional=True)
     if level is None:
+        if entity.type_name == "log":
+            warnings.warn(_WITHOUT_LEVEL, PendingDeprecationWarning, stacklevel=2)
         return cls, arguments
-    from launcher.language.actions.logs import Log
+    from launcher.language.actions.events import Log
 
     return Log, {**arguments, "level": parser.parse_substitution(level)}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from launcher.frontends.errors import AttributeTypeError
+from launcher.frontends.errors import AttributeTypeError, UnexpectedContentError
 from launcher.frontends.parsers.attributes import Parsed
 
 TYPE_CHECKING = False
@@ -69,8 +69,12 @@ _ONLY_IN_PYTHON = {
     "AnySubstitution": "$(or LEFT RIGHT), which may be nested",
 }
 
-# Those that take any number of words, and at least this many; newer than Jazzy.
-_JOINS = {"PathJoinSubstitution": 1, "StringJoinSubstitution": 2}
+# Those that take any number of words, and at least this many, and the error for fewer; newer than
+# Jazzy.
+_JOINS = {
+    "PathJoinSubstitution": (1, UnexpectedContentError),
+    "StringJoinSubstitution": (2, AttributeTypeError),
+}
 
 
 def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
@@ -91,8 +95,9 @@ def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
 
 def _joined(class_name: str, data: Sequence[Any]) -> dict[str, Any]:
     """`string-join` has the delimiter first; a word of a path may be made of several pieces."""
-    if len(data) < _JOINS[class_name]:
-        raise AttributeTypeError(f"too few words, {len(data)}", ros_type="VisitError")
+    fewest, error = _JOINS[class_name]
+    if len(data) < fewest:
+        raise error(f"too few words, {len(data)}", ros_type="VisitError")
     if class_name == "StringJoinSubstitution":
         return {"delimiter": data[0], "substitutions": data[1:]}
     from launcher.language.substitutions.text import StringJoinSubstitution

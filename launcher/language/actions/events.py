@@ -63,14 +63,23 @@ class Shutdown(EmitEvent):
         super().execute(context)
 
 
-@public("launch.actions.log_info")
-@parsed
-class LogInfo(Action):
-    """Prints a message."""
+_LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL", "WARN", "FATAL")
 
-    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+
+@public("launch.actions.log")
+@parsed
+class Log(Action):
+    """Prints a message at a level: `DEBUG`, `INFO`, `WARNING`, `ERROR`, `CRITICAL`.
+
+    Newer than Jazzy, as are its subclasses except LogInfo.
+    """
+
+    def __init__(self, *, msg: Any, level: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__msg = normalize_to_list_of_substitutions(msg)
+        if isinstance(level, str):
+            _check_level(level.upper())
+        self.__level = normalize_to_list_of_substitutions(level)
 
     @property
     def msg(self) -> list[Substitution]:
@@ -78,10 +87,27 @@ class LogInfo(Action):
 
     @property
     def level(self) -> list[Substitution]:
-        return normalize_to_list_of_substitutions("INFO")
+        return self.__level
 
     def execute(self, context: LaunchContext) -> None:
-        context._host.log("launch.user", "INFO", perform_substitutions(context, self.msg))
+        """Log the message; KeyError if the level is none."""
+        level = perform_substitutions(context, self.level).upper()
+        _check_level(level)
+        context._host.log("launch.user", level, perform_substitutions(context, self.msg))
+
+
+def _check_level(level: str) -> None:
+    if level not in _LEVELS:
+        raise KeyError(f"Invalid log level '{level}', expected: {', '.join(_LEVELS)}")
+
+
+@public("launch.actions.log_info")
+@parsed
+class LogInfo(Log):
+    """Prints a message."""
+
+    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+        super().__init__(msg=msg, level="INFO", **kwargs)
 
 
 @public("launch.actions.opaque_function")

@@ -29,11 +29,12 @@ MODULES = {
         ),
         "launcher.language.actions.coroutine": "OpaqueCoroutine",
         "launcher.language.actions.events": (
-            "EmitEvent LogInfo OpaqueFunction RegisterEventHandler Shutdown UnregisterEventHandler"
+            "EmitEvent Log LogInfo OpaqueFunction RegisterEventHandler Shutdown "
+            "UnregisterEventHandler"
         ),
         "launcher.language.actions.group": "GroupAction",
         "launcher.language.actions.include": "IncludeLaunchDescription",
-        "launcher.language.actions.logs": "Log LogDebug LogError LogWarning",
+        "launcher.language.actions.logs": "LogDebug LogError LogWarning",
         "launcher.language.actions.loops": "ForEach ForLoop",
         "launcher.language.actions.process": "ExecuteLocal ExecuteProcess",
         "launcher.language.actions.timer": "TimerAction",

@@ -114,6 +114,44 @@ def test_a_log_action_has_its_level(name):
     assert perform_substitutions(LaunchContext(), action.level) == name.upper()
     with pytest.raises(KeyError, match="Invalid log level"):
         launch.actions.Log(msg="text", level="loud")
+    with pytest.raises(KeyError, match="Invalid log level 'LOUD'"):
+        launch.actions.Log(msg="text", level=["lo", "ud"]).execute(LaunchContext())
+
+
+def test_a_log_tag_without_a_level_is_a_log_action_that_newer_releases_deprecate():
+    from launch.actions import Log, LogInfo
+    from launch.frontend import Parser
+
+    tags = "<log message='a'/><log_info message='b'/><log level='DEBUG' message='c'/>"
+    entity, parser = Parser.load(io.StringIO(f"<launch>{tags}</launch>"))
+    with pytest.warns(PendingDeprecationWarning, match="<log_info>") as warned:
+        actions = parser.parse_description(entity).entities
+
+    assert [type(action) for action in actions] == [LogInfo, LogInfo, Log]
+    assert all(isinstance(action, Log) for action in actions)
+    assert len(warned) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "original"),
+    [
+        ("$(path-join)", "VisitError", ValueError),
+        ("$(string-join .)", "VisitError", TypeError),
+        ("$(no-such-thing)", "VisitError", RuntimeError),
+        ("$(eval '1' '2' '3')", "VisitError", TypeError),
+        ("$(not $(env", "UnexpectedEOF", None),
+        ("$(not ))", "UnexpectedCharacters", None),
+    ],
+)
+def test_errors_of_substitutions_are_those_of_the_grammar_in_ros_2(text, name, original):
+    import lark.exceptions
+    from launch.frontend.parse_substitution import parse_substitution
+
+    with pytest.raises(getattr(lark.exceptions, name)) as error:
+        parse_substitution(text)
+
+    assert str(error.value) == error.value.message
+    assert original is None or isinstance(error.value.orig_exc, original)
 
 
 def test_the_command_of_an_executable_is_known_without_a_process():
