@@ -114,11 +114,18 @@ def as_lark_error(error: FrontendError) -> FrontendError:
 # Attributes of ROS 1 or of similar tags, and what to use instead.
 _OTHER_NAMES = {
     ("arg", "value"): "'default' suggests a value, <let> sets one",
+    ("arg", "choices"): "'choice' takes a list of mappings with the key 'value'",
+    (
+        "include",
+        "let",
+    ): "write <arg name=... value=.../>: launch 3.4.7 was the first with <let> here",
     ("include", "ns"): "put it into a <group> with a <push_ros_namespace namespace=.../>",
     ("node", "executable"): "use 'exec'",
     ("node", "ns"): "use 'namespace'",
     ("node", "package"): "use 'pkg'",
     ("node", "type"): "use 'exec'",
+    ("param", "if"): "choose the value: $(if CONDITION VALUE OTHER)",
+    ("param", "unless"): "choose the value: $(if CONDITION OTHER VALUE)",
     ("group", "ns"): "use push_ros_namespace within the group",
     ("node", "required"): "use on_exit: shutdown",
     ("node", "clear_params"): "not in ROS 2: every node has its own parameters",

@@ -22,7 +22,6 @@ from launcher.frontends.errors import (
     shown,
 )
 from launcher.frontends.parser import Parser, read_text
-from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -263,7 +262,7 @@ class XmlEntity(Entity):
             f"<{child.tag}> is not allowed inside <{self.type_name}> "
             f"(Unexpected nested tag(s) found in `{self.type_name}`: {unread})",
             place=self._source.place(child.line, child.column),
-            hint=did_you_mean(child.tag, self._read_tags),
+            hint=attribute_hint(self.type_name, child.tag, self._read_tags),
         )
 
     def _fail_for_attribute(self, name: str) -> NoReturn:

@@ -19,6 +19,7 @@ from launcher.frontends.errors import (
     UnexpectedContentError,
     attribute_hint,
     missing_hint,
+    shown,
 )
 from launcher.frontends.parser import Parser, read_text
 from launcher.frontends.yaml_errors import located
@@ -33,6 +34,15 @@ MAX_TEXT = 512 * 1024  # characters; YAML is read at some 100 KiB a second
 MAX_NUMBER = 1000  # digits; numbers to base 60 take quadratic time
 MAX_NODES = 200_000  # with all aliases expanded
 MAX_DEPTH = 120  # a nested action takes two levels
+
+# The key that is meant if an action has a text only.
+_MAIN_KEYS = {
+    "arg": "name",
+    "executable": "cmd",
+    "include": "file",
+    "log": "message",
+    "push_ros_namespace": "namespace",
+}
 
 
 def parse_yaml(source: SourceText) -> tuple[Any, yaml.Node | None]:
@@ -215,9 +225,18 @@ class YamlEntity(Entity):
         return AttributeTypeError(
             f"'{self._type_name}' takes {wanted}, not {found}",
             place=self.place,
-            hint=f"write '{self._type_name}: {{}}'" if self._element is None else None,
+            hint=self._mapping_hint(),
             ros_type=ros_type,
         )
+
+    def _mapping_hint(self) -> str | None:
+        """What to write instead of a value that is no mapping."""
+        if self._element is None:
+            return f"write '{self._type_name}: {{}}'"
+        key = _MAIN_KEYS.get(self._type_name)
+        if key is None or not isinstance(self._element, str):
+            return None
+        return f"write '{self._type_name}: {{{key}: {shown(self._element)}}}'"
 
     def _nested(self, name: str, value: Any) -> list[YamlEntity]:
         if not (isinstance(value, list) and value and isinstance(value[0], dict)):

@@ -264,6 +264,27 @@ def test_mistake_is_reported_with_its_line(text: str) -> None:
     assert caught.value.source_line == wrapped.splitlines()[1]
 
 
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ('<launch><include file="f"><let name="a" value="b"/></include></launch>', "write <arg"),
+        ("launch: [include: {file: f, let: [{name: a, value: b}]}]", "write <arg name"),
+        ("launch: [arg: {name: a, choices: [b, c]}]", "'choice' takes a list"),
+        ("launch: [include: f.launch.yaml]", "write 'include: {file: f.launch.yaml}'"),
+        ("launch: [log: text]", "write 'log: {message: text}'"),
+        (
+            '<launch><node pkg="p" exec="e"><param name="n" value="1" if="0"/></node></launch>',
+            "$(if ",
+        ),
+    ],
+)
+def test_what_only_newer_releases_take_is_refused_with_what_to_write(text: str, hint: str) -> None:
+    root, parser = Parser.load(StringIO(text))
+    with pytest.raises(FrontendError) as caught:
+        parser.parse_description(root)
+    assert hint in (caught.value.hint or "")
+
+
 def test_all_independent_mistakes_are_reported_at_once() -> None:
     text = '<launch>\n<nod/>\n<group>\n<lgo/>\n<log/>\n</group>\n<log message="m"/>\n</launch>'
     root, parser = XmlParser.load(StringIO(text))
