@@ -11,12 +11,14 @@ from launcher.frontends.locate import locate
 @pytest.fixture
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A project with one launch file; the working directory is inside it."""
-    (tmp_path / "package.xml").write_text("<package><name>demo</name></package>")
-    (tmp_path / "launch").mkdir()
-    (tmp_path / "launch" / "plant.launch.py").touch()
-    (tmp_path / "src").mkdir()
-    monkeypatch.chdir(tmp_path / "src")
-    return tmp_path
+    # Not tmp_path itself: beside that are the folders of other tests, which may have packages.
+    folder = tmp_path / "project"
+    (folder / "launch").mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>demo</name></package>")
+    (folder / "launch" / "plant.launch.py").touch()
+    (folder / "src").mkdir()
+    monkeypatch.chdir(folder / "src")
+    return folder
 
 
 @pytest.fixture
