@@ -44,7 +44,7 @@ class LaunchService:
         self.__task: Any = None
         self.__async_thread: int | None = None
         if debug:
-            from launcher.language.log import launch_config
+            from launcher.language.logging.config import launch_config
 
             launch_config.level = "DEBUG"
 

@@ -140,9 +140,9 @@ def _read_log_formats() -> None:
     if not any(os.environ.get(f"OVERRIDE_LAUNCH_{what}_FORMAT") for what in ("SCREEN", "LOG")):
         return
     try:
-        from launcher.language import log
+        from launcher.language.logging import config
 
-        log.reset()
+        config.reset()
     except ValueError as error:
         raise UsageError(str(error), hint="for example: '[{levelname}] [{name}]: {msg}'") from None
 

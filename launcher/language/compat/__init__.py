@@ -138,7 +138,7 @@ def _ament() -> Any:
 
 def _reset_logging(session: Session) -> None:
     """Undo what a launch file has set in `launch.logging`, if any has loaded it."""
-    log = sys.modules.get("launcher.language.log")
+    log = sys.modules.get("launcher.language.logging.config")
     if log is not None and session is open_sessions[0]:
         session.is_script = True  # nothing runs any more
         with suppress(ValueError):

@@ -100,13 +100,13 @@ MODULES = {
         ),
     },
     "launch.logging": {
-        "launcher.language.log": (
+        "launcher.language.logging.config": (
             "LaunchConfig LaunchLogger get_logger get_output_loggers launch_config "
             "log_launch_config reset"
         ),
     },
     "launch.logging.handlers": {
-        "launcher.language.log_handlers": (
+        "launcher.language.logging.handlers": (
             "FileHandler Handler MemoryHandler NullHandler QueueHandler RotatingFileHandler "
             "SocketHandler StreamHandler SysLogHandler TimedRotatingFileHandler "
             "WatchedFileHandler"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 import os
 
-from launcher.language import log_handlers as handlers
 from launcher.language import session
-from launcher.language.log_handlers import SessionHandler
+from launcher.language.logging import handlers
+from launcher.language.logging.handlers import SessionHandler
 from launcher.language.naming import public
 
 TYPE_CHECKING = False

@@ -1,0 +1,1 @@
+"""`launch.logging`: its configuration and loggers, and its handlers."""
