@@ -14,6 +14,7 @@ from pathlib import Path
 
 from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.packages import sources
+from launcher.packages.scripts import console_scripts
 from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
 from launcher.text import did_you_mean
 
@@ -69,13 +70,13 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
     Raises PackageNotFoundError or ExecutableNotFoundError.
     """
     libexec = package_prefix(package, env) / "lib" / package
-    scripts = dict(_console_scripts(package)) if _is_overlay(libexec) else {}
+    scripts = dict(console_scripts(package)) if _is_overlay(libexec) else {}
     if executable in scripts:
         return scripts[executable]
     program = libexec / executable
     if _is_program(program):
         return program
-    scripts = scripts or dict(_console_scripts(package))
+    scripts = scripts or dict(console_scripts(package))
     if executable in scripts:
         return scripts[executable]
     names = [*_programs(libexec), *scripts]
@@ -94,7 +95,7 @@ def executable_paths(package: str, env: Mapping[str, str]) -> dict[str, Path]:
     """Name -> path of all executables of `package`; PackageNotFoundError."""
     libexec = package_prefix(package, env) / "lib" / package
     paths = {name: libexec / name for name in _programs(libexec)}
-    return {**paths, **dict(_console_scripts(package))}
+    return {**paths, **dict(console_scripts(package))}
 
 
 def files_in_share(share: str | os.PathLike[str]) -> list[str]:
@@ -161,7 +162,7 @@ def _own(name: str) -> Overlay | None:
         return None
     from launcher.packages import overlay
 
-    scripts = {script: str(path) for script, path in _console_scripts(name)}
+    scripts = {script: str(path) for script, path in console_scripts(name)}
     libexec = Path(sys.prefix, "lib", name)
     installed = {program: str(libexec / program) for program in _programs(libexec)}
     return overlay.of(name, source, {**installed, **scripts})
@@ -205,16 +206,6 @@ def _programs(libexec: Path) -> list[str]:
         return [path.name for path in libexec.iterdir() if _is_program(path)]
     except OSError:
         return []
-
-
-def _console_scripts(package: str) -> Iterator[tuple[str, Path]]:
-    """(name, path) of the console scripts of distributions with this name."""
-    for distribution in sources.distributions(package):
-        names = {e.name for e in distribution.entry_points if e.group == "console_scripts"}
-        for file in distribution.files or ():
-            path = Path(os.path.normpath(str(distribution.locate_file(file))))
-            if path.name in names and path.parent.name == "bin" and path.is_file():
-                yield path.name, path
 
 
 def _executables_hint(package: str, names: list[str], env: Mapping[str, str]) -> str:

@@ -13,7 +13,7 @@ import os
 import stat
 import sys
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.packages import sources
 from launcher.packages.setup_reader import SETUP_FILES
@@ -84,6 +84,16 @@ def of(name: str, source: str, scripts: Mapping[str, str]) -> Overlay:
     if not _is_whole(prefix, (*links, *programs)):
         _write(prefix, links, programs)
     return Overlay(name, source, contents, prefix)
+
+
+def script(package: str, name: str, target: str) -> str:
+    """The path of a program that calls `MODULE:OBJECT` of an installed package."""
+    text = _program(target)
+    digest = _digest(repr((name, text)))
+    prefix, place = f"{_own_folder()}/{package}-{digest}", f"lib/{package}/{name}"
+    if not _is_whole(prefix, (place,)):
+        _write(prefix, {}, {place: text})
+    return f"{prefix}/{place}"
 
 
 def announce(prefix: str) -> None:
@@ -199,16 +209,15 @@ def _code_folders(name: str, source: str, contents: Contents) -> list[str]:
     return [contents.code or source, *near]
 
 
-def _program(target: str, folders: list[str]) -> str:
+def _program(target: str, folders: Sequence[str] = ()) -> str:
+    """The text of a script; its modules are in `folders`, or installed."""
     module, _, name = target.partition(":")
     first = name.partition(".")[0]
     interpreter = f"#!{sys.executable}\n"
     if " " in sys.executable or len(os.fsencode(interpreter)) > _MAX_SHEBANG:
         interpreter = f"#!/bin/sh\n'''exec' \"{sys.executable}\" \"$0\" \"$@\"\n' '''\n"
-    return (
-        f"{interpreter}import sys\n\nsys.path[0] = {folders[0]!r}\nsys.path += {folders[1:]!r}\n"
-        f"from {module} import {first}\n\nsys.exit({name}())\n"
-    )
+    paths = f"sys.path[0] = {folders[0]!r}\nsys.path += {folders[1:]!r}\n" if folders else ""
+    return f"{interpreter}import sys\n\n{paths}from {module} import {first}\n\nsys.exit({name}())\n"
 
 
 def _is_whole(prefix: str, places: Iterable[str]) -> bool:

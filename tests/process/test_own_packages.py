@@ -108,6 +108,36 @@ def test_an_installed_package_is_found_in_the_environment(home: Home, tmp_path: 
     check(home, name, tmp_path)
 
 
+PATHS = """
+import launcher.api
+from ros2pkg.api import get_executable_paths
+
+for name in ("shared_one", "shared_two", "shared_three"):
+    print(*get_executable_paths(package_name=name))
+"""
+
+
+def test_packages_that_name_a_script_alike_run_their_own(home: Home, tmp_path: Path):
+    names = ("shared_one", "shared_two", "shared_three")
+    for name, options in zip(names, [("--editable",), (), ("--editable",)], strict=True):
+        source = write_package(tmp_path / "src", name)
+        for file in ("setup.py", f"launch/{name}.launch.py", f"launch/{name}_xml.launch.xml"):
+            text = (source / file).read_text().replace(f"{name}_talker", "talker")
+            (source / file).write_text(text)
+        (source / name / "talker.py").write_text("def main():\n    print('from', __name__)\n")
+        home.install(source, *options)
+
+    (tmp_path / "paths.py").write_text(PATHS)
+    paths = home._run([str(home.python), "paths.py"], tmp_path, {}).splitlines()
+    for name, path in zip(names, paths, strict=True):
+        said = home.launcher(tmp_path, "--no-log-files", name, f"{name}.launch.py")
+        assert said.count(f"from {name}.talker") == 2, said
+        assert home.launcher(tmp_path, "run", name, "talker") == f"from {name}.talker\n"
+        plan = home.launcher(tmp_path, "plan", "--json", name, f"{name}_xml.launch.xml")
+        for program in (json.loads(plan)["processes"][0]["cmd"][0], path):
+            assert home._run([program], tmp_path, {}) == f"from {name}.talker\n"
+
+
 @pytest.mark.parametrize(
     "options",
     [

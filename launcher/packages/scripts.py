@@ -1,0 +1,52 @@
+"""Console scripts of installed Python packages.
+
+Of all packages that name a script alike, pip leaves the file of the last one in `bin`, and removes
+it with any of them. The others get a script of ours, below the temporary directory.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from launcher.packages import sources
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution, EntryPoint
+
+
+def console_scripts(package: str) -> Iterator[tuple[str, Path]]:
+    """(name, path) of the console scripts of distributions with this name."""
+    for distribution in sources.distributions(package):
+        points = {e.name: e for e in distribution.entry_points if e.group == "console_scripts"}
+        for path in _installed(distribution):
+            if path.name in points:
+                yield path.name, _own_script(package, points[path.name], path)
+
+
+def _installed(distribution: Distribution) -> Iterator[Path]:
+    """The files in `bin` that pip has noted for this distribution, also if they are gone."""
+    for file in distribution.files or ():
+        path = Path(os.path.normpath(str(distribution.locate_file(file))))
+        if path.parent.name == "bin":
+            yield path
+
+
+def _own_script(package: str, point: EntryPoint, path: Path) -> Path:
+    """The installed script if it calls this entry point, else one that does."""
+    if _calls(path, point):
+        return path
+    from launcher.packages import overlay
+
+    return Path(overlay.script(package, point.name, f"{point.module}:{point.attr}"))
+
+
+def _calls(path: Path, point: EntryPoint) -> bool:
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+    wanted = f"from {point.module} import {point.attr.partition('.')[0]}"
+    return wanted in map(str.strip, text.splitlines())
