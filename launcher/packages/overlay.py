@@ -20,9 +20,11 @@ from launcher.packages.setup_reader import SETUP_FILES
 from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
 
 _READER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "setup_reader.py")
-_READER_TIMEOUT_S = 30.0
+_READER_TIMEOUT_S = 10.0
 _MAX_SHEBANG = 127  # bytes; a longer line is cut off by older kernels
 _PRIVATE = 0o700
+
+_hung: dict[str, list[int]] = {}  # source folder -> stamps of its SETUP_FILES
 
 
 class Contents:
@@ -121,7 +123,7 @@ def _contents(name: str, source: str, folder: str) -> Contents:
         return Contents(lines)
     if not any(os.path.isfile(os.path.join(source, name)) for name in SETUP_FILES[:3]):
         return Contents(())  # a package of CMake: only its build knows what it installs
-    output, problem = _run_reader(name, source)
+    output, problem = _read_setup(name, source)
     if problem is not None:
         return Contents((), problem)
     lines = output.splitlines()
@@ -152,20 +154,56 @@ def _stamp(path: str) -> int:
         return 0
 
 
+def _read_setup(name: str, source: str) -> tuple[str, str | None]:
+    """(output of the reader, None), or what went wrong; a setup.py that hangs is run once."""
+    import subprocess
+
+    hung = f"it did not end within {_READER_TIMEOUT_S:g} s"
+    stamps = [_stamp(os.path.join(source, file)) for file in SETUP_FILES]
+    if _hung.get(source) == stamps:
+        return "", hung
+    try:
+        return _run_reader(name, source)
+    except subprocess.TimeoutExpired:
+        _hung[source] = stamps
+        print(
+            f"warning: {source}/setup.py could not be read: {hung}\n"
+            "hint: the source folder is taken for the share folder; "
+            "setup.py has to end by itself, without input",
+            file=sys.stderr,
+        )
+        return "", hung
+
+
 def _run_reader(name: str, source: str) -> tuple[str, str | None]:
-    """(output, None), or what went wrong."""
     import subprocess
 
     command = [sys.executable, "-B", _READER, source, name]
     try:
-        done = subprocess.run(command, capture_output=True, timeout=_READER_TIMEOUT_S, check=False)
-    except (OSError, subprocess.TimeoutExpired) as error:
+        done = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            env={**os.environ, "PYTHON_COLORS": "0"},
+            timeout=_READER_TIMEOUT_S,
+            check=False,
+        )
+    except OSError as error:
         return "", str(error)
     output = done.stdout.decode(errors="surrogateescape")
     if done.returncode == 0 and output.endswith("done\n"):
         return output, None
-    said = done.stderr.decode(errors="replace").strip().splitlines()
-    return "", said[-1] if said else f"exit code {done.returncode}"
+    said = done.stderr.decode(errors="replace").strip()
+    return "", _last_error(said) if said else f"exit code {done.returncode}"
+
+
+def _last_error(traceback: str) -> str:
+    """The error with its line in setup.py."""
+    import re
+
+    lines = re.findall(r'File "(?:.*/)?setup\.py", line (\d+)', traceback)
+    error = traceback.splitlines()[-1]
+    return f"{error} (line {lines[-1]})" if lines else error
 
 
 def _serves(name: str, source: str, contents: Contents) -> bool:

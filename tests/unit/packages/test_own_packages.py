@@ -141,18 +141,6 @@ def test_programs_among_the_data_files_are_executables(work: Path):
     assert packages.executables("bot", os.environ) == ["other", "tool"]
 
 
-def test_a_broken_setup_py_is_reported_where_something_is_missing(work: Path):
-    made(work / "bot", setup_py="import numpi_for_nothing\n", launch__a_launch_xml="<launch/>")
-
-    assert locate(["bot", "a.launch.xml"], os.environ) == work / "bot/launch/a.launch.xml"
-    with pytest.raises(ExecutableNotFoundError) as caught:
-        packages.find_executable("bot", "talk", os.environ)
-    assert caught.value.hint == (
-        f"{work}/bot/setup.py could not be read: "
-        "ModuleNotFoundError: No module named 'numpi_for_nothing'"
-    )
-
-
 def test_a_package_of_cmake_that_is_not_built_says_so(work: Path):
     made(work / "bot", CMakeLists_txt="", launch__a_launch_xml="<launch/>")
 

@@ -1,0 +1,68 @@
+"""What is said about packages with a mistake in setup.py or package.xml."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from launcher import packages
+from launcher.errors import ExecutableNotFoundError
+from launcher.frontends.locate import locate
+from launcher.packages import overlay
+from tests.support.own_package import write_package
+
+
+@pytest.fixture(autouse=True)
+def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, which holds no package; nothing is kept from other tests."""
+    (tmp_path / "tmp").mkdir()
+    (tmp_path / "work").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
+    monkeypatch.chdir(tmp_path / "work")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "none"))
+    return tmp_path / "work"
+
+
+BROKEN = {
+    "import numpi\n": "ModuleNotFoundError: No module named 'numpi' (line 1)",
+    "import os\n\nsetup('bot'\n": "SyntaxError: '(' was never closed (line 3)",
+    "import os\n\nif input():\n    pass\n": "EOFError: EOF when reading a line (line 3)",
+}
+
+
+@pytest.mark.parametrize(("text", "problem"), BROKEN.items(), ids=["module", "syntax", "input"])
+def test_a_broken_setup_py_is_reported_where_something_is_missing(work: Path, text, problem):
+    source = write_package(work, "bot")
+    (source / "setup.py").write_text(text)
+
+    file = source / "launch/bot.launch.py"
+    assert locate(["bot", "bot.launch.py"], os.environ) == file
+    with pytest.raises(ExecutableNotFoundError) as caught:
+        packages.find_executable("bot", "talk", os.environ)
+    assert caught.value.hint == f"{source}/setup.py could not be read: {problem}"
+
+
+def test_a_setup_py_that_hangs_is_named_and_waited_for_once(work: Path, monkeypatch, capsys):
+    monkeypatch.setattr(overlay, "_READER_TIMEOUT_S", 0.5)
+    source = write_package(work, "bot")
+    (source / "setup.py").write_text(
+        "import signal\nopen('runs', 'a').write('x')\nsignal.pause()\n"
+    )
+    (source / "runs").touch()
+
+    assert packages.share_directory("bot", os.environ) == source
+    said = capsys.readouterr().err
+    assert f"warning: {source}/setup.py could not be read: it did not end within 0.5 s\n" in said
+    with pytest.raises(ExecutableNotFoundError) as caught:
+        packages.find_executable("bot", "talk", os.environ)
+    assert caught.value.hint == (
+        f"{source}/setup.py could not be read: it did not end within 0.5 s"
+    )
+    assert capsys.readouterr().err == ""
+    assert len((source / "runs").read_text()) <= 1
+
+    monkeypatch.setattr(overlay, "_READER_TIMEOUT_S", 60.0)
+    write_package(work, "bot")  # another setup.py is tried again
+    assert packages.executables("bot", os.environ) == ["bot_talker"]
