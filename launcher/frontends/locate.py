@@ -161,10 +161,11 @@ def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
         share = share_directory(package, env)
     except PackageNotFoundError as error:
         meant = [Path(package)] if _is_file(Path(package)) else _by_name(package, env)
-        if meant:
+        if meant and not file.endswith(SUFFIXES):
             raise WordAfterFileError(meant[0].absolute(), file) from None
         near = suggest(package, {_stem(file) for file in _all_launch_files(env)})
-        if near and "did you mean" not in (error.hint or ""):
+        is_answered = any(words in (error.hint or "") for words in ("did you mean", "package.xml"))
+        if near and not is_answered:
             error.hint = f"did you mean the launch file '{near}'?"
         raise
     files = files_in_share(share)

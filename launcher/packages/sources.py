@@ -20,6 +20,7 @@ OVERLAY_FOLDER = "launcher-packages-"  # with the user's id, in the temporary di
 
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _DEPENDENCY = re.compile(r"<\w*depend\b[^>]*>\s*([^<\s]+)")
+_BUILD_FILES = ("package.xml", "setup.py", "setup.cfg", "pyproject.toml", "CMakeLists.txt")
 _IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE", "pyvenv.cfg")
 # Not the sources of a package: what tools build, download or write.
 _NO_SOURCES = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
@@ -88,6 +89,22 @@ def around() -> Iterator[tuple[str, str]]:
     In the working directory, above, and the launcher's own; then below the working directory, or
     beside the package that it is in; then in the `src/` of a workspace above.
     """
+    return ((name, folder) for name, folder in _folders_around() if name)
+
+
+def without_name(package: str) -> str | None:
+    """A source folder called like the package whose package.xml is missing or has no name."""
+    folders = (folder for name, folder in _folders_around() if not name)
+    called = (folder for folder in folders if os.path.basename(folder) == package)
+    return next(filter(_is_source, called), None)
+
+
+def _is_source(folder: str) -> bool:
+    return any(os.path.isfile(os.path.join(folder, file)) for file in _BUILD_FILES)
+
+
+def _folders_around() -> Iterator[tuple[str | None, str]]:
+    """(package or None, folder): all folders where a package is looked for, each once."""
     try:
         here = os.getcwd()
     except OSError:
@@ -101,8 +118,8 @@ def around() -> Iterator[tuple[str, str]]:
         name = name_in(folder)
         if name:
             package = package or (folder if folder != _OURS else None)
-            found[folder] = None
-            yield name, folder
+        found[folder] = None
+        yield name, folder
     roots = [here if package is None else os.path.dirname(package)]
     roots += [source for folder in above if os.path.isdir(source := os.path.join(folder, "src"))]
     for root in dict.fromkeys(roots):
@@ -112,8 +129,8 @@ def around() -> Iterator[tuple[str, str]]:
                 yield name, folder
 
 
-def _below(root: str) -> Iterator[tuple[str, str]]:
-    """Packages below a folder, breadth first; like colcon, not below another package."""
+def _below(root: str) -> Iterator[tuple[str | None, str]]:
+    """The folders below one, breadth first; like colcon, not below a package."""
     level, left = [root], _MAX_FOLDERS
     for _ in range(_MAX_DEPTH):
         folders = [below for folder in level for below in _folders_in(folder)][:left]
@@ -121,9 +138,8 @@ def _below(root: str) -> Iterator[tuple[str, str]]:
         level = []
         for folder in folders:
             name = name_in(folder)
-            if name:
-                yield name, folder
-            else:
+            yield name, folder
+            if not name:
                 level.append(folder)
 
 

@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable
 
 from launcher.errors import PackageNotFoundError
+from launcher.packages import sources
+from launcher.packages.sources import OVERLAY_FOLDER
 from launcher.program import program
 from launcher.text import did_you_mean
 
@@ -49,12 +51,31 @@ def package_not_found(
             f"source its setup.bash; `{program()}` runs there as well"
         )
     else:
-        searched = ", ".join(map(str, prefixes))
-        hint = did_you_mean(name, sorted(known)) or (
-            f"searched: {searched}, editable installations, and source folders around the working "
-            "directory"
-        )
+        hint = _manifest_hint(name) or did_you_mean(name, sorted(known)) or _searched(prefixes)
     return PackageNotFoundError(f"package '{name}' not found", hint=hint)
+
+
+def _searched(prefixes: Iterable[os.PathLike[str]]) -> str:
+    shown = (path for path in map(str, prefixes) if OVERLAY_FOLDER not in path)
+    places = "editable installations, and source folders around the working directory"
+    return f"searched: {', '.join(shown)}, {places}"
+
+
+def _manifest_hint(name: str) -> str | None:
+    """What is wrong with the package.xml of a source folder that is called like the package."""
+    folder = sources.without_name(name)
+    if folder is None:
+        return None
+    file = os.path.join(folder, "package.xml")
+    if not os.path.isfile(file):
+        return f"{folder}/ has no package.xml"
+    from xml.etree import ElementTree
+
+    try:
+        ElementTree.parse(file)
+    except (ElementTree.ParseError, OSError) as error:
+        return f"{file} could not be read: {error}"
+    return f"{file} has no <name>"
 
 
 def no_executable_hint(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
 
 from launcher import packages
-from launcher.errors import ExecutableNotFoundError
+from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.frontends.locate import locate
 from launcher.packages import overlay
 from tests.support.own_package import write_package
@@ -66,3 +67,41 @@ def test_a_setup_py_that_hangs_is_named_and_waited_for_once(work: Path, monkeypa
     monkeypatch.setattr(overlay, "_READER_TIMEOUT_S", 60.0)
     write_package(work, "bot")  # another setup.py is tried again
     assert packages.executables("bot", os.environ) == ["bot_talker"]
+
+
+MANIFESTS = {
+    None: "{folder}/ has no package.xml",
+    "": "{folder}/package.xml could not be read: no element found: line 1, column 0",
+    "<package>\n<name>bot</nam>": (
+        "{folder}/package.xml could not be read: mismatched tag: line 2, column 11"
+    ),
+    "<package/>": "{folder}/package.xml has no <name>",
+}
+
+
+@pytest.mark.parametrize(("text", "hint"), MANIFESTS.items(), ids=["none", "empty", "tag", "name"])
+@pytest.mark.parametrize("place", [".", "ws/src/bot"], ids=["beside", "inside"])
+def test_a_source_folder_without_a_readable_package_xml_is_named(
+    work: Path, monkeypatch, text: str | None, hint: str, place: str
+):
+    write_package(work / "ws/src", "bots")
+    source = write_package(work / "ws/src", "bot")
+    if text is None:
+        (source / "package.xml").unlink()
+    else:
+        (source / "package.xml").write_text(text)
+    monkeypatch.chdir(work / place)
+
+    with pytest.raises(PackageNotFoundError) as caught:
+        locate(["bot", "bot.launch.py"], os.environ)
+    assert caught.value.hint == hint.format(folder=source)
+
+
+def test_prefixes_of_links_are_no_part_of_the_hint(work: Path):
+    write_package(work, "bot")
+    prefix = packages.package_prefix("bot", os.environ)
+    assert str(prefix) in os.environ["AMENT_PREFIX_PATH"]
+
+    with pytest.raises(PackageNotFoundError) as caught:
+        packages.package_prefix("zzz", os.environ)
+    assert (caught.value.hint or "").startswith(f"searched: {work.parent}/none, {sys.prefix}, edit")
