@@ -63,10 +63,7 @@ def _prefix_function(original: Callable[..., str]) -> Callable[..., str]:
         try:
             return original(package_name)
         except (LookupError, OSError):
-            found = _found("package_prefix", package_name)
-            if found is None:
-                raise
-            return found
+            return _found("package_prefix", package_name)
 
     return get_package_prefix
 
@@ -76,24 +73,23 @@ def _share_function(original: Callable[..., str]) -> Callable[..., str]:
         try:
             share = original(package_name, print_warning)
         except (LookupError, OSError):
-            found = _found("share_directory", package_name)
-            if found is None:
-                raise
-            return found
+            return _found("share_directory", package_name)
         from launcher.packages.sources import OVERLAY_FOLDER
 
         if OVERLAY_FOLDER in share:  # the source itself, as FindPackageShare has it
-            return _found("share_directory", package_name) or share
+            return _found("share_directory", package_name)
         return share
 
     return get_package_share_directory
 
 
-def _found(look_up: str, name: str) -> str | None:
+def _found(look_up: str, name: str) -> str:
+    """The path; the exception of ament_index_python, with the launcher's hint."""
     from launcher import packages  # takes long to import
     from launcher.errors import PackageNotFoundError
+    from launcher.language.ros.packages import missing
 
     try:
         return str(getattr(packages, look_up)(name, os.environ))
-    except PackageNotFoundError:
-        return None
+    except PackageNotFoundError as error:
+        raise missing(error, name) from None

@@ -26,17 +26,20 @@ if TYPE_CHECKING:
     from launcher.language.substitutions.files import PathSubstitution
 
 
-def _missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
+def missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
     """The error as launch files expect it: also ament_index_python's exception, or KeyError."""
     try:
         from ament_index_python.packages import PackageNotFoundError as AmentError
     except ImportError:
         AmentError = KeyError
+    from launcher.packages.overlay import without_overlays
+
     kind = type("PackageNotFoundError", (PackageNotFoundError, AmentError), {})
-    prefixes = [p for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
-    missing: PackageNotFoundError = kind(error.message, hint=error.hint)
-    missing.args = (f"package '{name}' not found, searching: {prefixes}",)
-    return missing
+    value = without_overlays(os.environ.get("AMENT_PREFIX_PATH", ""))
+    prefixes = [p for p in value.split(os.pathsep) if p]
+    found: PackageNotFoundError = kind(error.message, hint=error.hint)
+    found.args = (f"package '{name}' not found, searching: {prefixes}",)
+    return found
 
 
 class IllFormedNameError(PackageNotFoundError, ValueError):
@@ -59,7 +62,7 @@ def _find(look_up: Callable[[str, Mapping[str, str]], Path], name: str) -> str:
     try:
         return str(look_up(name, os.environ))
     except PackageNotFoundError as error:
-        raise _missing(error, name) from None
+        raise missing(error, name) from None
 
 
 class _Path(Substitution):
@@ -250,7 +253,7 @@ class ExecutableInPackage(FindPackagePrefix):
                 return _executable_path(package, executable)
             path: Path = packages.find_executable(package, executable, os.environ)
         except PackageNotFoundError as error:
-            raise _missing(error, package) from None
+            raise missing(error, package) from None
         except ExecutableNotFoundError as error:
             raise ExecutableMissing(error) from None
         return str(path)

@@ -341,8 +341,12 @@ def test_ament_index_python_finds_them_while_a_launch_file_is_read(work: Path):
         share = module.get_package_share_directory("moved")
         assert share == str(packages.share_directory("moved", os.environ)) != str(moved)
         assert os.path.isdir(module.get_package_prefix("bot"))
-        with pytest.raises(module.PackageNotFoundError):
-            module.get_package_prefix("no_such_package")
+        for function in (module.get_package_prefix, module.get_package_share_directory):
+            with pytest.raises(module.PackageNotFoundError) as caught:
+                function("group_gp2")
+            assert caught.value.message == "package 'group_gp2' not found"
+            assert sources.OVERLAY_FOLDER not in str(caught.value)
+            assert caught.value.hint == "did you mean 'group_gp1'?"
 
     assert module.get_package_share_directory is original
 
