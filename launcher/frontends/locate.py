@@ -59,12 +59,7 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         what = "is a directory" if path.is_dir() else "is not a file that can be read"
         raise UsageError(f"'{_shown(target)}' {what}")
     if path.suffix or os.sep in target:
-        folder = path.parent
-        files = sorted(folder.glob("*.launch.*")) if folder.is_dir() else []
-        stem = suggest(_stem(path), map(_stem, files))  # the suffixes alone make names similar
-        near = [file.name for file in files if _stem(file) == stem]
-        hint = f"did you mean {one_of(near)}?" if near else _near("", [file.name for file in files])
-        raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
+        raise UsageError(f"launch file '{_shown(target)}' not found", hint=_near_file(path))
     found = _by_name(target, env)
     if not found:
         here = [path for suffix in SUFFIXES if _is_file(path := Path(f"{target}{suffix}"))]
@@ -82,6 +77,29 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         )
         raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
     return _only(target, found)
+
+
+def _near_file(path: Path) -> str | None:
+    """The file of this name in `launch/`, else similar ones there or beside the path."""
+    folders = [path.parent / "launch"]
+    if not path.is_absolute():
+        folders += [Path(os.path.relpath(folder)) for folder in _source_folders()]
+    beside = [file.name for file in _launch_files(path.parent)]
+    below = list(dict.fromkeys(str(file) for folder in folders for file in _launch_files(folder)))
+    same = [file for file in below if os.path.basename(file) == path.name]
+    if same:
+        return f"did you mean '{same[0]}'?"
+    for files in (beside, below):
+        stems = [_stem(Path(file)) for file in files]
+        stem = suggest(_stem(path), stems)  # the suffixes alone make names similar
+        near = [file for file, one in zip(files, stems, strict=True) if one == stem]
+        if near:
+            return f"did you mean {one_of(near)}?"
+    return _near("", beside or below)
+
+
+def _launch_files(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*.launch.*")) if folder.is_dir() else []
 
 
 def _own_packages() -> list[str]:

@@ -72,6 +72,26 @@ def test_a_launch_file_here_is_offered_for_its_name(project, prefix):
     assert caught.value.hint == "did you mean 'demo.launch.py'?"
 
 
+@pytest.mark.parametrize(
+    ("folder", "target", "near"),
+    [
+        (".", "plant.launch.py", "launch/plant.launch.py"),
+        ("launch", "launch/plant.launch.py", "plant.launch.py"),
+        ("deep", "plant.launch.py", "../launch/plant.launch.py"),
+        ("deep", "../plant.launch.py", "../launch/plant.launch.py"),
+        (".", "plan.launch.py", "launch/plant.launch.py"),
+        (".", "shop.launch.py", None),
+    ],
+)
+def test_a_file_in_the_launch_folder_is_offered(project, monkeypatch, folder, target, near):
+    (project / "deep").mkdir(exist_ok=True)
+    monkeypatch.chdir(project / folder)
+    with pytest.raises(UsageError) as caught:
+        locate([target], {})
+    wanted = f"did you mean '{near}'?" if near else "available: launch/plant.launch.py"
+    assert caught.value.hint == wanted
+
+
 @pytest.mark.parametrize("target", ["plant", "till", "../launch/plant.launch.py"])
 def test_a_word_behind_a_launch_file_is_taken_for_an_argument_without_a_value(
     project, prefix, target
