@@ -5,6 +5,8 @@ Where all is well it is one line.
 
 from __future__ import annotations
 
+import bisect
+import itertools
 import re
 from collections.abc import Collection, Iterator, Sequence
 
@@ -29,7 +31,7 @@ _HEAD = ("PROCESS", "ENDED", "RESTARTS", "RUN TIME", "PEAK USS", "FIRST ERROR")
 _RIGHT = (2, 3, 4)  # columns that are aligned to the right
 
 _TRACEBACK = b"Traceback (most recent call last):"
-_WORDS = (b"ERROR", b"FATAL", b"CRITICAL", _TRACEBACK)
+_WORDS = re.compile(rb"ERROR|FATAL|CRITICAL|" + re.escape(_TRACEBACK))
 _HEAD_OF_ROS = re.compile(rb"\[\w+\] \[[\d.]+\] \[[^\]]*\]: ")
 _OF_A_STOP = re.compile(rb"(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b")
 
@@ -187,22 +189,57 @@ def _middle_cut(name: str, columns: int) -> str:
 
 def first_error(process: Process, since_s: float = 0.0) -> str:
     """The first line of level ERROR, or the exception of a traceback, in its kept output."""
-    for block in process.ring.last(1_000_000):
-        if block.read_at_s < since_s or not any(word in block.lines for word in _WORDS):
-            continue
-        lines = without_colour(for_terminal(block.lines)).rstrip(b"\n").split(b"\n")
-        for error in _errors(lines):
-            head = _HEAD_OF_ROS.search(error)
-            text = error[head.end() :] if head else error
-            return text.decode(errors="replace").replace("\t", " ").strip()
-    return ""
+    streams: dict[str, list[tuple[int, bytes]]] = {}
+    for number, block in enumerate(process.ring.last(1_000_000)):
+        if block.read_at_s >= since_s:
+            streams.setdefault(block.stream, []).append((number, block.lines))
+    found = [error for pieces in streams.values() for error in _first(pieces)]
+    if not found:
+        return ""
+    _, error = min(found)
+    return error.decode(errors="replace").replace("\t", " ").strip()
 
 
-def _errors(lines: Sequence[bytes]) -> Iterator[bytes]:
-    for place, line in enumerate(lines):
-        if line.startswith(_TRACEBACK):
-            exception = next((one for one in lines[place + 1 :] if one[:1].strip()), line)
+def _first(pieces: Sequence[tuple[int, bytes]]) -> Iterator[tuple[int, bytes]]:
+    """The first error of a stream, if it has one, with the number of the piece where it begins.
+
+    A read may end between the lines of a traceback.
+    """
+    starts = list(itertools.accumulate((len(lines) for _, lines in pieces), initial=0))
+    for start, error in _errors(b"".join(lines for _, lines in pieces)):
+        yield pieces[bisect.bisect(starts, start) - 1][0], error
+        return
+
+
+def _errors(lines: bytes) -> Iterator[tuple[int, bytes]]:
+    """The offset and text of each error; only lines with one of the words are looked at."""
+    end = 0
+    for word in _WORDS.finditer(lines):
+        if word.start() < end:
+            continue  # in a line with another one
+        start = lines.rfind(b"\n", 0, word.start()) + 1
+        line, end = _line_at(lines, start)
+        head = _HEAD_OF_ROS.search(line)
+        text = line[head.end() :] if head else line
+        if text.startswith(_TRACEBACK):
+            exception = _exception(lines, end) or text
             if not _OF_A_STOP.match(exception):
-                yield exception
+                yield start, exception
         elif (level_of(line) or 0) >= ERROR:
-            yield line
+            yield start, text
+
+
+def _exception(lines: bytes, at: int) -> bytes:
+    """The first line from here on that is not indented."""
+    while at < len(lines):
+        line, at = _line_at(lines, at)
+        if line[:1].strip():
+            return line
+    return b""
+
+
+def _line_at(lines: bytes, start: int) -> tuple[bytes, int]:
+    """The line that starts here, as a terminal shows it, and the start of the next one."""
+    end = lines.find(b"\n", start)
+    end = len(lines) if end < 0 else end
+    return without_colour(for_terminal(lines[start:end])), end + 1

@@ -139,3 +139,32 @@ def test_the_first_error_is_found_in_the_output(output: bytes, error: str):
     one.ring.append("both", 1.0, b"[ERROR] [0.5] [n]: of an earlier life\n")
     one.ring.append("both", 5.0, output)
     assert summary.first_error(one, 2.0) == error
+
+
+TRACEBACK = b"Traceback (most recent call last):\n  File 'x'\n    raise\nValueError: 3\n"
+
+
+@pytest.mark.parametrize("cut", range(1, 4))
+def test_a_traceback_may_come_in_several_reads_between_lines_of_the_other_stream(cut: int):
+    one = process("a-1")
+    lines = TRACEBACK.splitlines(keepends=True)
+    one.ring.append("stderr", 1.0, b"".join(lines[:cut]))
+    one.ring.append("stdout", 2.0, b"[ERROR] [1.0] [n]: later\n")
+    one.ring.append("stderr", 3.0, b"".join(lines[cut:]))
+    assert summary.first_error(one) == "ValueError: 3"
+    one.ring.append("stderr", 4.0, b"ERROR: of the next life\n")
+    assert summary.first_error(one, 4.0) == "ERROR: of the next life"
+
+
+def test_the_first_error_is_that_which_began_first_in_any_stream():
+    one = process("a-1")
+    one.ring.append("stderr", 1.0, b"fine\n")
+    one.ring.append("stdout", 2.0, b"ERROR: one\n")
+    one.ring.append("stderr", 3.0, b"ERROR: two\n")
+    assert summary.first_error(one) == "ERROR: one"
+
+
+def test_the_exception_of_a_logged_traceback_is_found():
+    one = process("a-1")
+    one.ring.append("both", 1.0, b"[ERROR] [1.0] [n]: " + TRACEBACK)
+    assert summary.first_error(one) == "ValueError: 3"
