@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
 from launcher.engine import shutdown_machine as rules
 from launcher.engine.cleanup import subreaper
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 class Shutdown:
     """Stops the processes of a run, then leftovers, then the reactor.
 
-    `processes` is the live collection of them, in order of start.
+    `processes` is the live collection of them, in order of start. `close_helpers` ends helpers of
+    the launcher that must not count as leftovers.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class Shutdown:
         *,
         run_id: str,
         processes: Collection[Process],
+        close_helpers: Callable[[], None] = lambda: None,
         exit_when_any_dies: bool = False,
     ) -> None:
         self._machine = rules.ShutdownMachine(processes, exit_when_any_dies=exit_when_any_dies)
@@ -48,6 +50,7 @@ class Shutdown:
         self._core = core
         self._watchdog = watchdog
         self._run_id = run_id
+        self._close_helpers = close_helpers
         self._leftovers: Leftovers | None = None
         self._timer: Timer | None = None
 
@@ -154,7 +157,7 @@ class Shutdown:
     def _end_leftovers(self, skipped: int) -> None:
         from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
 
-        self._core.close_requests()
+        self._close_helpers()
         self._watchdog.prepare_end()
         processes = self._processes
         stuck = (process.child for process in processes if process.machine.is_stuck)

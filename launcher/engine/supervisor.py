@@ -124,6 +124,7 @@ class Supervisor:
             self._watchdog,
             run_id=self._run_id,
             processes=self._processes.values(),
+            close_helpers=self._close_helpers,
             exit_when_any_dies=self._options.exit_when_any_dies,
         )
 
@@ -244,9 +245,7 @@ class Supervisor:
                 # Only after an exception: an orderly end has reaped every child.
                 process.child.signal_group(signal.SIGKILL)
             self._driver.release(process)
-        self._core_driver.close_requests()
-        if "_parameter_check" in vars(self):
-            self._parameter_check.close()
+        self._close_helpers()
         self._housekeeper.close()
         self._watchdog.close()
         self._write_plan()
@@ -256,6 +255,11 @@ class Supervisor:
             text = f"dropped {self._screen.dropped_bytes} bytes of output: the disk was full"
             self._directory.log("WARNING", "launch", text)
         self._directory.close()
+
+    def _close_helpers(self) -> None:
+        self._core_driver.close_requests()
+        if "_parameter_check" in vars(self):
+            self._parameter_check.close()
 
     def _write_plan(self) -> None:
         self._directory.write_plan(self._core.plan)

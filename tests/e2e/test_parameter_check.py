@@ -107,4 +107,5 @@ def test_a_run_ends_while_its_nodes_are_asked_and_the_option_disables_it(
     for terminal in runs.values():
         terminal.ctrl_c()
         terminal.exit_code()
+        assert "leftover" not in terminal.text
     assert world.survivors() == []

@@ -1,7 +1,8 @@
 """Starts the process that compares parameters with declared ones (launcher.ros.parameter_check).
 
 Some time after the start of nodes that have parameters, so that it delays none of them. It ends by
-itself, and is killed with the run: it has no shared memory that would be left.
+itself, and is killed with the run, before leftovers are looked for: it has no shared memory that
+would be left.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
+from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
@@ -87,6 +89,7 @@ class ParameterCheck:
             )
         except OSError:
             return  # there is no warning, and nothing else is missing
+        spawn.started.add(helper.pid)
         assert helper.stdin is not None and helper.stdout is not None
         self._helpers.append(helper)
         request = json.dumps({"nodes": nodes})
@@ -106,6 +109,7 @@ class ParameterCheck:
         self._close(helper.stdout)
         helper.kill()  # if it hangs in its clean-up
         helper.wait()
+        spawn.started.discard(helper.pid)
 
     def _close(self, pipe: IO[bytes]) -> None:
         if not pipe.closed:

@@ -178,6 +178,7 @@ class RosAgent:
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.close()
         wait_or_kill(self._process, GOODBYE_S)
+        spawn.started.discard(self._process.pid)
         self._process.stdout.close()
 
 
