@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import enum
 import signal
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
-from launcher.engine.machine import Ended
+from launcher.engine.machine import Ended, Outcome
 from launcher.errors import ExitCode
 from launcher.model.events import Event, ShutdownAsked, SignalReceived
 from launcher.model.record import Record
@@ -24,6 +24,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.process import Process
 
+MAX_NAMES = 3  # of processes in a cause
 REPORT_EVERY_S = 1.0  # while processes take their time to stop
 # Reasons of the interpreter that are no decision of the launch file.
 IDLE = "idle"
@@ -167,7 +168,8 @@ class ShutdownMachine:
         self.phase = Phase.RUNNING
         self.deadline: float | None = None
         self.first_failure: str | None = None
-        self._first_cause = ""
+        self._died: dict[str, Outcome] = {}  # how each did first
+        self._over_budget: list[str] = []
         self._end_reason = ""
 
     @property
@@ -190,7 +192,8 @@ class ShutdownMachine:
     def causes(self, *, has_lost_output: bool = False) -> list[str]:
         """Why the exit code is not 0; empty if it is."""
         killed = [p.name for p in self._processes if p.machine.had_to_be_killed]
-        causes = [self._first_cause] if self._first_cause else []
+        causes = [_unexpected(self._died)] if self._died else []
+        causes += [f"{name} is over its budget" for name in self._over_budget]
         causes += [f"{', '.join(killed)} had to be killed"] if killed else []
         causes += ["leftovers had to be killed"] if self._has_killed_leftovers else []
         return causes + (["output was lost"] if has_lost_output else [])
@@ -219,7 +222,7 @@ class ShutdownMachine:
                 self._ended(event, now)
             case BudgetExceeded(name=name, report=report):
                 self.first_failure = self.first_failure or report
-                self._first_cause = self._first_cause or f"{name} is over its budget"
+                self._over_budget.append(name)
                 self._stop_soon(f"{name} is over its budget", now)
             case Occurrence.LEFTOVERS_KILLED:
                 self._has_killed_leftovers = True
@@ -254,9 +257,9 @@ class ShutdownMachine:
         return [Log("WARNING", text), Order.SKIP_GRACE_PERIODS]
 
     def _ended(self, event: ProcessEnded, now: float) -> None:
-        if event.end.has_died and self.first_failure is None:
-            self.first_failure = event.report
-            self._first_cause = f"{event.name} ended unexpectedly ({event.end.outcome})"
+        if event.end.has_died:
+            self.first_failure = self.first_failure or event.report
+            self._died.setdefault(event.name, event.end.outcome)
         if event.end.is_final and event.is_required:
             self._stop_soon(f"{event.name} is required and has exited", now)
         elif event.end.has_died and self._exit_when_any_dies:
@@ -310,3 +313,13 @@ def _said(reason: str) -> list[ShutdownAction]:
     if reason in (IDLE, EXCEPTION, NOT_GIVEN, ""):
         return []
     return [Log("INFO", f"shutdown requested by the launch file: {reason}")]
+
+
+def _unexpected(died: Mapping[str, Outcome]) -> str:
+    """`a ended unexpectedly (exit code 1)`, or `a, b, c and 2 more ended unexpectedly`."""
+    names = list(died)
+    if len(names) == 1:
+        return f"{names[0]} ended unexpectedly ({died[names[0]]})"
+    more = len(names) - MAX_NAMES
+    shown, last = (names[:MAX_NAMES], f"{more} more") if more > 0 else (names[:-1], names[-1])
+    return f"{', '.join(shown)} and {last} ended unexpectedly"

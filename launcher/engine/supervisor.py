@@ -182,6 +182,7 @@ class Supervisor:
         self._reactor.on_signals(STOP_SIGNALS, lambda signum: self._shutdown.interrupt(signum))
         set_close_on_exec()
         self._reactor.on_signals((signal.SIGWINCH,), self._terminal_resized)
+        is_orderly = False
         try:
             if self._directory.path is not None:
                 path = self._directory.path
@@ -189,9 +190,9 @@ class Supervisor:
             self._begin()
             self._shutdown.idle()
             yield
-            self._summarize()
+            is_orderly = True
         finally:
-            self._clean_up()
+            self._clean_up(is_orderly=is_orderly)
 
     @property
     def stop_signal(self) -> int | None:
@@ -239,7 +240,7 @@ class Supervisor:
         self._housekeeper.start()
         self.on_begun()
 
-    def _clean_up(self) -> None:
+    def _clean_up(self, *, is_orderly: bool) -> None:
         for process in self._processes.values():
             if process.child is not None:
                 # Only after an exception: an orderly end has reaped every child.
@@ -249,6 +250,8 @@ class Supervisor:
         self._housekeeper.close()
         self._watchdog.close()
         self._write_plan()
+        if is_orderly:
+            self._summarize()  # as the last lines
         self._log.note("finished", exit_code=int(self._exit_code()))
         self._screen.finish(FINAL_OUTPUT_S)
         if self._screen.dropped_bytes:

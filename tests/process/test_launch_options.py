@@ -131,6 +131,7 @@ def test_a_name_without_a_matching_process_is_reported_at_start_and_end(bench: B
         assert f"--budget 'nosuch' matches no process {when}" in text
         assert f"{file}:2: 'slep' matches no process {when} {meant}" in text
     assert "--nice" not in text and "'sl*'" not in text
+    assert "[launch]: exit code 0: " in text.splitlines()[-1]
 
 
 def test_a_required_process_that_can_never_start_is_an_immediate_error(bench: Bench):

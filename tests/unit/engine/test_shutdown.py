@@ -356,7 +356,7 @@ def test_there_is_a_cause_for_every_exit_code_but_0():
     run.handle(ProcessEnded("b", DIED, report="x"), 0.0)
     run.handle(Occurrence.LEFTOVERS_KILLED, 0.0)
     assert run.causes() == [
-        "a ended unexpectedly (exit code 1)",
+        "a and b ended unexpectedly",
         "robot-1 had to be killed",
         "leftovers had to be killed",
     ]
@@ -364,6 +364,26 @@ def test_there_is_a_cause_for_every_exit_code_but_0():
     over = ShutdownMachine([running()])
     over.handle(BudgetExceeded("c", "report"), 0.0)
     assert over.causes() == ["c is over its budget"]
+
+
+@pytest.mark.parametrize(
+    ("names", "cause"),
+    [
+        ("aa", "a ended unexpectedly (exit code 1)"),
+        ("aba", "a and b ended unexpectedly"),
+        ("abc", "a, b and c ended unexpectedly"),
+        ("abcd", "a, b, c and 1 more ended unexpectedly"),
+        ("abcdea", "a, b, c and 2 more ended unexpectedly"),
+    ],
+)
+def test_the_cause_names_several_processes_that_died(names: str, cause: str):
+    run = ShutdownMachine([running()])
+    for name in names:
+        run.handle(ProcessEnded(name, DIED, report=name), 0.0)
+    assert run.causes() == [cause]
+    assert run.first_failure == "a"
+    run.handle(BudgetExceeded("z", "report"), 0.0)
+    assert run.causes() == [cause, "z is over its budget"]
 
 
 def test_a_run_that_ended_by_itself_has_no_reason():
