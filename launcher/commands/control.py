@@ -56,7 +56,7 @@ def main(words: Sequence[str]) -> int:
     verb = verbs.find(name)
     if verb is None:
         return _runs(RUNS.parse(rest))
-    options = command_of(verb).parse(rest)
+    options = verbs.parsed_by(command_of(verb), rest)
     call = verbs.call_of(verb, options)
     with _find_run(options.run, call).connect() as connection:
         try:

@@ -287,9 +287,19 @@ def signal_number(word: str) -> int:
 def parse(verb: Verb, words: Iterable[str]) -> Call:
     """The call that the words behind a verb stand for in the console; UsageError."""
     try:
-        return call_of(verb, verb.command().parse(list(words)))
+        return call_of(verb, parsed_by(verb.command(), list(words)))
     except HelpRequested:
         return check("help", (), {TOPIC.name: verb.name})
+
+
+def parsed_by(command: Command, words: Sequence[str]) -> Parsed:
+    """The words behind the verb of this command; UsageError, HelpRequested."""
+    try:
+        return command.parse(words)
+    except UsageError as error:
+        if command.name == FORMAT.name and any("{" in word for word in words[1:]):
+            error.hint = "a template with blanks needs quotes: format '{clock} {message}'"
+        raise
 
 
 def call_of(verb: Verb, parsed: Parsed) -> Call:

@@ -25,6 +25,7 @@ MAX_NAME = 20  # columns of the names in compact lines; longer ones are not alig
 _RESET = b"\x1b[0m"
 _SGR = rb"\x1b\[[0-9;:]*m"
 _TOKEN = re.compile(r"\{(\w+)\}")
+_BRACED = re.compile(r"\{(\w+)([^\w{}][^{}]*)?(\}?)")
 _LETTERS = {b"DEBUG": b"D", b"INFO": b"I", b"WARN": b"W", b"ERROR": b"E", b"FATAL": b"F"}
 _COLOURS = {
     b"DEBUG": b"\x1b[2m",
@@ -279,6 +280,7 @@ def _template(text: str) -> tuple[str, str]:
             f"unknown format '{text}'; "
             + (f"did you mean '{near}'?" if near else "default, compact, or a text with {message}")
         )
+    _refuse_broken(text)
     for token in _TOKEN.findall(text):
         if token in _OF_NODES_ONLY:
             raise ValueError(
@@ -292,6 +294,16 @@ def _template(text: str) -> tuple[str, str]:
     if not found or "\n" in text:
         raise ValueError("a format is one line with {message}")
     return before, after.replace("{message}", "")
+
+
+def _refuse_broken(text: str) -> None:
+    """ValueError for a token without its end, and for `{time:.3f}`; other braces are text."""
+    for name, rest, end in _BRACED.findall(text):
+        token = f"{{{name}}}"
+        if end and rest and (name in TOKENS or rest[0] in ":!"):
+            raise ValueError(f"'{{{name}{rest}}}' in a format: tokens take no options; try {token}")
+        if not end and name in TOKENS:
+            raise ValueError(f"'{{{name}' in a format lacks its '}}'; write {token}")
 
 
 def _parser(node_format: str) -> Callable[[bytes, int], Message | None]:

@@ -7,7 +7,7 @@ import pytest
 
 from launcher.commands.control import command_of
 from launcher.control.runs import all_runs
-from launcher.control.verbs import VERBS, Call, call_of, find
+from launcher.control.verbs import VERBS, Call, call_of, find, parse, parsed_by
 from launcher.errors import UsageError
 
 # What each verb that a shell knows may be given, without the options of all verbs.
@@ -32,7 +32,7 @@ def read(name: str, words: list[str]) -> tuple[Call, str | None, bool]:
     """(the call, --run, --json) of the words behind a verb."""
     verb = find(name)
     assert verb is not None
-    parsed = command_of(verb).parse(words)
+    parsed = parsed_by(command_of(verb), words)
     return call_of(verb, parsed), parsed.run, parsed.json
 
 
@@ -43,6 +43,20 @@ def test_options_of_all_verbs_are_taken_wherever_they_stand(verb):
     for settings in (["--run", "4711", "--json"], ["--json", "--run=4711"]):
         for mixed in ([*settings, *words], [*words[:1], *settings, *words[1:]], words + settings):
             assert read(verb.name, mixed) == (alone, "4711", True), mixed
+
+
+def test_a_template_without_quotes_gets_a_hint():
+    verb = find("format")
+    assert verb is not None
+    with pytest.raises(UsageError, match=r"unexpected argument '\{message\}'") as of_shell:
+        read("format", ["{clock}", "{message}", "--run", "x"])
+    with pytest.raises(UsageError, match="unexpected argument") as of_console:
+        parse(verb, ["{clock}", "{message}"])
+    with pytest.raises(UsageError) as other:
+        parse(verb, ["default", "compact"])
+    hint = "a template with blanks needs quotes: format '{clock} {message}'"
+    assert (of_shell.value.hint, of_console.value.hint) == (hint, hint)
+    assert other.value.hint == "usage: format [FORMAT]"
 
 
 @pytest.mark.parametrize(

@@ -150,6 +150,11 @@ def test_a_line_without_a_head_has_the_name_of_its_process_in_a_template():
         ("{severity}", "a format is one line with {message}"),
         ("{message} {line_number}", "set RCUTILS_CONSOLE_OUTPUT_FORMAT"),
         ("{mesage}", "unknown token {mesage}"),
+        ("{time:.3f} {message}", "'{time:.3f}' in a format: tokens take no options; try {time}"),
+        ("{message!r}", "'{message!r}' in a format: tokens take no options; try {message}"),
+        ("{name } {message}", "'{name }' in a format"),
+        ("{message", "'{message' in a format lacks its '}'; write {message}"),
+        ("{severity {message}", "'{severity' in a format lacks its '}'; write {severity}"),
         ("a\n{message}", "one line"),
     ],
 )
