@@ -175,7 +175,13 @@ class RegisterEventHandler(Action):
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
         """The entities of the handler."""
-        description = self.__event_handler.describe()
+        handler = self.__event_handler
+        if not (hasattr(handler, "describe") and hasattr(handler, "matches")):
+            # Imported only for an error.
+            from launcher.language.diagnostics.bad_entries import not_a_handler
+
+            raise not_a_handler(handler, self)
+        description = handler.describe()
         return [(description[0], description[1])]
 
 

@@ -48,6 +48,13 @@ class FromHandlerError(_BadEntryError, RuntimeError):
     ros_type = "RuntimeError"
 
 
+class NotAHandlerError(_BadEntryError, AttributeError):
+    """What is registered is not an event handler."""
+
+    ros_type = "AttributeError"
+    _launcher_word = "RegisterEventHandler"
+
+
 class NoCommandError(IndexError):
     """A process has no words in its command."""
 
@@ -100,6 +107,15 @@ def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
         place = getattr(getattr(event, "action", None), "_origin", None)
     message = f"expected a LaunchDescriptionEntity from event_handler, got '{item}'"
     return FromHandlerError(message, _repair(item, handler), place)
+
+
+def not_a_handler(item: Any, action: Any) -> NotAHandlerError:
+    """The error about what a RegisterEventHandler was given instead of a handler."""
+    return NotAHandlerError(
+        f"RegisterEventHandler takes an event handler, not {_shown(item)}",
+        "write RegisterEventHandler(OnProcessExit(target_action=..., on_exit=[...]))",
+        action._origin,
+    )
 
 
 def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:

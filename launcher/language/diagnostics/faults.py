@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from types import TracebackType
 
 from launcher.errors import LauncherError, LaunchFileError
-from launcher.language.diagnostics import hints, includes, wrong_types
+from launcher.language.diagnostics import hints, includes, wrong_objects, wrong_types
 from launcher.language.diagnostics.origin import Origin, is_library, is_own_file
 from launcher.language.diagnostics.own_faults import doubt, own_fault
 from launcher.language.sources import InvalidLaunchFileError
@@ -43,9 +43,10 @@ def explain(
         undecodable.__cause__ = error
         return undecodable
     place = getattr(error, "_launcher_place", None) or _place(error, path, entity)
-    mistake = own_fault(error, None if place is None else str(place))
-    if mistake is not None:
-        return mistake
+    if not wrong_objects.none_is_given(error, place):
+        mistake = own_fault(error, None if place is None else str(place))
+        if mistake is not None:
+            return mistake
     fault = _fault(error, place, context)
     fault.__cause__ = error
     return fault
@@ -58,7 +59,7 @@ def _fault(
     word: str | None = getattr(error, "_launcher_word", None)
     sentence = None if hasattr(error, "_launcher_message") else wrong_types.sentence(error, place)
     if sentence is None:
-        hint = hints.hint(error, message, context)
+        hint = hints.hint(error, message, context) or doubt(error)
         message = hints.without_hint(message)
     else:
         message, hint, word = sentence.message, sentence.hint, sentence.word
@@ -66,7 +67,7 @@ def _fault(
     line = None if place is None else _source_line(place)
     return LaunchFileError(
         message,
-        hint=hint or doubt(error),
+        hint=hint,
         where=None if place is None else str(place),
         source_line=line,
         column=None if line is None else _column(error, message, line, word),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 
-from launcher.language.diagnostics import not_texts, source_code
+from launcher.language.diagnostics import not_texts, source_code, wrong_objects
 from launcher.language.diagnostics.origin import Origin, is_own_file
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.model.record import Record
@@ -52,7 +52,7 @@ def sentence(error: BaseException, place: Origin | None) -> Sentence | None:
     found = _NOT_EXPECTED.match(text) if isinstance(error, TypeError) else None
     if found is not None:
         return _wrong_type(found, place)
-    as_text = not_texts.sentence(error, place)
+    as_text = wrong_objects.sentence(error, place) or not_texts.sentence(error, place)
     if as_text is not None:
         message, hint, word = as_text
         return Sentence(message=message, hint=hint, word=word)
