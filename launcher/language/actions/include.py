@@ -87,7 +87,8 @@ class IncludeLaunchDescription(Action):
             return self.launch_description_source.get_launch_description(context)
         except Exception as error:
             path = self._get_launch_file()
-            if not os.path.lexists(path) and self.launch_description_source.location[:1] == "/":
+            location = self.launch_description_source.location
+            if not os.path.lexists(path) and " object at 0x" not in location:
                 # Imported only for an error.
                 from launcher.language.diagnostics.includes import explain_missing
 

@@ -44,7 +44,7 @@ def explain_missing(error: BaseException, path: str, origin: Origin | None) -> N
             one._launcher_message = (  # type: ignore[attr-defined]
                 f"the included launch file {path} does not exist"
             )
-            one._launcher_hint = _near_file(path)  # type: ignore[attr-defined]
+            one._launcher_hint = _near_file(path, origin)  # type: ignore[attr-defined]
             one._launcher_word = os.path.basename(path)  # type: ignore[attr-defined]
 
 
@@ -59,7 +59,7 @@ def _line_of_file(origin: Origin, name: str) -> Origin:
     return origin
 
 
-def _near_file(path: str) -> str | None:
+def _near_file(path: str, origin: Origin | None) -> str | None:
     folder, name = os.path.split(path)
     if not os.path.isdir(folder):
         parent = os.path.dirname(folder)
@@ -78,9 +78,18 @@ def _near_file(path: str) -> str | None:
     for below in _folders(folder):
         if os.path.isfile(os.path.join(folder, below, name)):
             return f"did you mean '{os.path.join(below, name)}'?"
+    if origin is not None and os.path.isfile(os.path.join(os.path.dirname(origin.path), name)):
+        return f"relative paths are those below {folder}; write {_beside(name, origin.path)}"
     launch_files = sorted(filter(_SUFFIX.search, files))
     listed = ", ".join(launch_files[:_MAX_LISTED]) or "none"
     return f"launch files in {folder}: {listed}"
+
+
+def _beside(name: str, includer: str) -> str:
+    """How a launch file names a file in its own folder."""
+    if includer.endswith(".py"):
+        return f"PathJoinSubstitution([ThisLaunchFileDir(), '{name}'])"
+    return f"$(dirname)/{name}"
 
 
 def _folders(folder: str) -> list[str]:

@@ -77,8 +77,8 @@ def setting_leaks(context: LaunchContext, what: str, origin: Origin | None) -> N
 
 def parameter_file_is_missing(context: LaunchContext, path: str, origin: Origin | None) -> None:
     """A node starts without a parameter file that does not exist."""
-    text = f"parameter file {path} does not exist; the node starts without it"
-    folder, name = os.path.split(path)
+    text = f"Parameter file path is not a file: {path}; the node starts without it"
+    folder, name = os.path.split(os.path.abspath(path))
     near = suggest(name, os.listdir(folder)) if os.path.isdir(folder) else None
     hint = f"; hint: did you mean '{near}'?" if near else ""
     context._host.warn_quirk(text + hint, origin)

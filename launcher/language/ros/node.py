@@ -219,8 +219,6 @@ class Node(ExecuteProcess):
             is_file = not isinstance(parameter, Parameter)
             argument = self._parameter_argument(context, parameter)
             if is_file and not os.path.isfile(argument):
-                text = f"Parameter file path is not a file: {argument}"
-                context._host.log(_LOGGER, "WARNING", text)
                 ros2_quirks.parameter_file_is_missing(context, argument, self._origin)
                 continue
             self.__expanded_parameter_arguments.append((argument, is_file))

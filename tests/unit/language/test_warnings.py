@@ -76,7 +76,7 @@ def test_a_missing_parameter_file_gives_a_warning():
     node = Node(executable="x", parameters=["/no/such/file.yaml"])
 
     assert warnings_of(node) == [
-        "parameter file /no/such/file.yaml does not exist; the node starts without it"
+        "Parameter file path is not a file: /no/such/file.yaml; the node starts without it"
     ]
 
 

@@ -1,0 +1,87 @@
+"""Hints for mistakes of newcomers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from launcher.errors import LaunchFileError
+from launcher.planner import make_plan
+from tests.unit.language.test_errors import HEAD
+
+
+def fault(tmp_path: Path, text: str, name: str = "x.launch.py") -> LaunchFileError:
+    """The error of a launch file; line 7 of a Python file is the first one of the text."""
+    file = tmp_path / name
+    file.write_text(f"{HEAD}{text}\n" if name.endswith(".py") else text)
+    error = make_plan(str(file), []).error
+    assert error is not None
+    return error.fault
+
+
+def description(*entries: str) -> str:
+    """The text of a function; the first entry is in line 8."""
+    return (
+        "    return LaunchDescription([\n"
+        + "".join(f"        {one},\n" for one in entries)
+        + "    ])"
+    )
+
+
+# ---- files
+
+
+def test_a_missing_include_in_the_working_directory_has_its_line_and_a_near_name(
+    tmp_path: Path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "child.launch.py").write_text("")
+
+    error = fault(tmp_path, description("IncludeLaunchDescription('chlid.launch.py')"))
+
+    assert error.message == f"the included launch file {tmp_path}/chlid.launch.py does not exist"
+    assert error.hint == "did you mean 'child.launch.py'?"
+    assert str(error.where).endswith("x.launch.py:8")
+
+
+def test_a_missing_include_of_a_yaml_file_has_its_line_and_a_near_name(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there.launch.yaml").write_text("")
+    text = "launch:\n- include:\n    file: thre.launch.yaml\n"
+
+    error = fault(tmp_path, text, "x.launch.yaml")
+
+    assert error.hint == "did you mean 'there.launch.yaml'?"
+    assert str(error.where).endswith("x.launch.yaml:3")
+
+
+def test_a_relative_include_beside_the_launch_file_is_not_one_below_the_working_directory(
+    tmp_path: Path, monkeypatch
+):
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    (tmp_path / "child.launch.py").write_text("")
+
+    error = fault(tmp_path, description("IncludeLaunchDescription('child.launch.py')"))
+
+    assert error.hint == (
+        f"relative paths are those below {here}; "
+        "write PathJoinSubstitution([ThisLaunchFileDir(), 'child.launch.py'])"
+    )
+
+
+def test_a_missing_parameter_file_is_reported_once_with_a_near_name(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "params.yaml").write_text("")
+    node = "Node(package='group_gp1', executable='robot_1', parameters=['prams.yaml'])"
+    file = tmp_path / "x.launch.py"
+    file.write_text(HEAD + description(node))
+
+    plan = make_plan(str(file), [])
+
+    (warning,) = plan.warnings
+    assert warning.text == (
+        "Parameter file path is not a file: prams.yaml; the node starts without it; "
+        "hint: did you mean 'params.yaml'?"
+    )
+    assert [text for text, _ in plan.logs if "prams" in text] == []
