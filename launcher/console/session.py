@@ -33,7 +33,6 @@ from launcher.errors import UsageError
 T = TypeVar("T")
 HOLD_S = 0.5  # longest wait of a line for the answer to the previous one
 POLL_S = 1.0  # between two updates of the status bar
-DRAIN_S = 2.0  # for a slow terminal at the end
 FOREGROUND_POLL_S = 0.2
 NOT_STOPPED_S = 0.5  # without SIGCONT, after which SIGTSTP had no effect
 
@@ -107,7 +106,7 @@ class ConsoleSession:
                 )
         finally:
             self._display.has_footer = False
-            self._terminal.drain(DRAIN_S)
+            self._terminal.drain()
         if self._fault is not None:
             raise self._fault
         return self._has_goodbye
@@ -155,7 +154,7 @@ class ConsoleSession:
         """Write a last line: the launcher was killed."""
         text = "the launcher was killed; its watchdog kills its processes"
         self._terminal.write(f"[ERROR] [console]: {text}\r\n".encode())
-        self._terminal.drain(DRAIN_S)
+        self._terminal.drain()
 
     def restore(self) -> None:
         self._terminal.restore()
@@ -322,7 +321,7 @@ class ConsoleSession:
     async def _suspend(self) -> None:
         async with in_terminal():
             self._display.has_footer = False
-            self._terminal.drain(DRAIN_S)
+            self._terminal.drain()
             self._continue = asyncio.Event()
             os.kill(0, signal.SIGTSTP)
             # Without effect in an orphaned process group, which no shell could resume.

@@ -14,6 +14,8 @@ from typing import Any
 from prompt_toolkit.data_structures import Size
 from prompt_toolkit.input.vt100 import raw_mode
 
+STALLED_S = 5.0  # without a byte taken, after which nothing more is expected
+POLL_S = 0.5
 WIDTH, HEIGHT = 80, 24  # of a terminal of unknown size
 
 
@@ -88,14 +90,17 @@ class Terminal:
             self.on_gone()  # EIO: closed
         return b""
 
-    def drain(self, timeout_s: float) -> None:
-        """Write what is waiting; give up after `timeout_s`."""
-        deadline = time.monotonic() + timeout_s
+    def drain(self) -> None:
+        """Write what is waiting; give up when nothing was taken for STALLED_S."""
         poll = select.poll()
         poll.register(self._fd, select.POLLOUT)
-        while self._waiting and (left_s := deadline - time.monotonic()) > 0:
-            poll.poll(left_s * 1000)
+        taken_at_s = time.monotonic()
+        while self._waiting and time.monotonic() - taken_at_s < STALLED_S:
+            poll.poll(POLL_S * 1000)
+            before = len(self._waiting)
             self._flush()
+            if len(self._waiting) < before:
+                taken_at_s = time.monotonic()
 
     def restore(self) -> None:
         """Restore the settings, unless we are in the background."""

@@ -47,7 +47,6 @@ STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
 # After the start of nodes: comparing their parameters takes CPU time that they need to start.
 PARAMETER_CHECK_S = 5.0
-FINAL_OUTPUT_S = 2.0  # for a slow reader of our output at the end
 
 
 class Supervisor:
@@ -214,6 +213,10 @@ class Supervisor:
     def _summarize(self) -> None:
         from launcher.engine.logs import summary
 
+        dropped_lines = self._screen.settle(is_interrupted=self.stop_signal is not None)
+        if dropped_lines:
+            text = f"the terminal is slow: {dropped_lines} lines dropped"
+            self._log.log("WARNING", "launch", text)
         if self._shutdown.first_failure is not None:
             self._log.log("ERROR", "launch", self._shutdown.first_failure)
         summary.write(
@@ -253,7 +256,10 @@ class Supervisor:
         if is_orderly:
             self._summarize()  # as the last lines
         self._log.note("finished", exit_code=int(self._exit_code()))
-        self._screen.finish(FINAL_OUTPUT_S)
+        lost_lines = self._screen.finish()
+        if lost_lines:
+            text = f"{lost_lines} lines were not shown: nobody read the output any more"
+            self._directory.log("WARNING", "launch", text)
         if self._screen.dropped_bytes:
             text = f"dropped {self._screen.dropped_bytes} bytes of output: the disk was full"
             self._directory.log("WARNING", "launch", text)

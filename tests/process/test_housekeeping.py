@@ -88,7 +88,7 @@ def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Proce
         housekeeper.start()
         reactor.run()
         housekeeper.close()
-        screen.finish(0.0)
+        screen.finish()
     assert len(housekeeper.samples) == MANY
     # Taken in one go, there are two: one before the round is noted, one before that is written.
     assert happened[happened.index("round") :].count("line") > 4

@@ -24,6 +24,7 @@ from launcher.engine.posix.reactor import Reactor
 READY, GO, BYE = b"R", b"G", b"B"
 PIPE_BYTES = 256 * 1024  # fewer context switches than with the usual 64 KiB
 GOODBYE_S = 2.0  # a console that does not exit with the run is killed after this
+STALLED_S = 5.0  # without a byte written to a slow terminal, after which that time begins
 # Cursor visible, lines wrap, no bracketed paste, no colour; erase everything below the cursor.
 RESET = b"\x1b[?25h\x1b[?7h\x1b[?2004l\x1b[0m\r\x1b[J"
 
@@ -117,6 +118,7 @@ class ConsoleProcess:
         assert self._link is not None
         word = self._link.recv(1)
         if word == READY:
+            self._screen.taken_bytes = self._written
             self._screen.divert(self._pipe[1], self._hand_over)
         elif not word:
             self._reactor.remove(self._link.fileno())
@@ -159,6 +161,8 @@ class ConsoleProcess:
         self._stop_printing()
         os.close(self._pipe[1])
         self._pipe = (self._pipe[0], -1)
+        if self._has_terminal:
+            self._wait_while_it_writes(self._process)
         if wait_or_kill(self._process, GOODBYE_S) == 0:
             self._release()
             return
@@ -167,6 +171,21 @@ class ConsoleProcess:
         with contextlib.suppress(OSError):  # the terminal is gone
             while left:
                 left = left[os.write(1, left) :]
+
+    def _written(self) -> int:
+        """Bytes that the console has written."""
+        from launcher.engine.output.backlog import written_by
+
+        return 0 if self._process is None else written_by(self._process.pid)
+
+    def _wait_while_it_writes(self, process: subprocess.Popen[bytes]) -> None:
+        before, written = -1, self._written()
+        while written != before:
+            before = written
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(STALLED_S)
+                return
+            written = self._written()
 
     def _stop_printing(self) -> None:
         """Redirect our standard streams to the terminal again."""

@@ -82,6 +82,7 @@ class StdoutWriter:
         self._next_fd: int | None = None  # of the pipe to the console
         self.on_pressure: Callable[[bool], None] = lambda pressed: None
         self.on_closed: Callable[[], None] = lambda: None
+        self.taken_bytes: Callable[[], int] = lambda: 0  # by the terminal, from the console
 
     @property
     def columns(self) -> int | None:
@@ -131,7 +132,7 @@ class StdoutWriter:
         else:
             block = with_prefix(prefix, self._clean(lines[shown:]))[len(prefix) :]
         self._partial_of = None
-        self._write(block)
+        self.write(block)
 
     def _write_formatted(
         self, form: LineFormat, source: object, prefix: bytes, lines: bytes, shown: int
@@ -145,7 +146,7 @@ class StdoutWriter:
             end, newline, rest = self._clean(lines[shown:]).partition(b"\n")
             block = end + newline + (form.lines(prefix, source, rest) if rest else b"")
         self._partial_of = None
-        self._write(block)
+        self.write(block)
 
     def write_partial(self, source: object, prefix: bytes, partial: bytes, shown: int) -> int:
         """Write an unfinished line; the number of its bytes that are shown now."""
@@ -163,14 +164,14 @@ class StdoutWriter:
         if self._partial_of is not source:
             newline = b"\n" if self._partial_of is not None else b""
             self._partial = prefix + self._clean(partial + b"\n")[:-1]
-            self._write(newline + self._partial)
+            self.write(newline + self._partial)
         elif is_bar:  # write over what is there
             self._partial = prefix + self._clean(partial[shown:] + b"\n")[:-1]
-            self._write(_OVERWRITE + self._partial)
+            self.write(_OVERWRITE + self._partial)
         else:
             more = self._clean(partial[shown:] + b"\n")[:-1]
             self._partial += more
-            self._write(more)
+            self.write(more)
         self._partial_of = source
         return len(partial)
 
@@ -178,7 +179,7 @@ class StdoutWriter:
         """End the unfinished line of `source` if it is shown."""
         if self._partial_of is source:
             self._partial_of = None
-            self._write(b"\n")
+            self.write(b"\n")
 
     def _write_around(self, block: bytes, source: object = None) -> None:
         """Write whole lines while another source has an unfinished one.
@@ -187,14 +188,17 @@ class StdoutWriter:
         answered. On a terminal, where it may have been wrapped, it ends here.
         """
         if self._partial_of is None:
-            self._write(block)
+            self.write(block)
             return
-        has_console = self.fd != self._terminal
-        if has_console and self._partial_of is not source and len(self._partial) <= PINNED_BYTES:
-            self._write(_OVERWRITE + block + self._partial)
+        if (
+            self.has_console
+            and self._partial_of is not source
+            and len(self._partial) <= PINNED_BYTES
+        ):
+            self.write(_OVERWRITE + block + self._partial)
             return
         self._partial_of = None
-        self._write(b"\n" + block)
+        self.write(b"\n" + block)
 
     def _clean(self, lines: bytes) -> bytes:
         text = self._sound(lines)
@@ -222,7 +226,8 @@ class StdoutWriter:
 
     # ---- writing
 
-    def _write(self, block: bytes) -> None:
+    def write(self, block: bytes) -> None:
+        """Write bytes as they are."""
         if self.closed:
             return
         if not self._waiting:
@@ -230,7 +235,7 @@ class StdoutWriter:
             if not block:
                 return
             if not self.closed:
-                self._reactor.add_writer(self.fd, self._flush)
+                self._reactor.add_writer(self.fd, self.flush)
         if self.closed:
             return
         self._waiting.append(block)
@@ -238,7 +243,8 @@ class StdoutWriter:
         if self._waiting_bytes > self._high_water:
             self._press()
 
-    def _flush(self) -> None:
+    def flush(self) -> None:
+        """Write of the queue what the output takes now."""
         while self._waiting:
             block = self._waiting.popleft()
             rest = self._try(block)
@@ -307,7 +313,7 @@ class StdoutWriter:
     def _divert_now(self) -> None:
         if self._next_fd is not None and self._partial_of is not None:
             self._partial_of = None
-            self._write(b"\n")
+            self.write(b"\n")
         if self._next_fd is not None and not self._waiting:
             self.fd, self._next_fd = self._next_fd, None
             self._on_diverted()
@@ -326,26 +332,48 @@ class StdoutWriter:
             self._waiting.appendleft(left)
             self._waiting_bytes += len(left)
         if self._waiting:
-            self._reactor.add_writer(self.fd, self._flush)
+            self._reactor.add_writer(self.fd, self.flush)
 
-    def finish(self, timeout_s: float) -> None:
-        """Write the queue, for at most `timeout_s`, and close the output."""
-        deadline = self._reactor.now() + timeout_s
-        while self._waiting and (left_s := deadline - self._reactor.now()) > 0:
-            _is_writable(self.fd, left_s)
-            self._flush()
+    # ---- the end
+
+    @property
+    def has_console(self) -> bool:
+        """Whether the output goes to the console."""
+        return self.fd != self._terminal
+
+    @property
+    def waiting_bytes(self) -> int:
+        return self._waiting_bytes
+
+    def take_waiting(self) -> bytes:
+        """What could not be written yet; it is forgotten here."""
+        waiting = b"".join(self._waiting)
+        self._waiting.clear()
+        self._waiting_bytes = 0
+        self._partial_of = None
+        self._reactor.remove(self.fd)
+        return waiting
+
+    def settle(self, *, is_interrupted: bool) -> int:
+        """Wait for a slow reader before the last lines; the number of lines that were dropped."""
+        if self.closed or not (self._waiting or self.has_console):
+            return 0
+        from launcher.engine.output.backlog import Backlog
+
+        return Backlog(self._reactor, self).settle(is_interrupted=is_interrupted)
+
+    def finish(self) -> int:
+        """Write the queue and close the output; the number of lines that were not taken."""
+        lost_lines = 0
+        if self._waiting:
+            from launcher.engine.output.backlog import Backlog
+
+            lost_lines = Backlog(self._reactor, self).finish()
         self._reactor.remove(self.fd)
         if self._own:
             os.close(self._terminal)
             self._own = False
-
-
-def _is_writable(fd: int, timeout_s: float) -> bool:
-    import select
-
-    poll = select.poll()
-    poll.register(fd, select.POLLOUT)
-    return bool(poll.poll(timeout_s * 1000))
+        return lost_lines
 
 
 def _non_blocking(fd: int) -> tuple[int, bool]:
@@ -365,6 +393,8 @@ def _non_blocking(fd: int) -> tuple[int, bool]:
 def complain(text: str, *, shown_fd: int = 1, fd: int = 2) -> None:
     """Write an error to `fd` unless that is the same file as `shown_fd`; never blocks or raises."""
     with contextlib.suppress(OSError):
-        if os.path.sameopenfile(shown_fd, fd) or not _is_writable(fd, 0):
+        from launcher.engine.output.backlog import is_writable
+
+        if os.path.sameopenfile(shown_fd, fd) or not is_writable(fd, 0):
             return
         os.write(fd, f"error: {text}\n".encode(errors="surrogateescape"))

@@ -113,6 +113,15 @@ class Reactor:
             elif self._wakeup_before >= 0:
                 os.write(self._wakeup_before, bytes([signum]))  # an asyncio loop around this one
 
+    def take_signals(self) -> bytes:
+        """The numbers of signals that have arrived and were not delivered; after `run`."""
+        if self._wakeup is None:
+            return b""
+        try:
+            return os.read(self._wakeup[0], 512)
+        except BlockingIOError:
+            return b""
+
     # ---- running
 
     def run(self) -> None:
