@@ -9,8 +9,10 @@ import signal
 import termios
 import time
 
-from launcher.engine.output.stdout import StdoutWriter
-from launcher.engine.posix.reactor import Reactor
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.output.stdout import StdoutWriter
+    from launcher.engine.posix.reactor import Reactor
 
 STALLED_S = 5.0  # without a byte taken, after which nothing more is expected
 INTERRUPTED_S = 3.0  # that a terminal gets after an interrupt, before output is dropped
