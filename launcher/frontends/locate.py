@@ -15,7 +15,7 @@ from launcher.packages import (
     search_prefixes,
     share_directory,
 )
-from launcher.packages.sources import around, editable, files_in
+from launcher.packages.sources import around, distributions, editable, files_in
 from launcher.program import program
 from launcher.text import did_you_mean, one_of, shown_path, suggest
 
@@ -89,13 +89,14 @@ def _near_file(path: Path) -> str | None:
     same = [file for file in below if os.path.basename(file) == path.name]
     if same:
         return f"did you mean '{same[0]}'?"
-    for files in (beside, below):
-        stems = [_stem(Path(file)) for file in files]
-        stem = suggest(_stem(path), stems)  # the suffixes alone make names similar
-        near = [file for file, one in zip(files, stems, strict=True) if one == stem]
-        if near:
-            return f"did you mean {one_of(near)}?"
-    return _near("", beside or below)
+    return _similar(path, beside) or _similar(path, below) or _near("", beside or below)
+
+
+def _similar(path: Path, files: Sequence[str]) -> str | None:
+    stems = [_stem(Path(file)) for file in files]
+    stem = suggest(_stem(path), stems)  # the suffixes alone make names similar
+    near = [file for file, one in zip(files, stems, strict=True) if one == stem]
+    return f"did you mean {one_of(near)}?" if near else None
 
 
 def _launch_files(folder: Path) -> list[Path]:
@@ -194,7 +195,9 @@ def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
         raise UsageError(
             f"file '{file}' was not found in the share directory of package '{package}' "
             f"which is at '{share}'",
-            hint=_left_out(own, file) or _near(file, names),
+            hint=_left_out(own, file)
+            or _similar(Path(file), names)
+            or _installed(own, package, names),
         )
     path = _only(file, found)
     if own is not None and not own.installs(str(path)):
@@ -213,6 +216,15 @@ def _left_out(own: Overlay | None, file: str) -> str | None:
     paths = (path for path in files_in(own.source) if os.path.basename(path) == file)
     path = next(paths, None)
     return path and f"{path} is not among the data_files of {own.source}/setup.py"
+
+
+def _installed(own: Overlay | None, package: str, names: Sequence[str]) -> str | None:
+    """The launch files that there are; of an installed Python package also why one is missing."""
+    available = _near("", names)
+    if own is not None or not distributions(package):
+        return available
+    cause = "only files that setup.py names in data_files are installed"
+    return f"{available or 'there is no launch file'}; {cause}"
 
 
 def _only(name: str, found: list[Path]) -> Path:

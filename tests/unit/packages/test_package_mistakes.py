@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from launcher import packages
-from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
+from launcher.errors import ExecutableNotFoundError, PackageNotFoundError, UsageError
 from launcher.frontends.locate import locate
-from launcher.packages import overlay
+from launcher.packages import overlay, sources
 from tests.support.own_package import write_package
 
 
@@ -105,3 +105,33 @@ def test_prefixes_of_links_are_no_part_of_the_hint(work: Path):
     with pytest.raises(PackageNotFoundError) as caught:
         packages.package_prefix("zzz", os.environ)
     assert (caught.value.hint or "").startswith(f"searched: {work.parent}/none, {sys.prefix}, edit")
+
+
+ONLY_DATA_FILES = "only files that setup.py names in data_files are installed"
+
+
+@pytest.mark.parametrize(
+    ("installed", "hint"),
+    [
+        ((), f"there is no launch file; {ONLY_DATA_FILES}"),
+        (("main.launch.py",), f"available: main.launch.py; {ONLY_DATA_FILES}"),
+        (("dem.launch.py",), "did you mean 'dem.launch.py'?"),
+    ],
+    ids=["none", "another", "near"],
+)
+def test_a_launch_file_that_was_not_installed_is_explained(
+    tmp_path: Path, monkeypatch, installed: tuple[str, ...], hint: str
+):
+    prefix, site = tmp_path / "prefix", tmp_path / "site"
+    for file in (
+        prefix / sources.MARKERS / "bot",
+        site / "bot-1.dist-info/METADATA",
+        *(prefix / "share/bot/launch" / name for name in installed),
+    ):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("Metadata-Version: 2.1\nName: bot\nVersion: 1\n")
+    monkeypatch.syspath_prepend(site)
+
+    with pytest.raises(UsageError, match="was not found in the share directory") as caught:
+        locate(["bot", "demo.launch.py"], {"AMENT_PREFIX_PATH": str(prefix)})
+    assert caught.value.hint == hint
