@@ -147,11 +147,12 @@ def _unwritten(path: Path, error: OSError) -> ExitCode:
 
 
 def write(path: Path, text: str, *, is_forced: bool) -> None:
-    """Write the whole file at once; OSError, FileExistsError unless forced.
+    """Write the whole file at once, and make its folder; OSError, FileExistsError unless forced.
 
     A symbolic link is followed, so that it stays one.
     """
     path = Path(os.path.realpath(path)) if is_forced else path
+    path.parent.mkdir(parents=True, exist_ok=True)
     with _temporary(path) as fresh:
         fresh.write_text(text, encoding="utf-8")
         if is_forced:

@@ -100,7 +100,7 @@ def refuse_unwritable(
     record: Path | None = None,
     repeat: int = 1,
 ) -> None:
-    """Make missing folders; LauncherError with everything that cannot be written."""
+    """Make missing folders, but for `record`; LauncherError with all that cannot be written."""
     wanted: list[tuple[str, Path | None, Callable[[Path], None]]] = [
         ("--artifacts", artifacts, lambda path: _try_folder(path, repeat)),
         ("--junit", junit, _try_file),
@@ -132,12 +132,28 @@ def _try_file(path: Path) -> None:
 
 
 def _try_replacement(path: Path) -> None:
-    """A file that is written beside the path, and then takes its place."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if path.is_dir():
-        raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(path))
-    with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.realpath(path))):
-        pass
+    """A file that is written beside the path, and then takes its place.
+
+    Folders that are missing are not left: maybe nothing will be written.
+    """
+    with _made(path.parent):
+        if path.is_dir():
+            raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(path))
+        with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.realpath(path))):
+            pass
+
+
+@contextlib.contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """The folder, and those above it; those that are missing are removed again."""
+    missing = [one for one in (folder, *folder.parents) if not os.path.lexists(one)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    finally:
+        for one in missing:
+            with contextlib.suppress(OSError):
+                one.rmdir()
 
 
 def _try_folder(path: Path, repeat: int) -> None:

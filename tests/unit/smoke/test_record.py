@@ -275,14 +275,14 @@ def test_a_run_without_anything_of_ros_is_recorded():
 
 
 def test_a_file_is_written_whole_and_none_is_replaced(tmp_path: Path):
-    path = tmp_path / "x.yaml"
+    path = tmp_path / "new" / "x.yaml"
     write(path, "one", is_forced=False)
     with pytest.raises(FileExistsError):
         write(path, "two", is_forced=False)
     assert path.read_text("utf-8") == "one"
     write(path, "two", is_forced=True)
     assert path.read_text("utf-8") == "two"
-    assert list(tmp_path.iterdir()) == [path]
+    assert list(path.parent.iterdir()) == [path]
 
 
 def test_a_replaced_file_keeps_its_link_and_its_permissions(tmp_path: Path):

@@ -55,6 +55,17 @@ def test_checking_paths_creates_and_changes_no_file(tmp_path: Path):
     assert (new.exists(), new.parent.is_dir()) == (False, True)
 
 
+def test_checking_the_path_of_a_recording_leaves_no_folder(tmp_path: Path):
+    there = tmp_path / "there"
+    there.mkdir()
+    for path in (tmp_path / "deep" / "deeper" / "x.yaml", there / "x.yaml", there / "a" / "x"):
+        refuse_unwritable(artifacts=None, junit=None, baseline=None, record=path)
+    assert [*tmp_path.iterdir()] == [there] and not [*there.iterdir()]
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    told = refused(record=tmp_path / "file" / "a" / "x.yaml")
+    assert "--record" in told and "Not a directory" in told
+
+
 def test_a_baseline_that_cannot_be_read_is_refused_beforehand(tmp_path: Path):
     path = tmp_path / "base.json"
     path.write_text("{", encoding="utf-8")
