@@ -1,4 +1,4 @@
-"""The error for a verb of ros2cli that does not exist here, with an alternative."""
+"""The error for a verb of ros2cli, or of the console, that a shell lacks, with an alternative."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import contextlib
 import os
 from collections.abc import Sequence
 
-from launcher.commands import ABSENT_VERBS
+from launcher.commands import ABSENT_VERBS, CONSOLE_VERBS
 from launcher.errors import PackageNotFoundError, UsageError
 from launcher.frontends.locate import locate
 from launcher.packages import share_directory
@@ -17,10 +17,12 @@ def refuse(words: Sequence[str]) -> None:
     """UsageError unless a launch file or a package has the name of this verb."""
     verb = words[0]
     if not _is_target(words):
-        hint = ABSENT_VERBS[verb] or "PROGRAM --help lists the verbs"
-        raise UsageError(
-            f"ros2cli's verb '{verb}' does not exist here", hint=hint.replace("PROGRAM", program())
-        )
+        if verb in CONSOLE_VERBS:
+            message = f"'{verb}' exists only in the console of a running launch"
+        else:
+            message = f"ros2cli's verb '{verb}' does not exist here"
+        hint = {**ABSENT_VERBS, **CONSOLE_VERBS}[verb] or "PROGRAM --help lists the verbs"
+        raise UsageError(message, hint=hint.replace("PROGRAM", program()))
 
 
 def _is_target(words: Sequence[str]) -> bool:

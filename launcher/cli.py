@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from launcher.command_line import HELP, HelpRequested
-from launcher.commands import ABSENT_VERBS, CONTROL_VERBS, VERBS
+from launcher.commands import ABSENT_VERBS, CONSOLE_VERBS, CONTROL_VERBS, VERBS
 from launcher.errors import (
     ExitCode,
     LauncherError,
@@ -97,7 +97,7 @@ def _dispatch(words: list[str]) -> int:
         return _run("control", words)
     if verb in VERBS:
         return _run(verb, rest)
-    if verb in ABSENT_VERBS:
+    if verb in ABSENT_VERBS or verb in CONSOLE_VERBS:
         importlib.import_module("launcher.absent_verbs").refuse(words)
     try:
         return _run("launch", words)
@@ -125,7 +125,7 @@ def _help_words(words: list[str]) -> list[str]:
         return ["--help"]
     name = words[0]
     names = (*VERBS, *CONTROL_VERBS)
-    if name not in (*names, *ABSENT_VERBS):
+    if name not in (*names, *ABSENT_VERBS, *CONSOLE_VERBS):
         hint = did_you_mean(name, names) or f"{_program()} help lists the verbs"
         raise UsageError(f"unknown verb '{name}'", hint=hint)
     below = words[1:2] if name in _WITH_VERBS and not words[-1].startswith("-") else []
@@ -136,14 +136,16 @@ _WITH_VERBS = ("topic", "node", "param", "service", "interface")  # that have ve
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:
-    """Add a hint to an error about the target if it looks like a misspelt verb."""
+    """Add a hint to an error about the target, or an option, if it looks like a misspelt verb."""
     if os.sep in word or "." in word:
         return  # a path
     verb = suggest(word, (*VERBS, *CONTROL_VERBS))
     # With a verb in front, a package and its file are too many words for a target.
     is_about_target = f"'{word}'" in error.message or error.message.startswith("malformed launch")
-    if verb is not None and is_about_target:
-        meant = f"did you mean `{_program()} {verb}`?"
+    meant = f"did you mean `{_program()} {verb}`?"
+    if verb in CONTROL_VERBS and error.message.startswith("unknown option"):  # such as --run
+        error.hint = meant
+    elif verb is not None and is_about_target:
         error.hint = f"{meant} ({error.hint})" if error.hint else meant
 
 

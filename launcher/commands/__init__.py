@@ -43,6 +43,9 @@ CONTROL_VERBS = (
     "runs",
 )
 
+# Verbs of the console that a shell does not have, with an alternative.
+CONSOLE_VERBS = {"pick": "PROGRAM ps lists the processes; F2 opens the list in the console"}
+
 # Verbs of ros2cli that do not exist here, with an alternative.
 ABSENT_VERBS = {
     "action": "topic list and service list list the parts of an action, "

@@ -23,6 +23,16 @@ def test_an_absent_verb_is_reported_with_its_replacement(words):
     assert answer.err == (f"error: ros2cli's verb '{verb}' does not exist here\nhint: {hint}\n")
 
 
+@pytest.mark.parametrize("words", [["pick"], ["pick", "--run", "x"], ["help", "pick"]])
+def test_a_verb_of_the_console_is_reported_as_such(words):
+    answer = in_process(*words)
+    assert (answer.out, answer.code) == ("", 2)
+    assert answer.err == (
+        "error: 'pick' exists only in the console of a running launch\n"
+        "hint: python -m launcher ps lists the processes; F2 opens the list in the console\n"
+    )
+
+
 def test_a_launch_file_of_that_name_is_launched(tmp_path, monkeypatch):
     (tmp_path / "launch").mkdir()
     file = tmp_path / "launch" / "bag.launch.py"
