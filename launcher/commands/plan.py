@@ -156,8 +156,5 @@ def _show_tree(plan: Plan) -> None:
 
 
 def _warnings(plan: Plan) -> list[str]:
-    lines = [
-        f"warning: {f'{surprise.origin}: ' if surprise.origin else ''}{surprise.text}"
-        for surprise in plan.warnings
-    ]
+    lines = [surprise.render() for surprise in plan.warnings]
     return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines

@@ -45,6 +45,10 @@ class Quirk(Record):
     text: str
     origin: Origin | None
 
+    def render(self) -> str:
+        """The line to print."""
+        return f"warning: {f'{self.origin}: ' if self.origin else ''}{self.text}"
+
 
 class RunHost:
     """Collects effects in order; the interpreter's loop runs the deferred steps.

@@ -72,3 +72,23 @@ def test_a_run_of_nothing_ends_with_0_and_names_the_false_condition(workspace: W
         assert f"warning: no process would be {condition}" in one.stdout
     assert [one.returncode for one in (run, plan, dry)] == [0, 0, 0]
     assert not (workspace.folder / "started").exists()
+
+
+def test_a_warning_about_the_reason_precedes_the_error_that_ends_a_launch(workspace: Workspace):
+    file = workspace.folder / "named.launch.py"
+    file.write_text(
+        "from launch import LaunchDescription\n"
+        "from launch.substitutions import LaunchConfiguration\n"
+        "from launch_ros.actions import Node\n"
+        "def generate_launch_description():\n"
+        "    name = f\"{LaunchConfiguration('name')}_node\"\n"
+        "    return LaunchDescription([Node(package='p', executable='e', name=name)])\n"
+    )
+
+    done = workspace.call(file)
+
+    warning, error, *_ = done.stderr.splitlines()
+    assert warning.startswith(f"warning: {file}:5: a LaunchConfiguration is used as text")
+    assert "write [LaunchConfiguration('name'), '_node']" in warning
+    assert error.startswith(f"error: {file}:6: Invalid node name")
+    assert done.returncode == 2

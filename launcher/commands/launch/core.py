@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -50,6 +51,9 @@ class LaunchCore:
         except LaunchFileError as fault:
             from launcher.commands.launch import mistakes
 
+            # What a warning is about is often the reason.
+            for warning in self._interpreter.warnings:
+                print(warning.render(), file=sys.stderr)
             errors = mistakes.of_launch_file(
                 fault,
                 self._description,

@@ -108,8 +108,9 @@ def _message(error: BaseException) -> str:
 
 
 def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | None:
-    if isinstance(error, SyntaxError) and error.filename and error.lineno:
-        return Origin(error.filename, error.lineno)
+    written = _written_at(error)
+    if written is not None:
+        return written
     places = list(_frames(error.__traceback__))
     if entity is not None:
         places.insert(0, entity)
@@ -119,6 +120,13 @@ def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | N
         innermost = 0 if isinstance(error, RecursionError) else -1
         return (in_launch_files or places)[innermost]
     return Origin(path, 1) if os.path.isfile(path) else None
+
+
+def _written_at(error: BaseException) -> Origin | None:
+    """The place of a syntax error in a file, which an expression has none of."""
+    if not isinstance(error, SyntaxError) or not error.filename or not error.lineno:
+        return None
+    return None if error.filename[0] == "<" else Origin(error.filename, error.lineno)
 
 
 def _frames(trace: TracebackType | None) -> Iterator[Origin]:
@@ -142,7 +150,7 @@ def _source_line(place: Origin) -> str | None:
 
 def _column(error: BaseException, message: str, line: str, word: str | None) -> int:
     """The column (from 1) of the word or the text quoted by the message, else of the first word."""
-    if isinstance(error, SyntaxError) and error.offset:
+    if isinstance(error, SyntaxError) and error.offset and _written_at(error):
         return min(error.offset, len(line) + 1)
     found = re.search(rf"(?<!\w){re.escape(word)}(?!\w)", line) if word else None
     if found is not None:

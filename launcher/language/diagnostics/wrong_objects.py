@@ -82,6 +82,16 @@ def comparison(node: ast.expr) -> str | None:
     return f"{name}({ast.unparse(node.left)}, {ast.unparse(node.comparators[0])})"
 
 
+def comparison_at(place: Origin | None) -> tuple[str, str] | None:
+    """The only comparison in this line as a substitution, and its first word."""
+    found: list[tuple[str, str]] = []
+    for node in () if place is None else source_code.nodes_at(place):
+        written = comparison(node)
+        if written is not None and isinstance(node, ast.Compare):
+            found.append((written, ast.unparse(node.left).partition("(")[0]))
+    return found[0] if len(found) == 1 else None
+
+
 # ---- None
 
 

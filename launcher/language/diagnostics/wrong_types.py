@@ -71,7 +71,7 @@ def sentence(error: BaseException, place: Origin | None) -> Sentence | None:
     if found is None:
         return None
     if found[1] in _TEXT_OF:
-        return _no_text(found[1], place) if _is_in_launcher(error) else None
+        return _no_text(found[1], place, error) if _is_in_launcher(error) else None
     return _single(found[1], place)
 
 
@@ -173,16 +173,33 @@ def _is_in_launcher(error: BaseException) -> bool:
     return trace is not None and is_own_file(trace.tb_frame.f_code.co_filename)
 
 
-def _no_text(kind: str, place: Origin | None) -> Sentence:
+def _no_text(kind: str, place: Origin | None, error: BaseException) -> Sentence:
+    compared = wrong_objects.comparison_at(place) if kind == "bool" else None
+    if compared is not None:
+        message = "a substitution is compared with a text, and is never equal to it"
+        return Sentence(message=message, hint=f"write {compared[0]}", word=compared[1])
     message = f"{_with_article(kind)} where a text or a substitution is expected"
     values = [] if place is None else list(_values_of(kind, place))
     if len(values) != 1 or place is None:
-        return Sentence(message=message, hint=f"write it as a text, as in {_TEXT_OF[kind]}")
+        hint = f"write it as a text, as in {_given_text(kind, error) or _TEXT_OF[kind]}"
+        return Sentence(message=message, hint=hint)
     (node,) = values
     code = ast.unparse(node)
     text = f"str({code})" if kind == "PosixPath" else repr(code.lower() if kind == "bool" else code)
     at = Origin(place.path, node.lineno)
     return Sentence(message=message, hint=f"write {text}", word=code, place=at)
+
+
+def _given_text(kind: str, error: BaseException) -> str | None:
+    """The value of this type that the launcher refused, as a text."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    values = () if trace is None else trace.tb_frame.f_locals.values()
+    found = [one for one in values if type(one).__name__ == kind]
+    if kind not in ("float", "int") or len(found) != 1:
+        return None
+    return repr(str(found[0]))
 
 
 def _values_of(kind: str, place: Origin) -> Iterator[ast.expr]:

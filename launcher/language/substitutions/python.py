@@ -58,4 +58,12 @@ class PythonExpression(Substitution):
             if module.__name__ == "math":
                 names.update(vars(module))
             names[module.__name__] = module
-        return str(eval(perform_substitutions(context, self.expression), {}, names))
+        text = perform_substitutions(context, self.expression)
+        try:
+            return str(eval(text, {}, names))
+        except Exception as error:
+            # Imported only for an error.
+            from launcher.language.diagnostics.expressions import explain
+
+            explain(error, text, self, context)
+            raise

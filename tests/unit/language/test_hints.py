@@ -85,3 +85,46 @@ def test_a_missing_parameter_file_is_reported_once_with_a_near_name(tmp_path: Pa
         "hint: did you mean 'params.yaml'?"
     )
     assert [text for text, _ in plan.logs if "prams" in text] == []
+
+
+# ---- expressions
+
+
+def test_a_syntax_error_of_an_expression_in_xml_has_its_line_and_the_expression(tmp_path: Path):
+    text = (
+        "<launch>\n  <arg name='a' default='$(eval 1+)'/>\n  <log message='$(var a)'/>\n</launch>"
+    )
+
+    error = fault(tmp_path, text, "x.launch.xml")
+
+    assert error.message == "in the Python expression `1+`: invalid syntax"
+    assert str(error.where).endswith("x.launch.xml:2")
+    assert error.column == text.split("\n")[1].index("eval") + 1
+
+
+def test_a_value_without_quotes_in_an_expression_is_explained(tmp_path: Path):
+    expression = "PythonExpression([LaunchConfiguration('mode'), \" == 'sim'\"])"
+    argument = "DeclareLaunchArgument('mode', default_value='sim')"
+
+    error = fault(tmp_path, description(argument, f"LogInfo(msg={expression})"))
+
+    assert error.message.endswith("NameError: name 'sim' is not defined")
+    assert error.hint is not None
+    assert error.hint.startswith("it is the value of mode: put it in quotes")
+    assert str(error.where).endswith("x.launch.py:9")
+
+
+def test_a_comparison_with_a_text_in_a_condition_is_an_equals_substitution(tmp_path: Path):
+    condition = "IfCondition(LaunchConfiguration('mode') == 'sim')"
+    start = "    from launch.conditions import IfCondition\n"
+
+    error = fault(tmp_path, start + description(f"LogInfo(msg='x', condition={condition})"))
+
+    assert error.message == "a substitution is compared with a text, and is never equal to it"
+    assert error.hint == "write EqualsSubstitution(LaunchConfiguration('mode'), 'sim')"
+
+
+def test_the_text_of_a_number_is_that_of_the_number(tmp_path: Path):
+    error = fault(tmp_path, "    n = 42\n" + description("LogInfo(msg=n)"))
+
+    assert error.hint == "write it as a text, as in '42'"
