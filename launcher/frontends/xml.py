@@ -60,9 +60,27 @@ def parse_xml(source: SourceText) -> XmlElement:
     except expat.ExpatError as problem:
         message = expat.errors.messages.get(problem.code, str(problem))
         place = source.place(problem.lineno, problem.offset + 1)
-        hint = builder.open_tag_hint()
+        hint = _token_hint(source, problem) or builder.open_tag_hint()
         error = FrontendError(message, place=place, hint=hint, ros_type="ParseError")
         raise error from problem
+
+
+def _token_hint(source: SourceText, problem: expat.ExpatError) -> str | None:
+    """What to write if a character that begins a tag or an entity is where it must not be."""
+    if "invalid token" not in expat.errors.messages.get(problem.code, ""):
+        return None
+    lines = source.lines[: problem.lineno]
+    if not lines:
+        return None
+    line = lines[-1]
+    if "&" in line[max(problem.offset - 1, 0) : problem.offset + 1]:
+        return "write &amp; for a literal '&'"
+    before = "\n".join([*lines[:-1], line[: problem.offset]])
+    begin = before.rfind("<")
+    found = re.match(r"[\w:.-]+", before[begin + 1 :])
+    if line[problem.offset : problem.offset + 1] != "<" or begin < before.rfind(">") or not found:
+        return None
+    return f"<{found[0]} in line {before.count(chr(10), 0, begin) + 1} has no '>' at its end"
 
 
 class _TreeBuilder:

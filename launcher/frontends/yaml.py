@@ -232,7 +232,8 @@ class YamlEntity(Entity):
     def _mapping_hint(self) -> str | None:
         """What to write instead of a value that is no mapping."""
         if self._element is None:
-            return f"write '{self._type_name}: {{}}'"
+            empty = "[]" if self._type_name == "launch" else "{}"
+            return f"write '{self._type_name}: {empty}'"
         key = _MAIN_KEYS.get(self._type_name)
         if key is None or not isinstance(self._element, str):
             return None

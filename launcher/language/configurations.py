@@ -32,19 +32,31 @@ class Configurations(_Table):
         self._read = read
         self._written = written
         self._origins: dict[str, Origin | None] = {}
+        self._defaults: set[str] = set()
 
     def snapshot(self) -> Configurations:
         """A copy for the stack of scopes; not recorded as a read."""
         copy = Configurations(self._read, self._written)
         dict.update(copy, super().items())
         copy._origins = dict(self._origins)
+        copy._defaults = set(self._defaults)
         return copy
 
     def assign(self, name: str, value: Any, origin: Origin | None) -> None:
         """Set a value, and where it comes from (None: the command line)."""
         super().__setitem__(name, value)
         self._origins[name] = origin
+        self._defaults.discard(name)
         self._written(name, value, origin)
+
+    def assign_default(self, name: str, value: Any, origin: Origin | None) -> None:
+        """Set the default of a launch argument."""
+        self.assign(name, value, origin)
+        self._defaults.add(name)
+
+    def is_default(self, name: str) -> bool:
+        """Whether the value is the default of a launch argument."""
+        return name in self._defaults
 
     def origin_of(self, name: str) -> Origin | None:
         """Where the value was set; None for the command line."""

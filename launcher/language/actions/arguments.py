@@ -77,7 +77,7 @@ class DeclareLaunchArgument(Action):
                 )
                 raise RuntimeError(f'Required launch argument "{self.name}" was not provided.')
             value = perform_substitutions(context, self.default_value)
-            context.launch_configurations.assign(self.name, value, self._origin)
+            context.launch_configurations.assign_default(self.name, value, self._origin)
         elif self.default_value is not None:
             ros2_quirks.value_of_another_include(context, self.name, self._origin)
         self._check_value(context)

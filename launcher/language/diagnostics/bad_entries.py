@@ -280,4 +280,7 @@ def _repair(item: Any, holder: Any, node: ast.expr | None = None) -> str:
         return "a substitution is a value for an action, as in LogInfo(msg=...)"
     if callable(item):
         return f"a function is called by OpaqueFunction(function={_name(item)})"
+    if kind.__module__.startswith(("launch.descriptions", "launch_ros.descriptions")):
+        package = kind.__module__.partition(".")[0]
+        return f"import {name} from {package}.actions instead of {package}.descriptions"
     return f"{type(holder).__name__} takes actions, such as Node(...) or LogInfo(...)"

@@ -59,7 +59,8 @@ def _fault(
     word: str | None = getattr(error, "_launcher_word", None)
     sentence = None if hasattr(error, "_launcher_message") else wrong_types.sentence(error, place)
     if sentence is None:
-        hint = hints.hint(error, message, context) or doubt(error)
+        hint = hints.declared_below(message, place) or hints.hint(error, message, context)
+        hint = hint or doubt(error)
         message = hints.without_hint(message)
     else:
         message, hint, word = sentence.message, sentence.hint, sentence.word

@@ -11,6 +11,7 @@ from launcher.text import did_you_mean
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
+    from launcher.language.diagnostics.origin import Origin
 
 ENDLESS = "remove an include or a call, or give it a condition that becomes false"
 _UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
@@ -39,6 +40,32 @@ def hint(error: BaseException, message: str, context: LaunchContext | None) -> s
     if provided:
         return provided[1] or f"provided: {provided[2]}"
     return None
+
+
+def declared_below(message: str, place: Origin | None) -> str | None:
+    """The hint for a launch configuration that is read before its argument is declared."""
+    found = _MISSING_CONFIGURATION.search(message)
+    if found is None or place is None:
+        return None
+    line = _declaration(found[1], place)
+    if line is None:
+        return None
+    return f"'{found[1]}' is declared below, in line {line}; move the declaration in front"
+
+
+def _declaration(name: str, place: Origin) -> int | None:
+    """The line, from `place` on, that declares the argument."""
+    import linecache
+
+    quoted = rf"['\"]?{re.escape(name)}['\"]?"
+    declared = re.compile(
+        rf"Declare(?:Boolean)?LaunchArgument\(\s*(?:name\s*=\s*)?{quoted}\s*[,)]"
+        rf"|<(?:bool_)?arg\b[^>]*\bname\s*=\s*{quoted}[\s/>]"
+        rf"|-\s+(?:bool_)?arg:\s*\n?\s*\{{?\s*name:\s*{quoted}\s*[,}}\n]"
+    )
+    text = "".join(linecache.getlines(place.path)[place.line - 1 :])
+    match = declared.search(text)
+    return None if match is None else place.line + text.count("\n", 0, match.start())
 
 
 def without_hint(message: str) -> str:

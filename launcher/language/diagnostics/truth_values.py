@@ -47,9 +47,11 @@ def add_source(error: Any, context: LaunchContext, expression: Any, value: str) 
     near = near_truth(value)
     if not known:
         source = describe_substitutions(expression)
-        is_clear = source != f"'{value}'" and "object at 0x" not in source
+        is_clear = source.lower() != f"'{value}'" and "object at 0x" not in source
         parts = [f"{source} is '{value}'"] if is_clear else []
-        error._launcher_hint = "; ".join([*parts, *([f"write {near}"] if near else [])]) or None
+        error._launcher_hint = (
+            "; ".join([*parts, *([f"did you mean {near}?"] if near else [])]) or None
+        )
         return
     sources = [_source(context, name) for name in known]
     error._launcher_hint = "; ".join(sources)
@@ -64,7 +66,8 @@ def _source(context: LaunchContext, name: str) -> str:
     """The value of a launch configuration, and where it was set."""
     configurations = context.launch_configurations
     origin = configurations.origin_of(name)
-    where = "on the command line" if origin is None else f"set at {origin}"
+    kind = "default" if configurations.is_default(name) else "set"
+    where = "on the command line" if origin is None else f"{kind} at {origin}"
     return f"{name} is '{configurations.peek(name)}', {where}"
 
 

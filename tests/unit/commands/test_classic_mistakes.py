@@ -340,7 +340,7 @@ ERRORS = {
         described("LogInfo(msg='x', condition=IfCondition([LaunchConfiguration('d'), 'x'])),"),
         "d'), 'x'",
         NEITHER.format("/tmpx"),
-        "d is '/tmp', set at FILE:10",
+        "d is '/tmp', default at FILE:10",
     ),
     "a negation": python(
         described(

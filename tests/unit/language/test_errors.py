@@ -225,7 +225,7 @@ def test_a_condition_that_is_no_truth_value_names_the_argument(tmp_path: Path):
     assert error is not None
     assert error.fault.message.endswith("but got 'ja'")
     where = tmp_path / "broken.launch.py"
-    assert error.fault.hint == f"debug is 'ja', set at {where}:9; did you mean 'true'?"
+    assert error.fault.hint == f"debug is 'ja', default at {where}:9; did you mean 'true'?"
 
 
 def test_an_unknown_name_is_reported_with_the_existing_ones(tmp_path: Path):

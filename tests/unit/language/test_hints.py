@@ -128,3 +128,58 @@ def test_the_text_of_a_number_is_that_of_the_number(tmp_path: Path):
     error = fault(tmp_path, "    n = 42\n" + description("LogInfo(msg=n)"))
 
     assert error.hint == "write it as a text, as in '42'"
+
+
+def test_a_value_that_is_nearly_true_gets_one_hint(tmp_path: Path):
+    text = "<launch>\n  <log message='x' if='True1'/>\n</launch>"
+
+    assert fault(tmp_path, text, "x.launch.xml").hint == "did you mean true?"
+
+
+# ---- XML
+
+
+def test_an_ampersand_in_xml_is_written_as_an_entity(tmp_path: Path):
+    text = "<launch>\n  <executable cmd='echo a & b'/>\n</launch>"
+
+    error = fault(tmp_path, text, "x.launch.xml")
+
+    assert (error.hint, str(error.where)[-2:]) == ("write &amp; for a literal '&'", ":2")
+
+
+def test_a_tag_without_its_end_in_xml_is_named_with_its_line(tmp_path: Path):
+    text = "<launch>\n  <node pkg='p' exec='e'\n</launch>"
+
+    assert fault(tmp_path, text, "x.launch.xml").hint == "<node in line 2 has no '>' at its end"
+
+
+# ---- declarations and imports
+
+
+def test_an_argument_that_is_declared_below_its_use_is_named_with_that_line(tmp_path: Path):
+    use = "LogInfo(msg=LaunchConfiguration('p'))"
+
+    error = fault(tmp_path, description(use, "DeclareLaunchArgument('p', default_value='1')"))
+
+    assert error.hint == "'p' is declared below, in line 9; move the declaration in front"
+
+
+def test_an_argument_that_is_declared_below_its_use_in_markup_is_named(tmp_path: Path):
+    xml = "<launch>\n  <log message='$(var p)'/>\n  <arg name='p' default='1'/>\n</launch>"
+    yaml = "launch:\n- log:\n    message: $(var p)\n- arg:\n    name: p\n    default: '1'\n"
+
+    for text, name, line in ((xml, "x.launch.xml", 3), (yaml, "x.launch.yaml", 4)):
+        hint = fault(tmp_path, text, name).hint
+        assert hint == f"'p' is declared below, in line {line}; move the declaration in front"
+
+
+def test_a_node_of_descriptions_is_imported_from_actions(tmp_path: Path):
+    start = "    from launch_ros.descriptions import Node\n"
+
+    error = fault(tmp_path, start + description("Node(package='p', executable='e')"))
+
+    assert error.hint == "import Node from launch_ros.actions instead of launch_ros.descriptions"
+
+
+def test_an_empty_launch_key_is_written_as_a_list(tmp_path: Path):
+    assert fault(tmp_path, "launch:\n", "x.launch.yaml").hint == "write 'launch: []'"
