@@ -111,7 +111,7 @@ def circle(context: LaunchContext | None) -> tuple[str, Origin] | None:
     for start in includers:
         chain, file = [start], start
         while (origin := includers.get(file)) is not None:
-            file = origin.path
+            file = os.path.abspath(origin.path)  # as the key; a relative include has a relative one
             if file == start:
                 return _circle([*reversed(chain), start], includers)
             if file in chain:

@@ -87,6 +87,19 @@ def test_a_missing_parameter_file_is_reported_once_with_a_near_name(tmp_path: Pa
     assert [text for text, _ in plan.logs if "prams" in text] == []
 
 
+def test_a_circle_of_relative_includes_is_named(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "y.launch.py").write_text(
+        HEAD + description("IncludeLaunchDescription('x.launch.py')")
+    )
+
+    error = fault(tmp_path, description("IncludeLaunchDescription('y.launch.py')"))
+
+    assert error.message == (
+        "launch files include each other endlessly: x.launch.py -> y.launch.py -> x.launch.py"
+    )
+
+
 # ---- expressions
 
 
