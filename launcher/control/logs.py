@@ -39,7 +39,8 @@ class Logs:
             processes = self._control.processes
             found += [(None, block) for block in self._control.log.ring.last(most)]
         for process in processes:
-            found += [(process.name, block) for block in process.ring.last(most)]
+            blocks = [*process.ring.last(most), *process.unfinished()]
+            found += [(process.name, block) for block in blocks]
         found.sort(key=lambda one: one[1].read_at_s)
         items: list[Item] = []
         size = 0

@@ -71,6 +71,14 @@ class Process:
         """`robot_1-2`."""
         return self.spec.name
 
+    def unfinished(self) -> list[Block]:
+        """What it has written after its last line, such as a question, as lines."""
+        return [
+            Block(stream.name, stream.read_at_s, stream.buffer.partial + b"\n")
+            for stream in self.streams.values()
+            if stream.buffer.partial
+        ]
+
     def last_lines(self, most: int) -> list[str]:
         """The last lines of its output, as a terminal would show them, the longest ones cut."""
         blocks = (Block(b.stream, b.read_at_s, for_terminal(b.lines)) for b in self.ring.last(most))

@@ -149,6 +149,37 @@ def test_an_unfinished_line_of_a_process_is_shown_above_the_prompt(bench: Bench)
     terminal.exit_code()
 
 
+EARLY = """
+        py("print('Name? ', end='', flush=True)\\nprint('thanks,', input(), flush=True)\\ninput()",
+           name="asker"),
+        py("while True: print('you said', input(), flush=True)", name="parrot"),
+"""
+
+
+def test_a_question_from_before_the_prompt_stays_above_it_and_is_in_the_log(bench: Bench):
+    terminal = bench.screen_terminal(EARLY)
+    terminal.wait_for("[asker-1] Name?")
+    terminal.wait_for_prompt()
+    terminal.enter("send parrot one")
+    terminal.wait_for("[parrot-2] you said one")
+    terminal.wait_until(
+        lambda: terminal.rows[terminal.prompt_row - 1] == "[asker-1] Name?", "the question"
+    )
+    assert terminal.text.count("Name?") == 1
+    terminal.enter("logs asker")
+    terminal.wait_for("| [asker-1] Name?")
+    terminal.type("\x1bOQ")  # F2
+    terminal.wait_until(lambda: "Enter log" in terminal.text, "the list")
+    terminal.type("\r")
+    terminal.wait_until(lambda: terminal.text.count("Name?") == 3, "the question in its log")
+    terminal.type("\x03")
+    terminal.wait_until(lambda: "help | F2" in terminal.text, "the prompt")
+    terminal.enter("send asker Ada")
+    terminal.wait_for("[asker-1] Name? thanks, Ada")
+    terminal.ctrl_c()
+    terminal.exit_code()
+
+
 PATIENT = """
         py("print('Name? ', end='', flush=True)\\nprint('thanks,', input(), flush=True)\\n"
            "print('Age? ', end='', flush=True)\\ninput()", name="asker"),

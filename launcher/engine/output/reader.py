@@ -7,7 +7,7 @@ from collections.abc import Collection
 
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.machine import ProcessState
-from launcher.engine.output.lines import LineBuffer
+from launcher.engine.output.lines import Block, LineBuffer
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
@@ -179,6 +179,8 @@ class OutputReader:
                 self._show(process, fd, stream, stream.gate.flush())
             buffer = stream.buffer
             if buffer.partial and process.filter is None:
+                if not buffer.shown and process.ring.tap is not None:  # `logs -f`, the picker
+                    process.ring.tap(Block(stream.name, stream.read_at_s, buffer.partial + b"\n"))
                 buffer.shown = self._screen.write_partial(
                     stream, process.prefix, buffer.partial, buffer.shown
                 )

@@ -302,8 +302,8 @@ class StdoutWriter:
     def divert(self, fd: int, on_diverted: Callable[[], None]) -> None:
         """Write to `fd`, which is non-blocking and owned by the caller, once the queue is empty.
 
-        Earlier output goes to the terminal, up to the end of a line. The children are not read
-        meanwhile, so that the queue gets empty even if they are faster than the terminal.
+        Earlier output goes to the terminal, but for an unfinished line that is short. The children
+        are not read meanwhile, so that the queue gets empty even if they are faster than it.
         """
         self._next_fd, self._on_diverted = fd, on_diverted
         if self._waiting:
@@ -311,12 +311,19 @@ class StdoutWriter:
         self._divert_now()
 
     def _divert_now(self) -> None:
-        if self._next_fd is not None and self._partial_of is not None:
+        if self._next_fd is None or self._waiting:
+            return
+        source, partial = self._partial_of, self._partial
+        if source is not None:
             self._partial_of = None
-            self.write(b"\n")
-        if self._next_fd is not None and not self._waiting:
-            self.fd, self._next_fd = self._next_fd, None
-            self._on_diverted()
+            self.write(_OVERWRITE if len(partial) < (self.columns or 0) else b"\n")
+            if self._waiting:
+                return
+        self.fd, self._next_fd = self._next_fd, None
+        self._on_diverted()
+        if source is not None and len(partial) <= PINNED_BYTES:
+            self._partial_of = source  # a question moves above the prompt
+            self.write(partial)
 
     def come_back(self, left: bytes) -> None:
         """Write to the terminal again: first `left`, which the console has not read."""
