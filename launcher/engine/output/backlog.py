@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import select
@@ -105,3 +106,11 @@ def _taken_from_pipe(fd: int) -> bytes:
     finally:
         os.close(ours)
     return taken
+
+
+def complain(text: str, *, shown_fd: int = 1, fd: int = 2) -> None:
+    """Write an error to `fd` unless that is the same file as `shown_fd`; never blocks or raises."""
+    with contextlib.suppress(OSError):
+        if os.path.sameopenfile(shown_fd, fd) or not is_writable(fd, 0):
+            return
+        os.write(fd, f"error: {text}\n".encode(errors="surrogateescape"))

@@ -285,6 +285,8 @@ class StdoutWriter:
 
     def _drop(self, block: bytes, error: OSError) -> None:
         if not self.dropped_bytes:
+            from launcher.engine.output.backlog import complain
+
             reason = f"cannot write the output: {error.strerror}"
             complain(f"{reason}; what does not fit is dropped")
         self.dropped_bytes += len(block)
@@ -395,13 +397,3 @@ def _non_blocking(fd: int) -> tuple[int, bool]:
             flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
             return os.open(f"/proc/self/fd/{fd}", flags), True
     return fd, False
-
-
-def complain(text: str, *, shown_fd: int = 1, fd: int = 2) -> None:
-    """Write an error to `fd` unless that is the same file as `shown_fd`; never blocks or raises."""
-    with contextlib.suppress(OSError):
-        from launcher.engine.output.backlog import is_writable
-
-        if os.path.sameopenfile(shown_fd, fd) or not is_writable(fd, 0):
-            return
-        os.write(fd, f"error: {text}\n".encode(errors="surrogateescape"))
