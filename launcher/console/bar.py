@@ -108,7 +108,7 @@ def filter_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
     if any(p.get("hidden_by") == "solo" for p in processes):
         alone = [names[p["name"]] for p in processes if p.get("hidden_by") != "solo"]
         texts.append(f"solo{_listed(alone)}")
-    muted = [names[p["name"]] for p in processes if p.get("hidden_by") == "mute"]
+    muted = [names[p["name"]] for p in processes if _is_muted(p)]
     if muted:
         texts.append(f"mute{_listed(muted)}")
     if texts:
@@ -161,9 +161,16 @@ def _marks(process: Mapping[str, Any]) -> list[str]:
         marks.append(f"x{process['restarts']}")
     if process.get("paused"):
         marks.append("paused")
-    if process.get("muted") and process.get("hidden_by") != "solo":
+    if _is_muted(process):
         marks.append("muted")  # `solo` is in the line of the filters
     return marks
+
+
+def _is_muted(process: Mapping[str, Any]) -> bool:
+    """Whether by its name, even if a `solo` of others hides it as well."""
+    if process.get("muted_by_name"):
+        return True
+    return bool(process.get("muted")) and process.get("hidden_by") != "solo"
 
 
 def _state(process: Mapping[str, Any]) -> str:

@@ -72,7 +72,9 @@ def filters(row: Mapping[str, Any]) -> str:
     """`muted, 3 lines not shown`; empty if all output of the process is shown."""
     parts = []
     if row.get("muted"):
-        parts.append("hidden by solo" if row.get("hidden_by") == "solo" else "muted")
+        is_outside = row.get("hidden_by") == "solo"
+        parts += ["hidden by solo"] * is_outside
+        parts += ["muted"] * (not is_outside or bool(row.get("muted_by_name")))
     if row.get("level"):
         parts.append(f"{row['level']} and above")
     if row.get("grep"):

@@ -114,7 +114,8 @@ def _changed(shown: Shown) -> str:
             verb = "was" if shown.hidden_lines == 1 else "were"
             return f"is shown again; {count(shown.hidden_lines, 'line')} {verb} not shown"
         case Change.ALONE:
-            return f"is shown alone; {SHOW}"
+            unmuted = " and no longer muted" if shown.was_muted else ""
+            return f"is shown alone{unmuted}; {SHOW}"
         case Change.LEVEL:
             level = f"{LEVELS[shown.level]} and above" if shown.level else "all levels"
             return f"shows {level}"

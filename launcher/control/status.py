@@ -37,6 +37,7 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "namespace": named.namespace,
         "muted": shown is not None and shown.is_silent,
         "hidden_by": _hidden_by(shown),
+        "muted_by_name": shown is not None and shown.muted,
         "muted_lines": 0 if shown is None else shown.hidden_lines,
         "level": None if shown is None or not shown.level else LEVELS[shown.level],
         "grep": None if shown is None or shown.pattern is None else shown.pattern.text,

@@ -210,6 +210,20 @@ def test_one_word_shows_everything_again(control_bench: ControlBench):
         assert "not shown" not in run.screen
 
 
+def test_a_mute_beside_a_solo_is_told_and_ends_with_a_solo_of_the_same(
+    control_bench: ControlBench,
+):
+    with control_bench.launch(f"{CAT}, {SLEEPER}") as run:
+        name = next(row["name"] for row in run.ask("ps")["processes"] if row["label"] != "cat")
+        run.ask_text("solo", "cat")
+        run.ask_text("mute", name)
+        row = run.row(name)
+        assert (row["hidden_by"], row["muted_by_name"]) == ("solo", True)
+        assert "alone;" in run.ask_text("solo", "cat")
+        assert run.row(name)["muted_by_name"]
+        assert "is shown alone and no longer muted" in run.ask_text("solo", name)
+
+
 def test_unmuting_without_a_muted_process_says_so(control_bench: ControlBench):
     with control_bench.launch(f"{CAT}, {SLEEPER}") as run:
         assert run.ask_text("unmute") == "no process was muted"

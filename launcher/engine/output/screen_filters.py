@@ -37,6 +37,7 @@ class Shown(Record):
     pattern: str | None = None
     muted: bool = False
     outside: bool = False  # of a `solo` of others
+    was_muted: bool = False  # by name, until a `solo` of it
 
 
 class ScreenFilters:
@@ -90,13 +91,14 @@ class ScreenFilters:
 
     def solo(self, processes: Sequence[Process]) -> list[Shown]:
         alone = {process.process_id for process in processes}
+        muted = {p.process_id for p in processes if p.filter is not None and p.filter.muted}
         self._default.outside = True
         for process in self._processes:
             line_filter = self._filter_of(process)
             line_filter.outside = process.process_id not in alone
             line_filter.muted = line_filter.muted and line_filter.outside
             _drop_if_open(process)
-        return [_shown(p, Change.ALONE) for p in processes]
+        return [_shown(p, Change.ALONE, was_muted=p.process_id in muted) for p in processes]
 
     def level(self, level: int, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines of this level (an index into LEVELS) and above."""
@@ -142,11 +144,19 @@ def _drop_if_open(process: Process) -> None:
         process.filter = None
 
 
-def _shown(process: Process, change: Change, hidden_lines: int = 0) -> Shown:
+def _shown(
+    process: Process, change: Change, hidden_lines: int = 0, *, was_muted: bool = False
+) -> Shown:
     one = process.filter
     if one is None:
-        return Shown(process.name, change, hidden_lines)
-    pattern = None if one.pattern is None else one.pattern.text
+        return Shown(process.name, change, hidden_lines, was_muted=was_muted)
     return Shown(
-        process.name, change, hidden_lines, one.level, pattern, muted=one.muted, outside=one.outside
+        process.name,
+        change,
+        hidden_lines,
+        one.level,
+        None if one.pattern is None else one.pattern.text,
+        muted=one.muted,
+        outside=one.outside,
+        was_muted=was_muted,
     )

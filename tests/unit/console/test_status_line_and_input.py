@@ -218,6 +218,13 @@ def test_a_process_beside_a_solo_is_not_marked_as_muted():
     assert text_of(status_line(fleet, 80)) == "a 2% 31M | b muted 2% 31M"
 
 
+def test_a_process_that_is_muted_beside_a_solo_is_marked_as_both():
+    fleet = [*hidden("a-1", None), *hidden("b-2 c-3", "solo")]
+    fleet[1]["muted_by_name"] = True
+    assert text_of(status_line(fleet, 80)) == "a 2% 31M | b muted 2% 31M | c 2% 31M"
+    assert text_of(filter_line(fleet, 80)) == "solo a  mute b  hidden 0"
+
+
 # ---- completion
 
 

@@ -125,6 +125,10 @@ SHOWS = "`show` shows everything"
             "is shown again; 1 line was not shown; `level WARN` and `grep 'x'` still hide lines",
         ),
         (Shown("a", Change.ALONE), f"is shown alone; {SHOWS}"),
+        (
+            Shown("a", Change.ALONE, was_muted=True),
+            f"is shown alone and no longer muted; {SHOWS}",
+        ),
         (Shown("a", Change.MUTED, level=WARN, muted=True), "is muted; its log files continue"),
     ],
 )
