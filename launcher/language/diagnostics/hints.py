@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 ENDLESS = "remove an include or a call, or give it a condition that becomes false"
 _UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
+_OF_MARKUP = {"exec": "executable", "pkg": "package"}  # attributes of XML
 _MISSING_CONFIGURATION = re.compile(r"launch configuration '(.*)' does not exist")
 _MISSING_VARIABLE = re.compile(r"environment variable '(.*)' does not exist")
 _EXPANDED = re.compile(r"(^invalid condition expression, .*), expanded from '.*'$")
@@ -74,7 +75,8 @@ def without_hint(message: str) -> str:
 
 
 def _near_keyword(name: str, context: LaunchContext | None) -> str | None:
-    return did_you_mean(name, _keywords())
+    meant = _OF_MARKUP.get(name)
+    return f"did you mean '{meant}'?" if meant else did_you_mean(name, _keywords())
 
 
 def _near_configuration(name: str, context: LaunchContext | None) -> str | None:

@@ -36,9 +36,17 @@ def hint(error: BaseException, message: str) -> str | None:
     if isinstance(error, ModuleNotFoundError) and error.name:
         return _module_hint(error.name)
     if isinstance(error, NameError) and not isinstance(error, UnboundLocalError):
-        return _from_import(getattr(error, "name", None) or "")
+        name = getattr(error, "name", None) or ""
+        return _from_import(name) or _near_name(name)
     found = _NOT_PROVIDED.search(message) or _NOT_IN_MODULE.search(str(error))
     return None if found is None else _from_import(found[2])
+
+
+def _near_name(name: str) -> str | None:
+    """The class that a misspelt name was meant to be."""
+    if not name[:1].isupper():
+        return None
+    return did_you_mean(name, {one for module in _MODULES for one in _names_of(module)})
 
 
 def _from_import(name: str) -> str | None:

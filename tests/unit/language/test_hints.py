@@ -196,3 +196,11 @@ def test_a_node_of_descriptions_is_imported_from_actions(tmp_path: Path):
 
 def test_an_empty_launch_key_is_written_as_a_list(tmp_path: Path):
     assert fault(tmp_path, "launch:\n", "x.launch.yaml").hint == "write 'launch: []'"
+
+
+def test_a_misspelt_class_and_a_keyword_of_xml_are_suggested(tmp_path: Path):
+    assert fault(tmp_path, description("ExecuteProces(cmd=['x'])")).hint == (
+        "did you mean 'ExecuteProcess'?"
+    )
+    node = "Node(pkg='p', executable='e')"
+    assert fault(tmp_path, description(node), "y.launch.py").hint == "did you mean 'package'?"
