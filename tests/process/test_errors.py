@@ -318,7 +318,7 @@ def test_each_warning_is_printed_once_at_launch(workspace: Workspace):
         (["kil", "robot_1"], "hint: did you mean `python -m launcher kill`?"),
         (["levle", "WARN", "--run", "X"], "hint: did you mean `python -m launcher level`?\n"),
         (["levle", "WARN", "--jsn"], "hint: did you mean `python -m launcher level`?\n"),
-        (["./plan"], "error: launch file './plan' not found\n"),
+        (["./plan"], "error: launch file 'plan' not found\n"),
         (["plan.py"], "error: launch file 'plan.py' not found\n"),
         (["warehouse"], "hint: available: system\n"),
     ],
