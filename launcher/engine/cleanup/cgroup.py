@@ -70,12 +70,20 @@ class Cgroup:
                     os.kill(pid, signal.SIGKILL)
             time.sleep(PAUSE_S)
 
-    def remove(self) -> bool:
-        """Remove it, with the groups in it; False if a process is in one of them."""
-        for folder, _, _ in os.walk(self.path, topdown=False):
-            with contextlib.suppress(OSError):
-                os.rmdir(folder)
-        return not os.path.isdir(self.path)
+    def remove(self, timeout_s: float = 0.0) -> bool:
+        """Remove it, with the groups in it; False if a process is in one of them.
+
+        A process that has exited and is not reaped yet counts, and cannot be seen.
+        """
+        deadline = time.monotonic() + timeout_s
+        while True:
+            for folder, _, _ in os.walk(self.path, topdown=False):
+                with contextlib.suppress(OSError):
+                    os.rmdir(folder)
+            is_removed = not os.path.isdir(self.path)
+            if is_removed or time.monotonic() >= deadline:
+                return is_removed
+            time.sleep(PAUSE_S)
 
 
 def make(run_id: str, launcher: int, kind: str = "") -> Cgroup | None:

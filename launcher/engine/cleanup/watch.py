@@ -15,6 +15,7 @@ from launcher.engine.cleanup import cgroup, sweep
 CLEAN_SCANS = 3  # a process that was forking during one scan shows in the next
 MOST_SCANS = 200  # of processes that fork in a loop while they are moved or suspended
 SCAN_PAUSE_S = 0.01
+REMOVAL_S = 0.3  # the launcher waits for it, and kills us after a second
 TIMEOUT_S = 10.0  # a process in uninterruptible sleep cannot be killed
 NOTE_ADOPTED_S = 0.1
 NOTE_ALL_S = 1.0  # reads a file of every thread
@@ -96,7 +97,7 @@ class Watch:
         if self._group is not None:
             for pid in self._group.pids():
                 self._group.release(pid)
-            self._group.remove()
+            self._group.remove(REMOVAL_S)
 
     def kill(self) -> None:
         """Kill everything that the run has started."""
@@ -110,7 +111,7 @@ class Watch:
             clean = 0 if sweep.signal_newest(self._run_id, signal.SIGKILL) or found else clean + 1
             time.sleep(SCAN_PAUSE_S)
         if self._group is not None:
-            self._group.remove()
+            self._group.remove(TIMEOUT_S)
 
     def _suspend(self) -> None:
         """Suspend the run: the child of a process that is killed first could not be found."""
