@@ -39,9 +39,8 @@ def _text(truth: bool) -> str:
     return "true" if truth else "false"
 
 
-@public(_MODULE)
-class NotSubstitution(Substitution):
-    """The opposite of a truth value."""
+class OneValue(Substitution):
+    """Base of substitutions of one value."""
 
     def __init__(self, value: Any) -> None:
         self.__value = normalize_to_list_of_substitutions(value)
@@ -49,6 +48,11 @@ class NotSubstitution(Substitution):
     @property
     def value(self) -> list[Substitution]:
         return self.__value
+
+
+@public(_MODULE)
+class NotSubstitution(OneValue):
+    """The opposite of a truth value."""
 
     def describe(self) -> str:
         return f"NotSubstitution({self.value})"
@@ -204,15 +208,8 @@ class IfElseSubstitution(Substitution):
 
 
 @public("launch.substitutions.is_empty_substitution")
-class IsEmptySubstitution(Substitution):
+class IsEmptySubstitution(OneValue):
     """Whether a text is empty; blanks are not."""
-
-    def __init__(self, value: Any) -> None:
-        self.__value = normalize_to_list_of_substitutions(value)
-
-    @property
-    def value(self) -> list[Substitution]:
-        return self.__value
 
     def describe(self) -> str:
         return f"IsEmpty({describe_substitutions(self.value)})"

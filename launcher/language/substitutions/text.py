@@ -9,6 +9,7 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.logic import OneValue
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -43,15 +44,8 @@ class StringJoinSubstitution(Substitution):
 
 
 @public("launch.substitutions.string_strip_substitution")
-class StringStripSubstitution(Substitution):
+class StringStripSubstitution(OneValue):
     """A text without whitespace at its ends: the output of a Command, for example."""
-
-    def __init__(self, value: Any) -> None:
-        self.__value = normalize_to_list_of_substitutions(value)
-
-    @property
-    def value(self) -> list[Substitution]:
-        return self.__value
 
     def describe(self) -> str:
         return f"StringStrip({describe_substitutions(self.value)})"
