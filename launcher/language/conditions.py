@@ -95,7 +95,10 @@ class _ExpressionCondition(Condition):
             return evaluate_condition_expression(context, self.__predicate_expression)
         except Exception as error:
             if not hasattr(error, "_launcher_place"):
-                error._launcher_place = self._origin  # type: ignore[attr-defined]
+                # Imported only for an error.
+                from launcher.language.diagnostics.hints import attach
+
+                attach(error, place=self._origin)
             raise
 
     def describe(self) -> str:

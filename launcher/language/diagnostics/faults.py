@@ -34,8 +34,7 @@ def explain(
         error = error.__cause__
     circle = includes.circle(context) if _is_endless(error) else None
     if circle is not None:
-        error._launcher_message, error._launcher_place = circle  # type: ignore[attr-defined]
-        error._launcher_hint = hints.ENDLESS  # type: ignore[attr-defined]
+        hints.attach(error, message=circle[0], place=circle[1], hint=hints.ENDLESS)
     elif isinstance(error, LaunchFileError) and error.where is not None:
         return error
     undecodable = _undecodable(error, path)

@@ -22,6 +22,12 @@ _EXPANDED = re.compile(r"(^invalid condition expression, .*), expanded from '.*'
 _NOT_PROVIDED = re.compile(r" \((did you mean \w+\?)? ?provided: (.*)\)$")
 
 
+def attach(error: BaseException, **details: object) -> None:
+    """Attach what is known about an error, for its report: message, place, hint, word."""
+    for name, value in details.items():
+        setattr(error, f"_launcher_{name}", value)
+
+
 def hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
     known: str | None = getattr(error, "_launcher_hint", None)
     if known is not None:

@@ -6,7 +6,7 @@ import os
 import re
 from types import CodeType, FunctionType, MethodType
 
-from launcher.language.diagnostics import ros2_quirks
+from launcher.language.diagnostics import hints, ros2_quirks
 from launcher.language.diagnostics.origin import Origin
 from launcher.language.diagnostics.truth_values import configurations_in
 from launcher.text import suggest
@@ -40,12 +40,13 @@ def explain_missing(error: BaseException, path: str, origin: Origin | None) -> N
     place = None if origin is None else _line_of_file(origin, os.path.basename(path))
     for one in (error, error.__cause__):
         if one is not None:
-            one._launcher_place = place  # type: ignore[attr-defined]
-            one._launcher_message = (  # type: ignore[attr-defined]
-                f"the included launch file {path} does not exist"
+            hints.attach(
+                one,
+                message=f"the included launch file {path} does not exist",
+                place=place,
+                hint=_near_file(path, origin),
+                word=os.path.basename(path),
             )
-            one._launcher_hint = _near_file(path, origin)  # type: ignore[attr-defined]
-            one._launcher_word = os.path.basename(path)  # type: ignore[attr-defined]
 
 
 def _line_of_file(origin: Origin, name: str) -> Origin:
