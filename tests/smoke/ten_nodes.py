@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import random
+import string
 import sys
 import time
 import uuid
@@ -96,7 +97,7 @@ def anonymous() -> Node:
     node = Node(f"anonymous_{os.getpid()}_{time.time_ns()}")
     beat(node, f"private_{uuid.uuid4().hex}", 0.5)
     beat(node, "shared", 0.5)
-    node.get_logger().info(random.choice(("alpha alpha", "beta beta", "gamma gamma")))
+    node.get_logger().info("".join(random.choices(string.ascii_letters, k=20)))
     return node
 
 
