@@ -15,7 +15,7 @@ from launcher.smoke.record.runs import Entry, Runs, after_text, note, rounded_up
 from launcher.smoke.record.seen import SEND_GOAL, Seen
 from launcher.smoke.record.watch import GET_STATE
 
-EARLY = 0.6  # of a run: what comes later may also come after the end of another run
+EARLY = 0.6  # of the watched time: what comes later may come after the end of another run
 MEASURED_S = 3.0  # memory is measured once a second, and not at once
 MEMORY_FACTOR, MEMORY_MORE_MB, MEMORY_STEP_MB = 1.5, 20.0, 10
 _MB = 1024 * 1024
@@ -88,7 +88,12 @@ def _is_late(run: Seen, at_s: float) -> bool:
     """Unless the system ended by itself, which it does whenever its processes have exited."""
     ending = run.facts.ending
     was_stopped = ending is not None and ending.asked_s is not None
-    return was_stopped and at_s > EARLY * run.facts.stop_s
+    return was_stopped and at_s > _early_until_s(run)
+
+
+def _early_until_s(run: Seen) -> float:
+    """From the begin of the watched time: the start takes longer on a busy machine."""
+    return run.begin_s + EARLY * run.for_s
 
 
 def _memory(runs: Runs) -> Iterator[Entry]:
@@ -124,8 +129,7 @@ def _lines(runs: Runs) -> Iterator[Entry]:
             continue
         pattern, first = ready
         times_s = [max(0.0, line.at_s) for line in first]
-        ends_s = [run.begin_s + EARLY * run.for_s for run in runs]
-        if any(line.at_s > end_s for line, end_s in zip(first, ends_s, strict=True)):
+        if any(line.at_s > _early_until_s(run) for line, run in zip(first, runs, strict=True)):
             yield note(f"{name}: its first line came late")
             continue
         values = {"log": pattern, "process": name, "within": within(times_s)}

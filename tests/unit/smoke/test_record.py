@@ -184,11 +184,11 @@ def run(pid: str = "137", **changes: Any) -> Facts:
     return replace(facts, **changes)
 
 
-def recorded(*runs: Facts, arguments: dict[str, str] | None = None) -> str:
+def recorded(*runs: Facts, arguments: dict[str, str] | None = None, for_s: float = 15.0) -> str:
     head = Head(
-        target="x.launch.py", arguments=arguments or {}, options=(), for_s=15.0, forecast=None
+        target="x.launch.py", arguments=arguments or {}, options=(), for_s=for_s, forecast=None
     )
-    return document_of(Runs(Seen(one, 15.0) for one in runs), head).text
+    return document_of(Runs(Seen(one, for_s) for one in runs), head).text
 
 
 def test_a_recorded_file_says_what_all_runs_have_in_common():
@@ -231,6 +231,13 @@ def test_a_process_that_exits_late_or_is_restarted_is_left_out():
     )
     restarted = run(events=(*started("robot_1-1", "setup-2"), again))
     assert "left out: setup: it was restarted" in recorded(restarted, restarted)
+
+
+def test_an_exit_soon_after_a_slow_start_is_not_late():
+    begin_s = END_S - 3.1
+    events = (*started("robot_1-1", "setup-2", at_s=begin_s), ended("setup-2", 0, begin_s + 0.5))
+    slow = run(events=events, graphs=(), messages=(), lines=())
+    assert "{process: setup, exits: 0}" in recorded(slow, for_s=3.0)
 
 
 def test_a_system_that_ends_by_itself_is_recorded():
