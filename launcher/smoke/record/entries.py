@@ -16,7 +16,6 @@ from launcher.smoke.record.seen import SEND_GOAL, Seen
 from launcher.smoke.record.watch import GET_STATE
 
 EARLY = 0.6  # of the watched time: what comes later may come after the end of another run
-MEASURED_S = 3.0  # memory is measured once a second, and not at once
 MEMORY_FACTOR, MEMORY_MORE_MB, MEMORY_STEP_MB = 1.5, 20.0, 10
 _MB = 1024 * 1024
 LEAST_STOP_S, STOP_FACTOR = 10.0, 3.0
@@ -97,13 +96,11 @@ def _early_until_s(run: Seen) -> float:
 
 
 def _memory(runs: Runs) -> Iterator[Entry]:
-    if any(run.for_s < MEASURED_S for run in runs):
-        return
     for name in runs.labels.common():
-        sizes_mb = [run.memory_bytes(label) / _MB for run, label in _of_label(name, runs)]
-        if not all(sizes_mb):
-            continue  # it exited before it was measured
-        most_mb = max(sizes_mb)
+        found = _of_label(name, runs)
+        if any(run.measured_s(label) > _early_until_s(run) for run, label in found):
+            continue  # it exited before it was measured, or the run was too short
+        most_mb = max(run.memory_bytes(label) for run, label in found) / _MB
         limit = MEMORY_STEP_MB * math.ceil(
             (MEMORY_FACTOR * most_mb + MEMORY_MORE_MB) / MEMORY_STEP_MB
         )

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph, is_hidden
 from launcher.smoke.expect.expectation import READY
+from launcher.smoke.expect.quantities import INFINITY
 from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, label_of
 from launcher.smoke.record.watch import begin_s, is_common
 
@@ -88,9 +89,17 @@ class Seen:
 
     def memory_bytes(self, label: str) -> int:
         """The most of any process of that label; 0 if none was measured."""
+        return max((size for _, size in self._sizes(label)), default=0)
+
+    def measured_s(self, label: str) -> float:
+        """When the memory of a process of that label was first known; INFINITY if it never was."""
+        return min((at_s for at_s, _ in self._sizes(label)), default=INFINITY)
+
+    def _sizes(self, label: str) -> Iterator[tuple[float, int]]:
         names = self.processes[label]
-        sizes = (s.memory_bytes or 0 for s in self.facts.samples if s.process in names)
-        return max(sizes, default=0)
+        for sample in self.facts.samples:
+            if sample.process in names and sample.memory_bytes:
+                yield sample.at_s, sample.memory_bytes
 
     def lines(self, label: str) -> list[LogLine]:
         names = self.processes[label]

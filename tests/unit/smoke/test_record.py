@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from launcher.smoke.observe.facts import Ending, Facts, LogLine, ProcessEvent
+from launcher.smoke.observe.facts import Ending, Facts, LogLine, ProcessEvent, Sample
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.record import lines
 from launcher.smoke.record.document import Head, document_of
@@ -238,6 +238,14 @@ def test_an_exit_soon_after_a_slow_start_is_not_late():
     events = (*started("robot_1-1", "setup-2", at_s=begin_s), ended("setup-2", 0, begin_s + 0.5))
     slow = run(events=events, graphs=(), messages=(), lines=())
     assert "{process: setup, exits: 0}" in recorded(slow, for_s=3.0)
+
+
+def test_memory_that_was_measured_late_is_left_out():
+    def sampled(at_s: float) -> Facts:
+        return run(samples=(Sample(at_s, "robot_1-1", None, 40 << 20),))
+
+    assert "{memory: robot_1, below: 80 MB}" in recorded(sampled(10.0))
+    assert "memory: robot_1" not in recorded(sampled(12.0))
 
 
 def test_a_system_that_ends_by_itself_is_recorded():
