@@ -113,8 +113,11 @@ def test_the_fleet_is_recorded_from_a_single_run(bench: Bench, path: Path):
     done = bench.smoke(f"--record={path}", "--for=6", "--repeat=1", "enable_debug:=true")
     assert done.returncode == 0, done.stdout + done.stderr
     text = path.read_text(encoding="utf-8")
-    for part in ("node: /robot_3", "rate: /fleet/tasks, is: 1 Hz", "qos: /fleet/status"):
+    for part in ("node: /robot_3", "qos: /fleet/status"):
         assert part in text
+    by_subject = {(e.kind, e.subject): e for e in loader.load(str(path)).expectations}
+    # Not always "1 Hz": on a busy machine the first or the last task is some hundredths late.
+    assert 1.0 in by_subject["rate", "/fleet/tasks"].get("is")
     checked = bench.smoke(f"--expect={path}")
     assert checked.returncode == 0, checked.stdout
     log = (bench.evidence / "launch.log").read_text(encoding="utf-8")
