@@ -6,6 +6,7 @@ Each has something that a recording must notice, or must not rely on.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import random
 import string
@@ -102,10 +103,20 @@ def anonymous() -> Node:
 
 
 def moody() -> Node:
-    """Publishes when it likes."""
+    """Changes its mind: ten messages a second for 4 s, and then one a second for 4 s.
+
+    Messages at random times would look regular in one of a thousand recordings.
+    """
     node = Node("moody")
     publisher = node.create_publisher(Int32, "moods", 10)
-    node.create_timer(0.1, lambda: random.random() < 0.1 and publisher.publish(Int32(data=1)))
+    ticks = itertools.count()
+
+    def talk() -> None:
+        tick = next(ticks)
+        if tick % 80 < 40 or tick % 10 == 0:
+            publisher.publish(Int32(data=1))
+
+    node.create_timer(0.1, talk)
     return node
 
 
