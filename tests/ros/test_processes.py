@@ -60,7 +60,7 @@ def test_ps_finds_the_process_of_every_node(sleepy):
 
 def test_the_table_has_a_row_per_node(sleepy):
     env, pid = sleepy
-    lines = launcher(env, "node", "ps").lines
+    lines = launcher(env, "node", "ps", "--spin-time", "60").lines
     heads = ["NODE", "PROCESS", "PID", "RUN", "CPU", "USS", "UPTIME", "LIVENESS"]
     assert lines[0].split() == heads
     assert any(line.startswith("/talker ") and f" {pid} " in line for line in lines)

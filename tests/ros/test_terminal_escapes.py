@@ -26,7 +26,7 @@ def test_line_ends_tabs_and_letters_stay():
 def evil(verb):
     """A parameter with commands to a terminal for its value."""
     assert verb("param", "set", "/talker", "name", EVIL).code == 0
-    yield ("param", "get", "/talker", "name", "--hide-type")
+    yield ("param", "get", "/talker", "name", "--hide-type", "--spin-time", "60")
     assert verb("param", "set", "/talker", "name", "sample").code == 0
 
 

@@ -127,7 +127,8 @@ def test_an_empty_domain_says_why_and_where_to_look(empty_domain, env):
     assert answer.lines == ["/parameter_events", "/rosout"]
     assert f"0 nodes on domain {empty_domain['ROS_DOMAIN_ID']} (localhost only); " in answer.err
     assert re.search(r"active: add -d \d+$", answer.err.strip())
-    there = launcher(empty_domain, "node", "list", "-d", env["ROS_DOMAIN_ID"])
+    elsewhere = ("-d", env["ROS_DOMAIN_ID"], "--spin-time", "60")
+    there = launcher(empty_domain, "node", "list", *elsewhere)
     assert "/talker" in there.lines
 
 
