@@ -21,6 +21,7 @@ def test_a_run_with_all_expectations_met_exits_with_0_and_leaves_nothing(bench: 
     bench.write(PATIENT)
     done = bench.smoke("--for=1", "--expect-alive=patient", "--max-shutdown=60")
     assert done.returncode == 0, done.stdout
+    assert ": 3 expectations with the implied 'no unexpected exits', observed for" in done.stdout
     assert "smoke: 3 of 3 expectations met" in done.stdout
     assert bench.report()["ending"]["left_processes"] == []
 

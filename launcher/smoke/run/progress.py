@@ -59,8 +59,11 @@ class Progress:
             self._screen.write(f"smoke: {self.trouble}\n")
 
     def begin(self, script: Script, words: Sequence[str], run_time_s: float) -> None:
-        given = count(sum(not e.implicit for e in script.expectations), "expectation")
-        self.log(0.0, f"{' '.join(words)}: {given}, observed for {seconds_text(run_time_s)}")
+        wanted = count(len(script.expectations), "expectation")
+        implied = [f"'{e.name}'" for e in script.expectations if e.implicit]
+        if implied:
+            wanted += f" with the implied {' and '.join(implied)}"
+        self.log(0.0, f"{' '.join(words)}: {wanted}, observed for {seconds_text(run_time_s)}")
         if script.chaos is not None:
             self.log(0.0, f"chaos: {script.chaos.text}, seed {script.chaos.seed}")
 
