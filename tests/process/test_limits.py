@@ -151,6 +151,7 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.alone  # a start that gets no processor looks like one that is over
 @pytest.mark.thorough
 def test_no_more_than_the_given_number_start_at_the_same_time(bench: Bench):
     (bench.folder / "node.py").write_text(BUSY_START)
