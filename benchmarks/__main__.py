@@ -9,10 +9,12 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
+from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.footprint import footprint
 from benchmarks.harness import Row
 from benchmarks.latency import latency
+from benchmarks.own_types import own_types
 from benchmarks.plan import plan
 from benchmarks.restarts import respawn
 from benchmarks.ros_talk import first_answers
@@ -34,9 +36,11 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "respawn": respawn,
     "ctrl-c": ctrl_c,
     "plan": plan,
+    "building": building,
     "topic-list": topic_list,
     "topic-stream": topic_stream,
     "first-answers": first_answers,
+    "own-types": own_types,
 }
 HEAD = ("what", "measured", "limit", "", "details")
 

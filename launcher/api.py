@@ -11,11 +11,12 @@ raise SystemExit(service.run())
 
 import atexit
 
-from launcher.cli import add_wheels_to_ament_path
+from launcher.cli import add_wheels_to_ament_path, enter_workspace
 from launcher.commands.launch.service import script_vocabulary
 from launcher.model.options import RunOptions
 
 add_wheels_to_ament_path()
+enter_workspace()
 _vocabulary = script_vocabulary(RunOptions(console=False))
 _vocabulary.__enter__()
 atexit.register(_vocabulary.__exit__, None, None, None)

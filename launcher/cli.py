@@ -18,6 +18,7 @@ from launcher.errors import (
     exit_code_table,
 )
 from launcher.text import did_you_mean, suggest
+from launcher.workspace import current
 
 
 def main(words: Sequence[str]) -> int:
@@ -26,6 +27,10 @@ def main(words: Sequence[str]) -> int:
     add_wheels_to_ament_path()
     debug = _wants_traceback(words)
     try:
+        if any(word.partition("=")[0] == "--workspace" for word in words):
+            from launcher.commands.workspace_option import choose_workspace
+
+            words = choose_workspace(words)
         return _dispatch(words)
     except LauncherError as error:
         if debug:
@@ -106,9 +111,39 @@ def _dispatch(words: list[str]) -> int:
         raise
 
 
+# Verbs that need nothing of a workspace, or make it.
+_OUTSIDE_WORKSPACE = ("control", "doctor", "env", "build", "wheel", "pkg")
+# Verbs that leave rclpy to other processes. In this one, the loader would have to know the
+# libraries of a workspace from the start.
+_WITHOUT_RCLPY = (
+    "launch",
+    "plan",
+    "args",
+    "run",
+    "smoke",
+    "interface",
+    "completion",
+    "test",
+)
+
+
+def enter_workspace(verb: str = "launch") -> None:
+    """Make the workspace of the working directory visible; UsageError."""
+    workspace = current()
+    if workspace is None:
+        return
+    from launcher.workspace import activation
+
+    activation.activate(workspace, warns=verb != "completion")
+    if verb not in _WITHOUT_RCLPY:
+        activation.load_libraries(workspace)
+
+
 def _run(module: str, words: list[str]) -> int:
     if module != "launch":
         gc.enable()
+    if module not in _OUTSIDE_WORKSPACE:
+        enter_workspace(module)
     try:
         code: int = importlib.import_module(f"launcher.commands.{module}").main(words)
     except HelpRequested as requested:
@@ -132,7 +167,8 @@ def _help_words(words: list[str]) -> list[str]:
     return [name, *below, "--help"]
 
 
-_WITH_VERBS = ("topic", "node", "param", "service", "interface")  # that have verbs of their own
+# Those that have verbs of their own.
+_WITH_VERBS = ("topic", "node", "param", "service", "interface", "pkg")
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:
@@ -162,6 +198,7 @@ def overview() -> str:
         f"usage: {name} TARGET [name:=value ...] [options]",
         f"       {name} VERB ...",
         f"       {name} help [VERB] | -h, --help | -V, --version",
+        f"       {name} --workspace DIR TARGET|VERB ...",
         "",
         "TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or",
         f"PACKAGE FILE as with `ros2 launch`. {name} VERB --help lists the options of a verb.",

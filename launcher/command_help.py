@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable
 
-from launcher.command_line import HELP, Command, Option
+from launcher.command_line import HELP, WORKSPACE, Command, Option
 
 WIDTH = 96
 INDENT = 25  # columns in front of the explanations
@@ -23,7 +23,7 @@ def help_text(command: Command) -> str:
     if explained:
         parts.append(_section("arguments", explained))
     # In the console, `help VERB` is how help is asked for.
-    options = (*command.options, HELP) if command.in_shell else command.options
+    options = (*command.options, WORKSPACE, HELP) if command.in_shell else command.options
     if options and not command.commands:
         parts.append(option_section("options", options))
     parts += [option_section(title, options) for title, options in command.groups]

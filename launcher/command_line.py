@@ -93,8 +93,19 @@ def option(
     )
 
 
+def split_at_dashes(words: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The words before and behind `--`, behind which are those of another program."""
+    words = list(words)
+    place = words.index("--") if "--" in words else len(words)
+    return words[:place], words[place + 1 :]
+
+
 HELP = option("-h, --help", "show this help")
 DEBUG = option("--debug", "show the traceback of an error")
+# Of every command of a shell, and in front of it. `commands.workspace_option` takes it out.
+WORKSPACE = option(
+    "--workspace DIR", "the colcon workspace, instead of that around the working directory"
+)
 
 
 class Command(Record):
@@ -124,8 +135,9 @@ class Command(Record):
 
     @property
     def all_options(self) -> tuple[Option, ...]:
-        """Those of the groups and `--help` included."""
-        return (*self.options, *(one for _, group in self.groups for one in group), HELP)
+        """Those of the groups, and those of every command, included."""
+        general = (WORKSPACE, HELP) if self.in_shell else (HELP,)
+        return (*self.options, *(one for _, group in self.groups for one in group), *general)
 
     @property
     def usage(self) -> str:
@@ -253,7 +265,11 @@ class _Reader:
     def _found(self, flag: str) -> Option | None:
         if flag in self._spellings or not self._command.abbreviations or flag[:2] != "--":
             return self._spellings.get(flag)
-        meant = {one.name: one for name, one in self._spellings.items() if name.startswith(flag)}
+        meant = {
+            one.name: one
+            for name, one in self._spellings.items()
+            if name.startswith(flag) and one is not WORKSPACE
+        }
         return next(iter(meant.values())) if len(meant) == 1 else None
 
     def _take_option(self, word: str) -> None:

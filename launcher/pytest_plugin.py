@@ -14,6 +14,7 @@ pytest loads this module in every run, so it imports the rest only when a system
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
@@ -270,7 +271,8 @@ def launched_system(
 
         words = [_located(target, request.config.rootpath), *options, *_assignments(arguments)]
         folder = tmp_path_factory.mktemp("launched_system")
-        system = System(words, folder=folder, environment=environment, probe=probe)
+        given = os.environ if environment is None else environment
+        system = System(words, folder=folder, environment=_with_workspace(given), probe=probe)
         system.start()
         one = LaunchedSystem(system, timeout_s)
         systems.append(one)
@@ -282,6 +284,18 @@ def launched_system(
         yield launch
     if left:
         pytest.fail(f"left behind: {', '.join(left)}", pytrace=False)
+
+
+def _with_workspace(environ: Mapping[str, str]) -> Mapping[str, str]:
+    """The environment with the workspace that the tests are in, for the probe."""
+    from launcher.workspace import current
+
+    workspace = current(environ)
+    if workspace is None:
+        return environ
+    from launcher.workspace.environment import environment
+
+    return environment(workspace, environ)
 
 
 def _fail_if_refused(one: LaunchedSystem) -> None:

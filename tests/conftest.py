@@ -19,14 +19,18 @@ from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
 from launcher.domain_lease import leased_domain
+from launcher.workspace import is_install
 from tests.support.waiting import wait_until
+from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once
 
 TIERS = ("unit", "basic", "thorough", "browser")
 UNIT_TESTS = Path(__file__).parent / "unit"
 # A fixture of these takes long, and serves all tests of the file.
 TOGETHER = (
+    "tests/build/test_package_tests.py",
     "tests/nodes/test_fleet.py",
     "tests/process/test_plan_leaks.py",
+    "tests/process/test_workspace.py",
     "tests/ros/test_probe.py",
     "tests/ros/test_processes.py",
     "tests/smoke/test_ros_kinds.py",
@@ -42,6 +46,11 @@ settings.register_profile(
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    if is_install(str(config.rootpath / "install")):
+        # As a workspace, the checkout would change the environment of everything in these tests.
+        pytest.exit(
+            "colcon has built this checkout: rm -r build install log", pytest.ExitCode.USAGE_ERROR
+        )
     # A shell that starts us with `&` has SIGINT ignored, and children would inherit that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if config.getoption("--hypothesis-profile", None) is None:
@@ -113,3 +122,9 @@ def _environment_of_the_worker() -> Iterator[None]:
             path.mkdir(mode=0o700)
             patch.setenv(name, str(path))
         yield
+
+
+@pytest.fixture(scope="session")
+def fleet_workspace(tmp_path_factory: pytest.TempPathFactory) -> BuiltWorkspace:
+    """`examples/fleet_workspace`, built once for all workers; tests only read it."""
+    return built_once(tmp_path_factory.getbasetemp(), "fleet", EXAMPLE / "src")

@@ -23,8 +23,10 @@ Every verb with its options, as `--help` prints them. This page is generated:
 `python -m tools.command_reference`.
 
 Options may stand anywhere; after `--` every word is an argument. A value follows in the next word
-or after `=`. The ROS verbs also accept what ros2 accepts: the beginning of an option (`--on`
-for `--once`), short options together (`-tv`), and a negative number as an argument.
+or after `=`. Every verb also takes `--workspace DIR`, in front of it or behind it: the colcon
+[workspace](launch-files.md#workspaces), instead of that around the working directory. The ROS verbs
+also accept what ros2 accepts: the beginning of an option (`--on` for `--once`), short options
+together (`-tv`), and a negative number as an argument.
 """
 
 

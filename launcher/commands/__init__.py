@@ -6,11 +6,16 @@ VERBS = {
     "plan": "show what a launch file would start, and why",
     "args": "list the arguments of a launch file",
     "run": "run one executable of a package in this terminal",
+    "build": "build the packages of a workspace, message types included",
+    "wheel": "make wheels of built packages, to install them without a compiler",
     "topic": "list, inspect, print, measure and publish topics",
     "node": "list and inspect nodes",
     "param": "list, get and set parameters of nodes",
     "service": "list and call services",
     "interface": "show the installed types of messages, services and actions",
+    "pkg": "make packages of nodes and of interfaces",
+    "env": "print the environment of a workspace, for shells and editors",
+    "test": "run the tests of packages; to test a launch file: smoke",
     "doctor": "find what is wrong on this machine, and repair it",
     "smoke": "test a launch file against expectations",
     "graph": "show the ROS graph as a tree, a drawing or data",
@@ -59,11 +64,8 @@ ABSENT_VERBS = {
     "lifecycle": "PROGRAM service call /NODE/get_state lifecycle_msgs/srv/GetState, "
     "and change_state with ChangeState",
     "multicast": None,
-    "pkg": "PROGRAM run PACKAGE lists the executables of a package, "
-    "interface list the types of all",
     "plugin": None,
     "security": None,
-    "test": "PROGRAM smoke TARGET tests a launch file",
     "trace": None,
     "wtf": "PROGRAM doctor",
 }

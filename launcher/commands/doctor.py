@@ -10,9 +10,11 @@ from launcher.command_line import DEBUG, Command, option
 from launcher.commands import VERBS
 from launcher.doctor.checks import check_all
 from launcher.doctor.collect import collect
-from launcher.doctor.facts import Finding, Level
+from launcher.doctor.facts import Finding, Level, WorkspaceFacts
 from launcher.doctor.repairs import repair
 from launcher.errors import ExitCode
+from launcher.workspace import Workspace, current
+from launcher.workspace.activation import activate
 
 COMMAND = Command(
     "doctor",
@@ -35,15 +37,33 @@ left. Nothing is changed without --fix.""",
 def main(words: Sequence[str]) -> int:
     """Check; with --fix, repair and check again. The exit code is that of the last check."""
     options = COMMAND.parse(words)
-    facts = collect(os.environ)
+    workspace = _workspace()
+    facts = collect(os.environ, workspace)
     done: list[str] = []
     if options.fix:
         done = repair(facts)
-        facts = collect(os.environ)
+        facts = collect(os.environ, workspace)
     findings = check_all(facts)
     print(as_json(findings, done) if options.json else as_text(findings, done))
     is_well = all(finding.level is not Level.PROBLEM for finding in findings)
     return ExitCode.OK if is_well else ExitCode.PROCESS_FAILED
+
+
+def _workspace() -> WorkspaceFacts | None:
+    """Inspect the workspace, and use it as a launch does, if its environment can be read."""
+    from launcher.build.place import unbuilt
+    from launcher.doctor.workspace import inspect
+
+    found = current()
+    if found is None:
+        place = unbuilt()
+        if place is None:
+            return None
+        return inspect(Workspace(place.root, place.install), dict(os.environ))
+    facts = inspect(found, dict(os.environ))
+    if facts.error is None:
+        activate(found)
+    return facts
 
 
 def as_text(findings: Sequence[Finding], done: Sequence[str]) -> str:

@@ -104,7 +104,7 @@ def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     caller.load(kind)
     name = _full(options.service_name)
     types = _offered(caller.observer, name, spin_time_s(options))
-    if types and f"{kind.__module__.split('.')[0]}/srv/{kind.__name__}" not in types:
+    if types and "/".join([*kind.__module__.split(".")[:2], kind.__name__]) not in types:
         raise VerbError(
             f"service '{name}' has the type {', '.join(types)}, not {options.service_type}"
         )

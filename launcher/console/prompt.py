@@ -172,17 +172,20 @@ def _below_each_other(lines: Sequence[Line]) -> StyleAndTextTuples:
 
 
 def _panel(host: Host, output: FooterOutput) -> Window:
-    def lines() -> Sequence[Line]:
-        return host.panel(output.get_size().columns, output.get_size().rows)
+    shown: list[Line] = []
+
+    def text() -> StyleAndTextTuples:
+        size = output.get_size()
+        shown[:] = host.panel(size.columns, size.rows)
+        return _below_each_other(shown)
 
     def cursor() -> Point:
-        column, row = host.panel_cursor(lines())
+        # In the lines that are drawn: the terminal may have another size by now.
+        column, row = host.panel_cursor(shown)
         return Point(column, row)
 
     return Window(
-        FormattedTextControl(
-            lambda: _below_each_other(lines()), focusable=True, get_cursor_position=cursor
-        ),
+        FormattedTextControl(text, focusable=True, get_cursor_position=cursor),
         dont_extend_height=True,
         wrap_lines=False,
         always_hide_cursor=~Condition(host.is_typing),

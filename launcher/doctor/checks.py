@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable
 
 from launcher.doctor.facts import Facts, Finding, Leftover, Level, Unreachable
+from launcher.doctor.workspace_checks import check_workspace
 from launcher.program import program
 from launcher.text import count
 
@@ -29,7 +30,8 @@ CHECKS: dict[str, Check] = {}  # by name, in the order in which they are shown
 
 
 def check_all(facts: Facts) -> list[Finding]:
-    return [Finding(name, *check(facts)) for name, check in CHECKS.items()]
+    findings = [Finding(name, *check(facts)) for name, check in CHECKS.items()]
+    return findings if facts.workspace is None else [*findings, *check_workspace(facts.workspace)]
 
 
 def _check(name: str) -> Callable[[Check], Check]:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import launcher
 from launcher import proc
-from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable
+from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
 from launcher.engine.cleanup.run_id import abandoned_groups, abandoned_runs
 from launcher.engine.logs.run_directory import log_root
 from launcher.engine.monitor import shared_memory
@@ -44,7 +44,7 @@ print(json.dumps(errors))
 MODULES = ("rclpy", "std_msgs.msg", "psutil", "yaml", "rich")
 
 
-def collect(env: Mapping[str, str]) -> Facts:
+def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> Facts:
     """Collect all facts, with `env` as the environment of a run; takes about a second."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     logs = Path(log_root(env))
@@ -55,7 +55,7 @@ def collect(env: Mapping[str, str]) -> Facts:
         unreachable=unreachable(),
         shared_memory=space(shared_memory.FOLDER),
         import_errors=import_errors(env),
-        prefixes=prefixes(env.get("AMENT_PREFIX_PATH", ""), sys.prefix),
+        prefixes=prefixes(env.get("AMENT_PREFIX_PATH", ""), sys.prefix, workspace),
         python_prefix=sys.prefix,
         is_bootstrapped="_ROS_WHEELS_BOOTSTRAP_COMPLETE" in env,
         library_path=_split(env.get("LD_LIBRARY_PATH", "")),
@@ -67,6 +67,7 @@ def collect(env: Mapping[str, str]) -> Facts:
         log_obstacle=obstacle(logs),
         open_files=_limit(soft),
         open_files_hard=_limit(hard),
+        workspace=workspace,
     )
 
 
@@ -126,14 +127,20 @@ def import_errors(env: Mapping[str, str]) -> dict[str, str]:
     return errors
 
 
-def prefixes(text: str, wheels_prefix: str) -> tuple[Prefix, ...]:
-    """Entries of AMENT_PREFIX_PATH; only those before the wheels' prefix can hide packages."""
+def prefixes(
+    text: str, wheels_prefix: str, workspace: WorkspaceFacts | None = None
+) -> tuple[Prefix, ...]:
+    """Entries of AMENT_PREFIX_PATH; only those before the wheels' prefix can hide packages.
+
+    What the workspace replaces is a finding of its own.
+    """
     ours = _packages(Path(wheels_prefix))
     found = []
     may_hide = True
     for path in _split(text):
         may_hide = may_hide and path != wheels_prefix
-        hides = ours & _packages(Path(path)) if may_hide else set()
+        is_own = workspace is not None and path.startswith(f"{workspace.root}/")
+        hides = ours & _packages(Path(path)) if may_hide and not is_own else set()
         found.append(Prefix(path, Path(path).is_dir(), tuple(sorted(hides))))
     return tuple(found)
 

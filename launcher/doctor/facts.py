@@ -54,6 +54,30 @@ class Prefix(Record):
     hides: tuple[str, ...] = ()
 
 
+class WorkspaceFacts(Record):
+    """A workspace; by the name of the package: what is stale, and what is there twice.
+
+    `build` is the command that builds it; `error` is why its environment cannot be read.
+    """
+
+    root: str
+    build: str
+    is_merged: bool = False  # all packages share one prefix
+    error: str | None = None
+    scripts: tuple[str, ...] = ()  # hooks without data, which are not run
+    missing_underlays: tuple[str, ...] = ()
+    changed: dict[str, str] = {}  # why it must be built
+    cleaned: tuple[str, ...] = ()  # whose old results a build removes by itself
+    moved_from: str | None = None  # another workspace, which links of this one lead to
+    broken: dict[str, str] = {}  # the missing folder in build/ that installed links lead to
+    gone: tuple[str, ...] = ()  # installed, without a source
+    dead: tuple[str, ...] = ()  # of these, the ones with links to their source
+    other_python: dict[str, str] = {}  # the version that it is installed for
+    no_interpreter: dict[str, str] = {}  # the missing interpreter of a program
+    twice: dict[str, tuple[str, ...]] = {}  # its folders in src/
+    hides: dict[str, str] = {}  # the prefix in the environment that has it as well
+
+
 class Facts(Record):
     """The input of the checks; None for what does not exist."""
 
@@ -75,3 +99,4 @@ class Facts(Record):
     log_obstacle: str | None  # why it cannot be written to
     open_files: int  # the soft limit
     open_files_hard: int
+    workspace: WorkspaceFacts | None = None

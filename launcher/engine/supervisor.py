@@ -83,7 +83,7 @@ class Supervisor:
         soon = functools.partial(reactor.call_later, 0)
         self._directory = RunDirectory(run_path, warn, soon=soon)
         self._log = RunLog(reactor, screen, self._directory, wishes)
-        self._watchdog = WatchdogClient(reactor, run_id, self._log)
+        self._watchdog = WatchdogClient(reactor, run_id, self._log.warn)
         self._reader = OutputReader(reactor, screen, self._directory, processes, self)
         self._driver = ProcessDriver(reactor, self._reader, self._log, self)
         if options.stagger_s > 0 or options.max_starting is not None:

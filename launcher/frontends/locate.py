@@ -36,6 +36,8 @@ class WordAfterFileError(UsageError):
         self.word = word
 
 
+# In hints that say more about a package than a similar name does.
+_ANSWERS = ("did you mean", "package.xml", "it is installed in")
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
 
@@ -183,7 +185,7 @@ def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
         if meant and not file.endswith(SUFFIXES):
             raise WordAfterFileError(meant[0].absolute(), file) from None
         near = suggest(package, {_stem(file) for file in _all_launch_files(env)})
-        is_answered = any(words in (error.hint or "") for words in ("did you mean", "package.xml"))
+        is_answered = any(words in (error.hint or "") for words in _ANSWERS)
         if near and not is_answered:
             error.hint = f"did you mean the launch file '{near}'?"
         raise

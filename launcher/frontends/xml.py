@@ -1,15 +1,10 @@
-"""XML launch files: the parser and its entities, with the line and column of each tag.
-
-ElementTree drops line numbers, so expat is used directly. Bounds on size, depth and entity
-declarations bound time and memory for malicious files.
-"""
+"""XML launch files: the parser and its entities, with the line and column of each tag."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from xml.parsers import expat
 
+from launcher import xml_tree
 from launcher.frontends.entity import Entity, SourceText, coerce_text, is_entity_list
 from launcher.frontends.errors import (
     AttributeTypeError,
@@ -22,27 +17,14 @@ from launcher.frontends.errors import (
     shown,
 )
 from launcher.frontends.parser import Parser, read_text
+from launcher.xml_tree import XmlElement, XmlError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, NoReturn
     from xml.etree import ElementTree
 
-
 MAX_TEXT = 1024 * 1024  # characters; the largest launch files of the field have some 100 KiB
-MAX_DEPTH = 60  # nested tags; each level costs Python frames while actions are parsed
-MAX_XML_ENTITY = 256  # characters that one `&name;` may stand for; it may not hold another one
-
-
-@dataclass(slots=True)
-class XmlElement:
-    """One tag: its attributes as written, its place (line and column from 1), its children."""
-
-    tag: str
-    attributes: dict[str, str]
-    line: int
-    column: int
-    children: list[XmlElement] = field(default_factory=list)
 
 
 def parse_xml(source: SourceText) -> XmlElement:
@@ -50,98 +32,16 @@ def parse_xml(source: SourceText) -> XmlElement:
     if len(source.text) > MAX_TEXT:
         raise FrontendError("the file is too large for a launch file", ros_type="ParseError")
     if not source.text.strip():
-        place = Place(source.path, 1)
-        raise FrontendError("the file is empty", place=place, ros_type="ParseError")
-    builder = _TreeBuilder(source)
+        first = Place(source.path, 1)
+        raise FrontendError("the file is empty", place=first, ros_type="ParseError")
     try:
-        return builder.parse()
-    except (LookupError, ValueError) as problem:  # an unknown encoding
-        raise FrontendError(f"invalid XML: {problem}", ros_type="ParseError") from problem
-    except expat.ExpatError as problem:
-        message = expat.errors.messages.get(problem.code, str(problem))
-        place = source.place(problem.lineno, problem.offset + 1)
-        hint = _token_hint(source, problem) or builder.open_tag_hint()
-        error = FrontendError(message, place=place, hint=hint, ros_type="ParseError")
+        return xml_tree.parse(source.text)
+    except XmlError as problem:
+        place = None if problem.line is None else source.place(problem.line, problem.column)
+        error = FrontendError(
+            problem.message, place=place, hint=problem.hint, ros_type="ParseError"
+        )
         raise error from problem
-
-
-def _token_hint(source: SourceText, problem: expat.ExpatError) -> str | None:
-    """What to write if a character that begins a tag or an entity is where it must not be."""
-    if "invalid token" not in expat.errors.messages.get(problem.code, ""):
-        return None
-    lines = source.lines[: problem.lineno]
-    if not lines:
-        return None
-    line = lines[-1]
-    if "&" in line[max(problem.offset - 1, 0) : problem.offset + 1]:
-        return "write &amp; for a literal '&'"
-    before = "\n".join([*lines[:-1], line[: problem.offset]])
-    begin = before.rfind("<")
-    found = re.match(r"[\w:.-]+", before[begin + 1 :])
-    if line[problem.offset : problem.offset + 1] != "<" or begin < before.rfind(">") or not found:
-        return None
-    return f"<{found[0]} in line {before.count(chr(10), 0, begin) + 1} has no '>' at its end"
-
-
-class _TreeBuilder:
-    def __init__(self, source: SourceText) -> None:
-        self._source = source
-        self._open: list[XmlElement] = []
-        self._root: XmlElement | None = None
-        self._expat = expat.ParserCreate(namespace_separator="}")
-        self._expat.StartElementHandler = self._start
-        self._expat.EndElementHandler = self._end
-        self._expat.EntityDeclHandler = self._entity_declaration
-        self._expat.ExternalEntityRefHandler = lambda *_: 0
-
-    def parse(self) -> XmlElement:
-        # As bytes, so that a declared encoding is used, as by ElementTree.
-        self._expat.Parse(self._source.text.encode(errors="surrogatepass"), True)
-        assert self._root is not None  # expat rejects a file without a root
-        return self._root
-
-    def open_tag_hint(self) -> str | None:
-        """The tag that was open where parsing failed."""
-        if not self._open:
-            return None
-        tag = self._open[-1]
-        return f"<{tag.tag}> in line {tag.line} is not closed"
-
-    def _start(self, name: str, attributes: dict[str, str]) -> None:
-        element = XmlElement(
-            tag=_qualified(name),
-            attributes={_qualified(key): value for key, value in attributes.items()},
-            line=self._expat.CurrentLineNumber,
-            column=self._expat.CurrentColumnNumber + 1,
-        )
-        if len(self._open) >= MAX_DEPTH:
-            self._refuse(f"tags are nested more than {MAX_DEPTH} deep")
-        if self._open:
-            self._open[-1].children.append(element)
-        else:
-            self._root = element
-        self._open.append(element)
-
-    def _end(self, name: str) -> None:
-        self._open.pop()
-
-    def _entity_declaration(
-        self, name: str, is_parameter: bool, value: str | None, *rest: str | None
-    ) -> None:
-        if is_parameter or value is None:
-            self._refuse(f"the XML entity '{name}' is defined outside of the file")
-        elif len(value) > MAX_XML_ENTITY or "&" in value:
-            self._refuse(f"the XML entity '{name}' is too long or refers to another one")
-
-    def _refuse(self, message: str) -> NoReturn:
-        place = self._source.place(
-            self._expat.CurrentLineNumber, self._expat.CurrentColumnNumber + 1
-        )
-        raise FrontendError(message, place=place, ros_type="ParseError")
-
-
-def _qualified(name: str) -> str:
-    return "{" + name if "}" in name else name
 
 
 def _of_tree(element: ElementTree.Element) -> XmlElement:
@@ -170,7 +70,7 @@ class XmlEntity(Entity):
 
     @property
     def type_name(self) -> str:
-        return self._element.tag
+        return self._element.name
 
     @property
     def parent(self) -> XmlEntity | None:
@@ -179,7 +79,7 @@ class XmlEntity(Entity):
     @property
     def children(self) -> list[XmlEntity]:
         """All nested tags, which are then all marked as read."""
-        self._read_tags = {child.tag for child in self._element.children}
+        self._read_tags = {child.name for child in self._element.children}
         return self._entities(self._element.children)
 
     @property
@@ -193,7 +93,7 @@ class XmlEntity(Entity):
     def assert_entity_completely_parsed(self) -> None:
         """ValueError that names the first unknown tag or attribute."""
         for child in self._element.children:
-            if child.tag not in self._read_tags:
+            if child.name not in self._read_tags:
                 self._fail_for_tag(child)
         for name in self._element.attributes:
             if name not in self._read_attributes:
@@ -237,7 +137,7 @@ class XmlEntity(Entity):
             ) from problem
 
     def _nested(self, name: str, *, optional: bool) -> list[XmlEntity] | None:
-        nested = [child for child in self._element.children if child.tag == name]
+        nested = [child for child in self._element.children if child.name == name]
         if not nested:
             return None if optional else self._fail_for_missing_tag(name)
         self._read_tags.add(name)
@@ -275,12 +175,12 @@ class XmlEntity(Entity):
         )
 
     def _fail_for_tag(self, child: XmlElement) -> NoReturn:
-        unread = {one.tag for one in self._element.children} - set(self._read_tags)
+        unread = {one.name for one in self._element.children} - set(self._read_tags)
         raise UnexpectedContentError(
-            f"<{child.tag}> is not allowed inside <{self.type_name}> "
+            f"<{child.name}> is not allowed inside <{self.type_name}> "
             f"(Unexpected nested tag(s) found in `{self.type_name}`: {unread})",
             place=self._source.place(child.line, child.column),
-            hint=attribute_hint(self.type_name, child.tag, self._read_tags),
+            hint=attribute_hint(self.type_name, child.name, self._read_tags),
         )
 
     def _fail_for_attribute(self, name: str) -> NoReturn:

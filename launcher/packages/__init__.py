@@ -20,6 +20,8 @@ from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from importlib.metadata import Distribution
+
     from launcher.packages.overlay import Overlay
 
 
@@ -125,6 +127,9 @@ def _located(name: str, env: Mapping[str, str]) -> tuple[Path, Path]:
     """(prefix, share folder); PackageNotFoundError."""
     prefix = _indexed(name, env)
     if prefix is not None:
+        manifest = f"{prefix}/share/{name}/package.xml"
+        if env is os.environ and os.path.islink(manifest):  # built in a workspace
+            _warn_of_dependencies(name, os.path.dirname(os.path.realpath(manifest)))
         return prefix, prefix / "share" / name
     own = _own(name)
     if own is not None:
@@ -132,6 +137,7 @@ def _located(name: str, env: Mapping[str, str]) -> tuple[Path, Path]:
 
         if env is os.environ:  # the environment of nodes that will be started
             announce(own.prefix)
+            _warn_of_dependencies(name, own.source)
         return Path(own.prefix), Path(own.share)
     inherited = _indexed(name, env, inherited=True)
     if inherited is not None:
@@ -142,6 +148,12 @@ def _located(name: str, env: Mapping[str, str]) -> tuple[Path, Path]:
 
         raise package_not_found(name, package_names(env), search_prefixes(env))
     return prefix, prefix / "share" / name
+
+
+def _warn_of_dependencies(name: str, source: str) -> None:
+    from launcher.packages.unbuilt import warn_of_dependencies
+
+    warn_of_dependencies(name, source, os.environ)
 
 
 def _indexed(name: str, env: Mapping[str, str], *, inherited: bool = False) -> Path | None:
@@ -170,13 +182,18 @@ def _own(name: str) -> Overlay | None:
 
 def _distribution_prefix(name: str) -> Path | None:
     """The prefix of an installed distribution that has no entry in the index."""
-    found = sources.distributions(name)
+    found = [each for each in sources.distributions(name) if not _is_in_build(each)]
     for distribution in found:
         for file in distribution.files or ():
             before, share, _ = file.as_posix().partition(f"share/{name}/")
             if share and not before.strip("./"):
                 return Path(os.path.normpath(str(distribution.locate_file(before or "."))))
     return Path(sys.prefix) if found else None
+
+
+def _is_in_build(distribution: Distribution) -> bool:
+    """Whether it is in the build folder of a package whose source, or installation, is gone."""
+    return sources.is_built_in(os.path.normpath(str(distribution.locate_file(""))))
 
 
 def _split(value: str | None) -> list[str]:

@@ -21,7 +21,8 @@ OVERLAY_FOLDER = "launcher-packages-"  # with the user's id, in the temporary di
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _DEPENDENCY = re.compile(r"<\w*depend\b[^>]*>\s*([^<\s]+)")
 _BUILD_FILES = ("package.xml", "setup.py", "setup.cfg", "pyproject.toml", "CMakeLists.txt")
-_IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE", "pyvenv.cfg")
+_BUILT = "colcon_build.rc"  # in the build folder of a package
+_IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE", "pyvenv.cfg", _BUILT)
 # Not the sources of a package: what tools build, download or write.
 _NO_SOURCES = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
 # The working directory may be a home folder.
@@ -78,9 +79,19 @@ def _folder_of(distribution: Distribution) -> str | None:
 
 
 def _folder_of_egg(distribution: Distribution) -> str | None:
-    """The source folder with the egg-info that `setup.py develop` leaves: older pips call it."""
+    """The source folder with the egg-info that `setup.py develop` leaves: older pips call it.
+
+    colcon calls it in a build folder, with links to the sources.
+    """
     beside = os.path.normpath(str(distribution.locate_file("")))
+    if is_built_in(beside):
+        return None
     return next((f for f in (beside, os.path.dirname(beside)) if name_in(f)), None)
+
+
+def is_built_in(folder: str) -> bool:
+    """Whether colcon has built a package in a folder."""
+    return os.path.isfile(os.path.join(folder, _BUILT))
 
 
 def around() -> Iterator[tuple[str, str]]:
@@ -90,6 +101,16 @@ def around() -> Iterator[tuple[str, str]]:
     beside the package that it is in; then in the `src/` of a workspace above.
     """
     return ((name, folder) for name, folder in _folders_around() if name)
+
+
+def beside(source: str) -> dict[str, str]:
+    """Package -> source folder of all in the `src/` of a workspace that a package is in."""
+    root = source
+    while os.path.basename(root) != "src":
+        if os.path.dirname(root) == root:
+            return {}
+        root = os.path.dirname(root)
+    return {name: folder for name, folder in _below(root) if name}
 
 
 def without_name(package: str) -> str | None:
@@ -115,7 +136,7 @@ def _folders_around() -> Iterator[tuple[str | None, str]]:
     found: dict[str, None] = {}
     package = None
     for folder in (*above, _OURS):
-        name = name_in(folder)
+        name = None if is_built_in(folder) else name_in(folder)
         if name:
             package = package or (folder if folder != _OURS else None)
         found[folder] = None
@@ -170,6 +191,11 @@ def name_in(folder: str) -> str | None:
 def dependencies(folder: str) -> set[str]:
     """The packages that the package.xml of a folder names as dependencies."""
     return set(_DEPENDENCY.findall(_manifest(folder)))
+
+
+def has_interfaces(folder: str) -> bool:
+    """Whether the package.xml of a folder is that of messages, services and actions."""
+    return "rosidl_interface_packages" in _manifest(folder)
 
 
 def _manifest(folder: str) -> str:

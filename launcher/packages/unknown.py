@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from launcher.errors import PackageNotFoundError
 from launcher.packages import sources
-from launcher.packages.sources import OVERLAY_FOLDER
+from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
 from launcher.program import program
 from launcher.text import did_you_mean
 
@@ -41,7 +41,7 @@ def needs_ros(package: str) -> bool:
 
 
 def package_not_found(
-    name: str, known: Iterable[str], prefixes: Iterable[os.PathLike[str]]
+    name: str, known: Iterable[str], prefixes: Sequence[os.PathLike[str]]
 ) -> PackageNotFoundError:
     """The error, with the nearest name, or where the package comes from."""
     if needs_ros(name):
@@ -51,8 +51,26 @@ def package_not_found(
             f"source its setup.bash; `{program()}` runs there as well"
         )
     else:
-        hint = _manifest_hint(name) or did_you_mean(name, sorted(known)) or _searched(prefixes)
+        hint = (
+            _lost_hint(name, prefixes)
+            or _manifest_hint(name)
+            or did_you_mean(name, sorted(known))
+            or _searched(prefixes)
+        )
     return PackageNotFoundError(f"package '{name}' not found", hint=hint)
+
+
+def _lost_hint(name: str, prefixes: Iterable[os.PathLike[str]]) -> str | None:
+    """Why a package that is installed as links is not found: what they lead to is gone."""
+    for prefix in prefixes:
+        marker = os.path.join(prefix, MARKERS, name)
+        if os.path.islink(marker):
+            return (
+                f"it is installed in {prefix}, as links to {os.path.realpath(marker)}, which is "
+                f"gone: put the source back, or remove what is installed; `{program()} doctor` "
+                "names the command"
+            )
+    return None
 
 
 def _searched(prefixes: Iterable[os.PathLike[str]]) -> str:

@@ -13,6 +13,8 @@ ends with its input. It keeps rclpy out of the supervisor, its client.
 | `{"do": "cancel_timer", "id": I}` | |
 | `{"do": "use_sim_time", "value": bool}` | |
 
+A value of the type bytes is `{"bytes": [97, 98]}`.
+
 A request waits for its service as long as it takes, as in ROS 2; after a while there is a
 `{"warning": text}`.
 """
@@ -31,11 +33,14 @@ from typing import Any
 
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 
+from launcher.interface_sources import INSTRUCTIONS, clone_commands
+from launcher.program import program
 from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.errors import did_you_mean
 from launcher.ros.lifecycle_client import LifecycleClient, Step
@@ -61,6 +66,7 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
         self._containers: dict[str, ContainerClient] = {}
         self._timers_by_id: dict[int, Any] = {}
         self._missing = MissingNodes()
+        self._explained = False
         self._wake = self.create_guard_condition(self._take_requests)
         # Not on the ROS clock, which stands still while a simulation does.
         self.create_timer(PERIOD_S, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -76,7 +82,7 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
             try:
                 getattr(self, f"_do_{request['do']}")(request)
             except Exception as error:  # an invalid name; other requests are carried out
-                self._refuse(request, " ".join(str(error).split()))
+                self._refuse(request, reason(error))
 
     def _refuse(self, request: Answer, error: str) -> None:
         if request["do"] in ("load", "change_state"):
@@ -112,6 +118,7 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
         try:
             from composition_interfaces.srv import LoadNode
         except ImportError:
+            self._explain_missing_interfaces()  # before the answer, which may end the run
             self._refuse(request, "composition_interfaces is not installed")
             return
         message = LoadNode.Request(
@@ -120,9 +127,10 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
             node_name=request["name"] or "",
             node_namespace=request["namespace"] or "",
             remap_rules=[f"{source}:={target}" for source, target in request["remappings"]],
-            parameters=_parameters(request["parameters"]),
-            extra_arguments=_parameters(request["extra_arguments"]),
+            parameters=parameter_messages(request["parameters"]),
+            extra_arguments=parameter_messages(request["extra_arguments"]),
         )
+        _check_sendable(message, "the request")
 
         def done(loaded: Loaded | None, error: str | None) -> None:
             answer: Answer = {"id": request["id"], "error": error}
@@ -131,6 +139,14 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
             self._write(answer)
 
         self._container(request["container"]).load(request["id"], message, done)
+
+    def _explain_missing_interfaces(self) -> None:
+        if self._explained:
+            return
+        self._explained = True
+        commands = " && ".join([*clone_commands("composition_interfaces"), f"{program()} build"])
+        what = "composition_interfaces, the services of containers, has no wheel"
+        self._write({"warning": f"{what}; build it in a workspace: {commands}; {INSTRUCTIONS}"})
 
     def _container(self, name: str) -> ContainerClient:
         if name not in self._containers:
@@ -190,8 +206,27 @@ class MissingNodes:
         return new
 
 
-def _parameters(pairs: list[tuple[str, Any]]) -> list[Any]:
-    return [Parameter(name, value=value).to_parameter_msg() for name, value in pairs]
+def parameter_messages(pairs: list[tuple[str, Any]]) -> list[Any]:
+    messages = []
+    for name, value in pairs:
+        messages.append(Parameter(name, value=value).to_parameter_msg())
+        _check_sendable(messages[-1], f"parameter {name!r}")
+    return messages
+
+
+def _check_sendable(message: Any, what: str) -> None:
+    """Raise ValueError for a value that does not fit into its field."""
+    try:
+        serialize_message(message)
+    except Exception as error:  # of any type, by the field
+        raise ValueError(f"{what} cannot be sent: {error.__cause__ or error}") from None
+
+
+def reason(error: BaseException) -> str:
+    """In one line, with the error that caused it, such as a library that is not found."""
+    cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
+    text = " ".join(str(error).split())
+    return text if cause is None else f"{text}: {reason(cause)}"
 
 
 def _write_line(answer: Answer) -> None:
@@ -199,9 +234,14 @@ def _write_line(answer: Answer) -> None:
     sys.stdout.flush()
 
 
+def _decoded(value: dict[str, Any]) -> Any:
+    # As the message has it: a list of single bytes.
+    return [bytes([one]) for one in value["bytes"]] if value.keys() == {"bytes"} else value
+
+
 def _read_requests(agent: Agent) -> None:
     for line in sys.stdin:
-        agent.submit(json.loads(line))
+        agent.submit(json.loads(line, object_hook=_decoded))
     rclpy.try_shutdown()
 
 
@@ -211,9 +251,11 @@ def main() -> None:
         signal.signal(signum, signal.SIG_IGN)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     agent = Agent(_write_line)
+    executor = SingleThreadedExecutor()  # made before the input, which may have ended already
+    executor.add_node(agent)
     threading.Thread(target=_read_requests, args=(agent,), daemon=True).start()
     try:
-        rclpy.spin(agent)
+        executor.spin()
     except ExternalShutdownException:
         pass  # the input has ended
     finally:

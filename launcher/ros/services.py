@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.messages.classes import with_library
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -60,10 +61,8 @@ class ServiceCaller:
         return self._clients[kind, name]
 
     def load(self, kind: Any) -> None:
-        """Load the libraries of a type, while its service is being discovered."""
-        from rclpy.type_support import check_for_type_support
-
-        check_for_type_support(kind)
+        """Load the libraries of a type, while its service is being discovered; VerbError."""
+        with_library(kind)
 
     def wait_for(self, client: Any, limit_s: float) -> bool:
         """Whether the service is ready within the limit."""

@@ -142,6 +142,7 @@ def test_a_load_request_without_its_interface_package_fails_with_that_reason(
     file = tmp_path / "load.launch.py"
     file.write_text(LOAD)
     system = launched_system(file, probe=False)
+    system.wait_for_log("launch", "build it in a workspace: git clone .*/rcl_interfaces .* build")
     system.wait_for_log("launch", "composition_interfaces is not installed")
     system.wait_for_end()
     assert system.shutdown().left_processes == ()

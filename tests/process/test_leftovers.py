@@ -283,7 +283,7 @@ class Stage:
             CoreDriver(
                 self, self.reactor, log, self.driver, self, processes=processes, agent_env={}
             ),
-            WatchdogClient(self.reactor, "0-stuck", log),
+            WatchdogClient(self.reactor, "0-stuck", log.warn),
             run_id="0-stuck",
             processes=processes.values(),
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 import yaml
 
+from tests.support.any_message import has
 from tests.support.verbs import going_on
 
 pytestmark = pytest.mark.thorough
@@ -29,15 +30,6 @@ MESSAGES = {
     },
     "std_msgs/msg/Empty": {},
 }
-
-
-def has(whole: object, part: object) -> bool:
-    """Whether all values in `part` are the same in `whole`."""
-    if isinstance(part, dict) and isinstance(whole, dict):
-        return all(name in whole and has(whole[name], value) for name, value in part.items())
-    if isinstance(part, list) and isinstance(whole, list):
-        return len(part) == len(whole) and all(map(has, whole, part))
-    return whole == part
 
 
 @pytest.mark.parametrize("name", MESSAGES)

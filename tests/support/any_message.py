@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import importlib
 import math
+import sys
 from typing import Any
 
 from hypothesis import strategies as st
 from rosidl_parser import definition
 
 from launcher.ros.messages.from_yaml import _LIMITS
+from launcher.ros.messages.interfaces import class_of
 
 # what DDS and the wire can carry: no lone surrogates, no NUL
 LETTERS = st.characters(exclude_categories=("Cs",), exclude_characters="\0")
 # YAML carries every float64 exactly; float32 fields are given values that they hold exactly
 FLOATS = st.floats(width=32, allow_nan=True)
+LARGEST = {"float": (2 - 2**-23) * 2.0**127, "double": sys.float_info.max}
+LONG = 300  # elements of a sequence without a bound
 
 
 def text(most: int) -> st.SearchStrategy[str]:
@@ -28,8 +31,7 @@ def values_of(kind: Any) -> st.SearchStrategy[Any]:
         most = min(3, getattr(kind, "maximum_size", 3))
         return st.lists(values_of(kind.value_type), max_size=most)
     if isinstance(kind, definition.NamespacedType):
-        package, *folders, name = kind.namespaced_name()
-        return messages(getattr(importlib.import_module(".".join([package, *folders])), name))
+        return messages(class_of(*kind.namespaced_name()))
     if isinstance(kind, definition.AbstractGenericString):
         return text(min(8, getattr(kind, "maximum_size", None) or 8))
     return basic_values(kind.typename)
@@ -40,6 +42,8 @@ def basic_values(name: str) -> st.SearchStrategy[Any]:
         return st.booleans()
     if name == "octet":
         return st.binary(min_size=1, max_size=1)
+    if name == "char":  # of IDL; in .msg files `char` is uint8
+        return st.characters(max_codepoint=127, exclude_characters="\0")
     if name in ("float", "double"):
         return FLOATS
     return st.integers(*_LIMITS[name])
@@ -61,3 +65,41 @@ def same(one: Any, other: Any) -> bool:
     if isinstance(one, list):
         return len(one) == len(other) and all(map(same, one, other))
     return bool(one == other)
+
+
+def has(whole: object, part: object) -> bool:
+    """Whether all values in `part` are the same in `whole`."""
+    if isinstance(part, dict) and isinstance(whole, dict):
+        return all(name in whole and has(whole[name], value) for name, value in part.items())
+    if isinstance(part, list) and isinstance(whole, list):
+        return len(part) == len(whole) and all(map(has, whole, part))
+    return whole == part
+
+
+def extreme(cls: Any, *, high: bool) -> Any:
+    """A message with the largest values and lengths, or with the smallest."""
+    message = cls()
+    for name, kind in zip(cls.get_fields_and_field_types(), cls.SLOT_TYPES, strict=True):
+        setattr(message, name, _extreme_value(kind, high))
+    return message
+
+
+def _extreme_value(kind: Any, high: bool) -> Any:
+    if isinstance(kind, definition.AbstractNestedType):
+        is_array = isinstance(kind, definition.Array)
+        length = kind.size if is_array else high * getattr(kind, "maximum_size", LONG)
+        return [_extreme_value(kind.value_type, high)] * length
+    if isinstance(kind, definition.NamespacedType):
+        return extreme(class_of(*kind.namespaced_name()), high=high)
+    if isinstance(kind, definition.AbstractGenericString):
+        return "ü" * (high * (getattr(kind, "maximum_size", None) or LONG))
+    name = kind.typename
+    if name == "boolean":
+        return high
+    if name == "octet":
+        return b"\xff" if high else b"\0"
+    if name == "char":
+        return "\x7f" if high else "\x01"
+    if name in ("float", "double"):
+        return LARGEST[name] * (1 if high else -1)
+    return _LIMITS[name][high]

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from launcher import cli
@@ -50,11 +51,14 @@ def in_process(*words: str, text: str | None = None) -> Answer:
     return Answer(out=out.getvalue(), err=err.getvalue(), code=int(code))
 
 
-def launcher(env: Mapping[str, str], *words: str, text: str | None = None) -> Answer:
+def launcher(
+    env: Mapping[str, str], *words: str, text: str | None = None, cwd: Path | None = None
+) -> Answer:
     """`python -m launcher WORDS`, to its end."""
     done = subprocess.run(
         [sys.executable, "-m", "launcher", *words],
         env=dict(env),
+        cwd=cwd,
         input=text,
         capture_output=True,
         text=True,
@@ -79,11 +83,12 @@ def eventually(ask: Callable[[], Answer], fits: Callable[[Answer], object]) -> A
 
 
 @contextlib.contextmanager
-def going_on(env: Mapping[str, str], *words: str) -> Iterator[subprocess.Popen[str]]:
+def going_on(
+    env: Mapping[str, str], *words: str, cwd: Path | None = None
+) -> Iterator[subprocess.Popen[str]]:
     """A verb that runs until it is interrupted."""
-    program = subprocess.Popen(
-        [sys.executable, "-m", "launcher", *words], env=env, stdout=subprocess.PIPE, text=True
-    )
+    command = [sys.executable, "-m", "launcher", *words]
+    program = subprocess.Popen(command, env=env, cwd=cwd, stdout=subprocess.PIPE, text=True)
     try:
         yield program
     finally:

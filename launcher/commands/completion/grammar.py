@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable, Iterator, Sequence
 
-from launcher.command_line import Command, Option
+from launcher.command_line import WORKSPACE, Command, Option
 from launcher.commands import CONTROL_VERBS, VERBS
 from launcher.commands.completion import sources
+from launcher.commands.lookup import command_of
+from launcher.commands.workspace_option import choose_workspace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -40,17 +41,34 @@ def candidates(words: Sequence[str]) -> Iterable[Candidate]:
     *before, current = words
     if before[:1] == ["--"]:
         before = before[1:]
+    flag = WORKSPACE.flags[0]
+    if before[-1:] == [flag]:
+        return sources.folders(current)
+    if any(word.partition("=")[0] == flag for word in before):
+        before = _in_workspace(before)
     if not before:
         return _first(current)
-    command, rest = _command(before)
+    command, rest = command_of(before)
     if command.commands and not rest:
         return [(each.name.rpartition(" ")[2], each.help) for each in command.commands]
     return _Place(command, rest).candidates(current)
 
 
+def _in_workspace(words: Sequence[str]) -> list[str]:
+    """The words without --workspace, which is entered; LauncherError."""
+    from launcher.workspace import activation, current
+
+    left = choose_workspace(words)
+    workspace = current()
+    if workspace is not None:
+        activation.activate(workspace)
+    return left
+
+
 def _first(current: str) -> Iterator[Candidate]:
     if current.startswith("-"):
         yield from (("--help", "show the verbs"), ("--version", "print the version"))
+        yield WORKSPACE.flags[0], WORKSPACE.help
         return
     from launcher.commands.control import RUNS
     from launcher.control.verbs import VERBS as CONTROL
@@ -59,24 +77,6 @@ def _first(current: str) -> Iterator[Candidate]:
     yield from ((verb.name, verb.help) for verb in CONTROL if verb.shell)
     yield RUNS.name, RUNS.help
     yield from sources.targets(current)
-
-
-def _command(words: Sequence[str]) -> tuple[Command, Sequence[str]]:
-    """The command that the words begin with, and the words behind its name."""
-    verb, *rest = words
-    if verb in CONTROL_VERBS:
-        from launcher.commands import control
-        from launcher.control import verbs
-
-        row = verbs.find(verb)
-        return (control.RUNS if row is None else control.command_of(row)), rest
-    if verb not in VERBS:
-        verb, rest = "launch", list(words)
-    command: Command = importlib.import_module(f"launcher.commands.{verb}").COMMAND
-    for below in command.commands:
-        if rest and below.name == f"{verb} {rest[0]}":
-            return below, rest[1:]
-    return command, rest
 
 
 class _Place:

@@ -18,6 +18,7 @@ from launcher.language.compat import vocabulary
 from launcher.language.description import LaunchDescription
 from launcher.model.events import Emitted
 from launcher.model.options import RunOptions
+from launcher.workspace import current
 
 if TYPE_CHECKING:
     import asyncio
@@ -211,6 +212,11 @@ def run_script(request: LaunchRequest, options: RunOptions) -> int:
     """Run a Python file as the program that it is; its exit code."""
     import runpy
 
+    workspace = current()
+    if workspace is not None:  # the script may import rclpy
+        from launcher.workspace import activation
+
+        activation.load_libraries(workspace)
     words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]
     with script_vocabulary(options):
         sys.argv = words

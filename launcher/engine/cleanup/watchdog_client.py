@@ -7,10 +7,10 @@ import os
 import select
 import signal
 import sys
+from collections.abc import Callable
 
 from launcher import proc
 from launcher.engine.cleanup import subreaper
-from launcher.engine.logs.run_log import RunLog
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
 
@@ -21,12 +21,12 @@ GROUPS = ("", "v2", "v1", "none")  # its values; with the first the watchdog dec
 
 
 class WatchdogClient:
-    """Starts the watchdog of a run, and another one if it is killed."""
+    """Starts the watchdog of a run, and another one if it is killed; `warn` takes one line."""
 
-    def __init__(self, reactor: Reactor, run_id: str, log: RunLog) -> None:
+    def __init__(self, reactor: Reactor, run_id: str, warn: Callable[[str], object]) -> None:
         self._reactor = reactor
         self._run_id = run_id
-        self._log = log
+        self._warn = warn
         self._started = 0
         self._before: list[int] = []
         self._said: list[bytes] = []  # what another watchdog must be told, too
@@ -85,7 +85,7 @@ class WatchdogClient:
         except OSError as error:
             os.close(self._pipe)
             self._pid = -1
-            self._log.warn(f"cannot start the watchdog: {error.strerror}")
+            self._warn(f"cannot start the watchdog: {error.strerror}")
         finally:
             os.close(null)
             os.close(theirs)
@@ -98,7 +98,7 @@ class WatchdogClient:
         if kind in GROUPS:
             return kind
         choices = ", ".join(GROUPS[1:])
-        self._log.warn(f"{GROUP_VARIABLE}={kind} is ignored; its values are {choices}")
+        self._warn(f"{GROUP_VARIABLE}={kind} is ignored; its values are {choices}")
         return ""
 
     def _exited(self) -> None:
@@ -107,7 +107,7 @@ class WatchdogClient:
         if is_restarted:
             self._start()
         what = "restarting it" if is_restarted else "the run continues without one"
-        self._log.warn(f"the watchdog was killed; {what}")
+        self._warn(f"the watchdog was killed; {what}")
 
     def close(self) -> None:
         """Stop it in an orderly way, so that it kills nothing."""

@@ -117,7 +117,7 @@ class RosAgent:
     def _write(self, message: dict[str, object]) -> None:
         # Without waiting: an agent that hangs must not suspend the run.
         is_first = not self._unsent
-        self._unsent += json.dumps(message).encode() + b"\n"
+        self._unsent += json.dumps(message, default=_bytes_as_json).encode() + b"\n"
         if is_first and self._flush():
             self._reactor.add_writer(self._in, self._writable)
 
@@ -180,6 +180,10 @@ class RosAgent:
         wait_or_kill(self._process, GOODBYE_S)
         spawn.started.discard(self._process.pid)
         self._process.stdout.close()
+
+
+def _bytes_as_json(value: bytes) -> dict[str, list[int]]:
+    return {"bytes": list(value)}  # the values of parameters are never mappings
 
 
 def _target(request: LoadComponent | ChangeState) -> str:

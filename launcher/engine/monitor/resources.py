@@ -7,7 +7,7 @@ its own is not included.
 Cost (50 rclpy-sized processes, 2-core machine): about 90 us per process and sample for CPU, RSS,
 threads and files, and 530 us per process for the USS, of which at most `USS_PER_ROUND` are read
 per round, and more only of those that are new. At 1 Hz that is about 0.7 % of a core, and a half
-to two thirds of what psutil takes to read it all (tests/process/test_resources.py holds 0.8).
+to two thirds of what psutil takes to read it all (limit of `benchmarks sampling`: 0.8).
 
 All at once would block the output for 5 ms, so each step of a round reads at most one process,
 and lines are read between them. A thread reads the USS, since the kernel may take 2 ms for one.

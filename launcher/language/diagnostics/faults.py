@@ -32,9 +32,9 @@ def explain(
     entity = getattr(error, "_launcher_origin", None)
     if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
         error = error.__cause__
-    circle = includes.circle(context) if _is_endless(error) else None
-    if circle is not None:
-        hints.attach(error, message=circle[0], place=circle[1], hint=hints.ENDLESS)
+    cycle = includes.cycle(context) if _is_endless(error) else None
+    if cycle is not None:
+        hints.attach(error, message=cycle[0], place=cycle[1], hint=hints.ENDLESS)
     elif isinstance(error, LaunchFileError) and error.where is not None:
         return error
     undecodable = _undecodable(error, path)

@@ -1,4 +1,4 @@
-"""Mistakes in includes: a file that does not exist, a circle, an argument that nobody declares."""
+"""Mistakes in includes: a file that does not exist, a cycle, an argument that nobody declares."""
 
 from __future__ import annotations
 
@@ -101,10 +101,10 @@ def _folders(folder: str) -> list[str]:
     return [one for one in names if os.path.isdir(os.path.join(folder, one))]
 
 
-# ---- a circle
+# ---- a cycle
 
 
-def circle(context: LaunchContext | None) -> tuple[str, Origin] | None:
+def cycle(context: LaunchContext | None) -> tuple[str, Origin] | None:
     """(sentence, place of an include) if the launch files include each other."""
     if context is None:
         return None
@@ -114,15 +114,15 @@ def circle(context: LaunchContext | None) -> tuple[str, Origin] | None:
         while (origin := includers.get(file)) is not None:
             file = os.path.abspath(origin.path)  # as the key; a relative include has a relative one
             if file == start:
-                return _circle([*reversed(chain), start], includers)
+                return _cycle([*reversed(chain), start], includers)
             if file in chain:
                 break
             chain.append(file)
     return None
 
 
-def _circle(files: list[str], includers: dict[str, Origin | None]) -> tuple[str, Origin] | None:
-    # Written from the file that was launched, as far as it is in the circle.
+def _cycle(files: list[str], includers: dict[str, Origin | None]) -> tuple[str, Origin] | None:
+    # Written from the file that was launched, as far as it is in the cycle.
     first = next((one for one in includers if one in files), files[0])
     at = files.index(first) if first in files[:-1] else 0
     ring = [*files[:-1][at:], *files[:-1][:at]]

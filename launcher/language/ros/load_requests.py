@@ -62,6 +62,8 @@ def _value(value: Any) -> Any:
         value = list(value)
     else:
         field, number = _SCALARS[type(value)]
+    if isinstance(value, bytes):
+        value = [bytes([one]) for one in value]
     fields = {**_ZERO, **{name: [] for name, _ in _ARRAYS.values()}}
     return _message(
         "rcl_interfaces.msg", "ParameterValue", **{**fields, "type": number, field: value}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +9,7 @@ import yaml
 from rosidl_parser import definition
 
 from launcher.ros.errors import VerbError
+from launcher.ros.messages.classes import class_of
 from launcher.text import did_you_mean
 
 FLOATS = {"float", "double", "long double"}
@@ -69,8 +69,8 @@ def _convert(value: Any, kind: Any, path: str, stamps: list[Stamp]) -> Any:
 
 
 def _message(value: Any, kind: Any, path: str, stamps: list[Stamp]) -> Any:
-    package, *folders, name = kind.namespaced_name()
-    message = getattr(importlib.import_module(".".join([package, *folders])), name)()
+    package, folder, name = kind.namespaced_name()
+    message = class_of(package, folder, name)()
     if value == "auto" and (package, name) == ("std_msgs", "Header"):
         stamps.append(lambda now: setattr(message, "stamp", now))
     elif value == "now" and (package, name) == ("builtin_interfaces", "Time"):
@@ -118,6 +118,8 @@ def _basic(value: Any, name: str, path: str) -> Any:
         raise _misfit(path, "true or false", value)
     if name == "octet":
         return _octet(value, path)
+    if name == "char":  # of IDL; in .msg files `char` is uint8
+        return _letter(value, path)
     if name in FLOATS:
         return _float(value, path)
     low, high = _LIMITS.get(name, _LIMITS["uint8"])
@@ -143,6 +145,14 @@ def _octet(value: Any, path: str) -> bytes:
     if isinstance(value, bytes) and len(value) == 1:
         return value
     raise _misfit(path, "one byte (a number from 0 to 255 or one character)", value)
+
+
+def _letter(value: Any, path: str) -> str:
+    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 9:
+        value = str(value)  # a digit without quotes
+    if isinstance(value, str) and len(value) == 1 and value.isascii():
+        return value
+    raise _misfit(path, "one ASCII character", value)
 
 
 def _misfit(path: str, expected: str, value: Any) -> VerbError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import re
 import sys
@@ -10,7 +9,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from launcher.packages import unbuilt
+from launcher.program import program
 from launcher.ros.errors import VerbError
+from launcher.ros.messages.classes import check_fields, class_of, missing_package
 from launcher.ros.verb import warn
 from launcher.text import suggest
 
@@ -50,14 +52,21 @@ def all_interfaces(kinds: Iterable[str] = KINDS) -> list[str]:
 
 
 def load(type_name: str, kind: str, message: str) -> Any:
-    """The class of `pkg/msg/Name` (or `pkg/Name`); VerbError with this message and a near miss."""
+    """The class of `pkg/msg/Name` (or `pkg/Name`); VerbError with this message and a near miss,
+    or with the package that its fields need.
+    """
     package, _, rest = type_name.partition("/")
     name = rest.removeprefix(f"{kind}/")
+    if name.startswith("action/") and kind != "action":  # a topic or service of an action
+        kind, name = "action", name.removeprefix("action/")
     if package.isidentifier() and name.isidentifier():
         try:
-            return getattr(importlib.import_module(f"{package}.{kind}"), name)
+            found = class_of(package, kind, name)
         except (ModuleNotFoundError, AttributeError):
             pass
+        else:
+            check_fields(found)
+            return found
     raise VerbError(message, hint=_hint(type_name, package, name, kind))
 
 
@@ -67,6 +76,9 @@ def load_message(type_name: str) -> Any:
 
 
 def _hint(type_name: str, package: str, name: str, kind: str) -> str | None:
+    not_built = unbuilt.hint(package, os.environ)
+    if not_built is not None:
+        return not_built
     near = near_miss(type_name, [kind])
     if near is None:
         return f"no such type is installed: {type_name}"
@@ -91,7 +103,7 @@ def near_miss(type_name: str, kinds: Iterable[str] = KINDS) -> str | None:
 
 def full_type(name: str, kind: str = "msg") -> str:
     """`std_msgs/msg/String` for `std_msgs/String`; a name without a package is left as it is."""
-    if "/" not in name:
+    if "/" not in name or "/action/" in name:  # the latter: of a topic or service of an action
         return name
     return f"{name.partition('/')[0]}/{kind}/{name.rpartition('/')[2]}"
 
@@ -99,6 +111,10 @@ def full_type(name: str, kind: str = "msg") -> str:
 def warn_if_unknown(full: str) -> None:
     """Warn if no such type is installed; others may use it all the same."""
     if full not in all_interfaces():
+        not_built = unbuilt.hint(full.partition("/")[0], os.environ)
+        if not_built is not None:
+            warn(f"hint: {not_built}")
+            return
         near = near_miss(full)
         warn(f"hint: {f'did you mean {near}?' if near else f'no type {full} is installed here'}")
 
@@ -118,27 +134,54 @@ def resolve(name: str) -> str:
     short = [full for full in known if name == f"{full.split('/')[0]}/{full.split('/')[2]}"]
     if short:
         return short[0]
-    near = near_miss(name)
-    raise VerbError(f"Unknown interface '{name}'", hint=f"did you mean '{near}'?" if near else None)
+    hint = unbuilt.hint(name.partition("/")[0], os.environ)
+    near = None if hint else near_miss(name)
+    raise VerbError(f"Unknown interface '{name}'", hint=f"did you mean '{near}'?" if near else hint)
 
 
 def definition_path(full: str) -> Path:
+    """The file of an installed type; VerbError if its source is gone."""
     package, kind, name = full.split("/")
-    return interface_packages()[package] / "share" / package / kind / f"{name}.{kind}"
+    folder = interface_packages()[package] / "share" / package / kind
+    own = folder / f"{name}.{kind}"
+    if own.is_symlink() and not own.exists():
+        raise VerbError(
+            f"the source of {full} is gone: {os.path.realpath(own)}",
+            hint=f"to build without it: {program()} build",
+        )
+    return own if own.is_file() else own.with_suffix(".idl")  # it was written in IDL
 
 
 def show(full: str, *, comments: bool, nested_comments: bool, depth: int = 0) -> Iterator[str]:
-    """The lines of a definition; the definition of a nested type follows its field, indented."""
-    for line in definition_path(full).read_text(encoding="utf-8").splitlines():
+    """The lines of a definition; the definition of a nested type follows its field, indented.
+
+    A definition in IDL is shown as it is.
+    """
+    path = definition_path(full)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    if path.suffix == ".idl":
+        yield from ("\t" * depth + line for line in lines)
+        return
+    for line in lines:
         code = _code(line)
         if comments:
             yield "\t" * depth + line.rstrip() if line.strip() else ""
         elif code:
             yield "\t" * depth + code
         if nested := _nested_type(code, full.split("/")[0]):
+            _check_nested(full, nested)
             yield from show(
                 nested, comments=nested_comments, nested_comments=nested_comments, depth=depth + 1
             )
+
+
+def _check_nested(full: str, nested: str) -> None:
+    """VerbError if the type of a field is not installed."""
+    package = nested.split("/")[0]
+    if package not in interface_packages():
+        raise missing_package(full, package)
+    if nested not in interfaces_of(package, ["msg"]):
+        raise VerbError(f"{full} needs {nested}, which is not installed")
 
 
 def _code(line: str) -> str:

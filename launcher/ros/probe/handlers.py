@@ -14,6 +14,7 @@ from launcher.errors import LauncherError
 from launcher.ros import parameters
 from launcher.ros.draw.filter import Filter, Mode
 from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load, load_message
 from launcher.ros.messages.to_yaml import to_plain
@@ -95,7 +96,7 @@ class Handlers:
         name = full_topic(request.text("service"))
         end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
         type_name = self._service_type(caller, name, request.optional_text("type"), end_s)
-        kind = load(type_name, "srv", "The passed service type is invalid")
+        kind = with_library(load(type_name, "srv", "The passed service type is invalid"))
         message = kind.Request()
         fill(message, request.values())
         if not caller.wait_for(caller.client(kind, name), end_s - time.monotonic()):
@@ -112,8 +113,8 @@ class Handlers:
         while name not in self._snapshot().services and time.monotonic() < end_s:
             pause(caller, _PERIOD_S)
         offered = self._snapshot().services.get(name, ())
-        if wanted is not None and "/srv/" not in wanted:
-            wanted = wanted.replace("/", "/srv/")
+        if wanted is not None:
+            wanted = full_type(wanted, "srv")
         if not offered:
             hint = did_you_mean(name, self._snapshot().services)
             raise NoAnswerError(f"service '{name}' is not available", hint=hint)
@@ -126,7 +127,7 @@ class Handlers:
         topic = full_topic(request.text("topic"))
         end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
         type_name = self._topic_type(caller, topic, request.optional_text("type"), end_s)
-        message = load_message(type_name)()
+        message = with_library(load_message(type_name))()
         stamps = fill(message, request.values())
         publisher = self._publisher(caller, topic, type_name, request.mapping("qos"))
         matched = self._await_matched(caller, publisher, int(request.number("matched", 1)), end_s)

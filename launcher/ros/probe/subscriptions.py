@@ -13,6 +13,7 @@ from typing import Any
 
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError
+from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import full_type, load_message
 from launcher.ros.messages.to_yaml import to_plain
 from launcher.ros.probe.protocol import NANOS, Outbox, Request, moment, wall_offset_ns
@@ -67,7 +68,7 @@ class Subscriptions:
         if sub.key in self._subscriptions:
             raise VerbError(f"duplicate subscription '{sub.key}'")
         if sub.type is not None:
-            load_message(sub.type)
+            with_library(load_message(sub.type))
         if sub.qos is not None:
             qos.from_words(sub.qos, sub.depth)
         self._subscriptions[sub.key] = sub

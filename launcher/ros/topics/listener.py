@@ -17,6 +17,7 @@ from launcher.command_line import Parsed
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.discovery.domains import why_empty
 from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
 from launcher.ros.snapshot.qos_matching import explain, mismatches
@@ -145,7 +146,11 @@ class Listener:
 
     def subscribe(self, target: Target, profile: Any) -> None:
         subscription = self._observer.node.create_subscription(
-            load_message(target.type), target.name, _ignore, profile, raw=self._raw
+            with_library(load_message(target.type)),
+            target.name,
+            _ignore,
+            profile,
+            raw=self._raw,
         )
         self._subscriptions.append((target, subscription))
 

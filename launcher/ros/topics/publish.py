@@ -9,6 +9,7 @@ from typing import Any
 from launcher.command_line import Parsed
 from launcher.errors import ExitCode
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint
@@ -25,7 +26,7 @@ _DELIVERY_S = 10.0
 def publish(options: Parsed) -> int:
     from rclpy.qos import QoSProfile
 
-    message = load_message(options.message_type)()
+    message = with_library(load_message(options.message_type))()
     stamps = fill(message, parse(sys.stdin.read() if options.stdin else options.values))
     name = full_topic(options.topic_name)
     profile = qos.from_options(options, QoSProfile(depth=10))

@@ -13,7 +13,9 @@ def test_no_absent_verb_exists():
 
 
 @pytest.mark.parametrize(
-    "words", [["action", "list"], ["bag", "record", "-a"], ["pkg"], ["help", "wtf"]], ids=" ".join
+    "words",
+    [["action", "list"], ["bag", "record", "-a"], ["component"], ["help", "wtf"]],
+    ids=" ".join,
 )
 def test_an_absent_verb_is_reported_with_its_replacement(words):
     answer = in_process(*words)

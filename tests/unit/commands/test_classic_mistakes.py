@@ -413,7 +413,7 @@ ERRORS = {
         "did you mean 'launch/deep.launch.xml'?",
         suffix="yaml",
     ),
-    "a circle in XML": Case(
+    "a cycle in XML": Case(
         '<launch>\n  <include file="$(dirname)/back.launch.xml"/>\n</launch>\n',
         2,
         "<include",
@@ -422,7 +422,7 @@ ERRORS = {
         "remove an include or a call, or give it a condition that becomes false",
         suffix="xml",
     ),
-    "a circle in YAML": Case(
+    "a cycle in YAML": Case(
         "launch:\n- include:\n    file: $(dirname)/case.launch.yaml\n",
         2,
         "- include",

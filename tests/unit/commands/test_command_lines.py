@@ -304,7 +304,7 @@ def test_words_that_no_verb_about_a_run_takes(line):
 )
 def test_words_of_doctor(monkeypatch, capsys, line, repairs, as_json):
     done: list[Any] = []
-    monkeypatch.setattr(doctor, "collect", lambda environment: "facts")
+    monkeypatch.setattr(doctor, "collect", lambda environment, workspace: "facts")
     monkeypatch.setattr(doctor, "repair", lambda facts: done.append(facts) or [])
     monkeypatch.setattr(doctor, "check_all", lambda facts: [])
     monkeypatch.setattr(doctor, "as_text", lambda findings, done: "text")

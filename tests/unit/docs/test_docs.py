@@ -51,14 +51,27 @@ def test_the_page_of_all_options_is_generated_from_the_tables():
     assert command_reference.PAGE.read_text(encoding="utf-8") == command_reference.page()
 
 
-PAGES = ("running", "ros-verbs", "control", "smoke", "doctor", "console", "launch-files")
-# Of colcon, docker, ROS and pytest, and one that is no option.
+PAGES = (
+    "running",
+    "ros-verbs",
+    "control",
+    "smoke",
+    "doctor",
+    "console",
+    "launch-files",
+    "workspace",
+)
+# Of colcon, docker, git, ROS and pytest, and one that is no option.
 OF_OTHERS = {
+    "--branch",
     "--build-type",
+    "--depth",
     "--fast",
+    "--filter",
     "--launch-artifacts",
     "--ros-args",
     "--shm-size",
+    "--sparse",
     "--symlink-install",
 }
 

@@ -87,7 +87,7 @@ def test_a_missing_parameter_file_is_reported_once_with_a_near_name(tmp_path: Pa
     assert [text for text, _ in plan.logs if "prams" in text] == []
 
 
-def test_a_circle_of_relative_includes_is_named(tmp_path: Path, monkeypatch):
+def test_a_cycle_of_relative_includes_is_named(tmp_path: Path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "y.launch.py").write_text(
         HEAD + description("IncludeLaunchDescription('x.launch.py')")

@@ -61,7 +61,7 @@ def test_a_load_request_has_the_shape_of_the_message():
         plugin="q",
         name="n",
         namespace="s",
-        parameters=[{"i": 1, "d": [1.5], "s": "text", "b": True}],
+        parameters=[{"i": 1, "d": [1.5], "s": "text", "b": True, "y": b"ab"}],
         remappings=[("from", "to")],
         extra_arguments=[{"use_intra_process_comms": True}],
     )
@@ -73,6 +73,7 @@ def test_a_load_request_has_the_shape_of_the_message():
     values = {parameter.name: parameter.value for parameter in request.parameters}
     assert (values["i"].type, values["i"].integer_value) == (2, 1)
     assert (values["d"].type, list(values["d"].double_array_value)) == (8, [1.5])
+    assert (values["y"].type, values["y"].byte_array_value) == (5, [b"a", b"b"])
     assert (values["s"].string_value, values["b"].bool_value) == ("text", True)
     assert request.extra_arguments[0].value.bool_value
     left_out = ComposableNode(package="p", plugin="q", condition=IfCondition("false"))

@@ -50,7 +50,6 @@ def made(folder: Path, **files: str) -> Path:
 
 # ---- what setup.py would install
 
-
 SETUP_PY = {
     "loops and helper functions": """
 import os
@@ -320,9 +319,8 @@ def test_packages_without_a_wheel_are_said_to_need_ros(name: str):
 def test_well_known_names_are_recognized_as_a_whole():
     known = "demo_nodes_cpp demo_nodes_py robot_state_publisher xacro tf2_ros ros_gz_bridge"
     assert all(map(needs_ros, known.split()))
-    assert not any(
-        map(needs_ros, ["my_xacro", "rclpy", "std_msgs", "nav2", "camera_driver", "joystick"])
-    )
+    others = "my_xacro rclpy std_msgs nav2 camera_driver joystick"
+    assert not any(map(needs_ros, others.split()))
 
 
 # ---- ament_index_python, and the tools of ROS
@@ -385,8 +383,8 @@ def test_the_functions_of_ros2launch_find_files_and_print_arguments(work: Path, 
         with pytest.raises(RuntimeError, match="malformed launch argument 'x'"):
             parse(["x"])
         api.print_arguments_of_launch_file(launch_file_path=path)
-    said = capsys.readouterr().out
-    assert "'who':\n        no description given\n        (default: 'nobody')" in said
+    said = "'who':\n        no description given\n        (default: 'nobody')"
+    assert said in capsys.readouterr().out
 
 
 def test_an_installed_ros2pkg_goes_before_ours(work: Path, monkeypatch):

@@ -67,6 +67,7 @@ def test_only_a_type_with_a_similar_name_is_suggested(word, near):
         ("std_msgs/String", "std_msgs/msg/String"),
         ("std_msgs/msg/String", "std_msgs/msg/String"),
         ("String", "String"),
+        ("a/action/Fold_FeedbackMessage", "a/action/Fold_FeedbackMessage"),
     ],
 )
 def test_the_short_form_of_a_type(word, full):

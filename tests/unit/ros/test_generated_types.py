@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from launcher import cli
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.from_yaml import fill, parse
-from launcher.ros.messages.interfaces import load_message
+from launcher.ros.messages.interfaces import load, load_message
 from launcher.ros.messages.to_yaml import Style, to_csv, to_plain, to_yaml
 from launcher.ros.verb import to_json_plain
 from tests.support.any_message import messages, same
@@ -146,3 +146,21 @@ def test_actions_are_listed_alone_and_with_the_rest():
 def test_prototypes_are_what_a_person_fills_in(name, text):
     assert shown("interface", "proto", f"{PACKAGE}/{name}") == f'"{text}"\n'
     assert shown("interface", "proto", f"{PACKAGE}/{name}", "--no-quotes") == f"{text}\n"
+
+
+@pytest.mark.parametrize("part", ["FeedbackMessage", "Feedback", "SendGoal_Request", "Goal"])
+def test_messages_of_the_topics_and_services_of_an_action_are_found(part):
+    message = load_message(f"{PACKAGE}/action/Fold_{part}")()
+    assert type(message).__name__ == f"Fold_{part}"
+
+
+def test_services_of_an_action_are_found():
+    kind = load(f"{PACKAGE}/action/Fold_SendGoal", "srv", "not found")
+    request = kind.Request()
+    fill(request, parse("{goal: {order: 3}}"))
+    assert request.goal.order == 3
+
+
+def test_an_unknown_part_of_an_action_is_refused():
+    with pytest.raises(VerbError, match="The passed message type is invalid"):
+        load_message(f"{PACKAGE}/action/Fold_Missing")

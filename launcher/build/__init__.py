@@ -1,0 +1,1 @@
+"""Builds the packages of a workspace: colcon, in an environment of wheels."""

@@ -1,0 +1,154 @@
+"""Checks packages with a CMakeLists.txt, without running CMake."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterator
+
+from launcher.build.checks import origins
+from launcher.build.checks.interface_index import InterfaceIndex
+from launcher.build.checks.interface_packages import check_interfaces
+from launcher.build.sources import Package
+from launcher.build.sources.cmake_file import Argument, CMakeFile
+from launcher.build.sources.source_text import SourceError
+from launcher.text import did_you_mean
+
+_INSTALL_ENDS = (
+    "DESTINATION", "TYPE", "PERMISSIONS", "CONFIGURATIONS", "COMPONENT", "RENAME", "OPTIONAL",
+    "FILES_MATCHING", "PATTERN", "REGEX", "USE_SOURCE_PERMISSIONS", "FILE_PERMISSIONS",
+    "DIRECTORY_PERMISSIONS", "MESSAGE_NEVER", "EXCLUDE",
+)  # fmt: skip
+
+
+class CMakeCheck:
+    """The mistakes in a package's CMakeLists.txt. Raises SourceError if it cannot be read."""
+
+    def __init__(self, package: Package, index: InterfaceIndex) -> None:
+        self._package = package
+        self._names = index.needed.keys()
+        self._needed = index.needed[package.name]
+        self._index = index
+        self._file = index.cmake_file(package) or CMakeFile(package.file("CMakeLists.txt"))
+        self._source = self._file.source
+
+    def problems(self) -> Iterator[SourceError]:
+        yield from self._minimum()
+        yield from self._project()
+        yield from self._packages()
+        yield from self._commands()
+        yield from self._installed()
+        yield from check_interfaces(self._package, self._file, self._index)
+
+    def _minimum(self) -> Iterator[SourceError]:
+        """Without the policies of CMake 3.3 the macros of ament fail."""
+        uses = [one for one in self._file.commands if one.name.startswith(("ament_", "rosidl_"))]
+        if uses and not self._file.has("cmake_minimum_required", "cmake_policy", "include"):
+            message = "CMakeLists.txt has no cmake_minimum_required()"
+            hint = "add cmake_minimum_required(VERSION 3.8) as the first line"
+            yield self._source.error(message, hint=hint)
+
+    def _project(self) -> Iterator[SourceError]:
+        if self._package.build_type != "ament_cmake":
+            return  # CMake needs no project(), and colcon no special name
+        project = self._file.project
+        if project is None:
+            if not self._file.has("project", "include"):
+                hint = f"add project({self._package.name}) as the second line"
+                yield self._source.error("CMakeLists.txt has no project()", hint=hint)
+        elif project.words and project.words[0] != self._package.name:
+            name = project.words[0]
+            yield self._source.error(
+                f"project() is called '{name}', package.xml '{self._package.name}'",
+                project.line,
+                at=name,
+                hint=f"write project({self._package.name})",
+            )
+
+    # ---- find_package
+
+    def _packages(self) -> Iterator[SourceError]:
+        for command in self._file.named("find_package"):
+            words = command.words
+            if words:
+                yield from self._found(command.arguments[0], is_required="REQUIRED" in words)
+
+    def _found(self, argument: Argument, *, is_required: bool) -> Iterator[SourceError]:
+        name, line = argument.text, argument.line
+        if not is_required:
+            return
+        if name in self._names:
+            if name not in {*self._needed, self._package.name}:
+                message = f"package.xml does not name '{name}' as a dependency: "
+                message += "colcon may build it later"
+                hint = f"add <depend>{name}</depend> to package.xml"
+                yield self._source.error(message, line, at=name, hint=hint)
+            return
+        if self._index.environment.has_cmake(name) or self._has_module(name):
+            return
+        known = self._names | self._index.environment.cmake_names
+        asked = {one.name for one in self._package.dependencies}
+        if (name in asked and not origins.is_of_system(name)) or origins.is_of_ros(name, known):
+            message, hint = origins.missing(name, known)
+            yield self._source.error(message, line, at=name, hint=hint)
+        # Others may be libraries of the system that CMake finds in its own ways.
+
+    def _has_module(self, name: str) -> bool:
+        """Whether the package itself has a module for find_package."""
+        pattern = f"**/Find{glob.escape(name)}.cmake"
+        return bool(glob.glob(pattern, root_dir=self._package.folder, recursive=True))
+
+    # ---- commands
+
+    def _commands(self) -> Iterator[SourceError]:
+        """Commands of packages that are not looked for, and a missing ament_package()."""
+        ours = [one for one in self._file.commands if one.name.startswith("ament_")]
+        if ours and not self._file.has("find_package", "include"):
+            message = f"{ours[0].name}() needs find_package(ament_cmake REQUIRED) before it"
+            yield self._source.error(message, ours[0].line, at=ours[0].name)
+        if self._package.build_type != "ament_cmake":
+            return
+        end = self._file.named("ament_package", "ament_auto_package")
+        if not end and not self._file.has("ament_package", "ament_auto_package", "include"):
+            yield self._source.warning(
+                "CMakeLists.txt does not end with ament_package(): the package is not found "
+                "after it is built",
+                len(self._source.text.rstrip().splitlines()) or 1,
+                hint="add ament_package() as the last line",
+            )
+
+    # ---- install
+
+    def _installed(self) -> Iterator[SourceError]:
+        """Files and folders to install that do not exist."""
+        for command in self._file.named("install"):
+            words = command.words
+            if not words or words[0] not in ("DIRECTORY", "FILES", "PROGRAMS"):
+                continue
+            if "OPTIONAL" in words:
+                continue
+            for argument in command.arguments[1:]:
+                if argument.text in _INSTALL_ENDS:
+                    break
+                yield from self._exists(argument, is_folder=words[0] == "DIRECTORY")
+
+    def _exists(self, argument: Argument, *, is_folder: bool) -> Iterator[SourceError]:
+        text = argument.text
+        path = os.path.join(self._file.folder, text)
+        if os.path.exists(path) or ";" in text or not text:
+            return
+        if not os.path.realpath(path).startswith(os.path.realpath(self._file.folder) + os.sep):
+            return  # of the build folder, or of the system
+        kind = "folder" if is_folder else "file"
+        try:
+            beside = os.listdir(os.path.dirname(path.rstrip("/")))
+        except OSError:
+            beside = []
+        name = os.path.basename(text.rstrip("/"))
+        hint = did_you_mean(name, [one for one in beside if not one.startswith(".")])
+        yield self._source.error(
+            f"the {kind} '{text}' to install does not exist",
+            argument.line or None,
+            at=text,
+            hint=hint or (f"create it: mkdir {text}" if is_folder else None),
+        )

@@ -1,0 +1,259 @@
+"""Checks interface packages: what CMakeLists.txt lists, and the interface files."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+
+from launcher.build.checks import origins
+from launcher.build.checks.interface_files import SUFFIXES, InterfaceFile, Reference
+from launcher.build.checks.interface_index import (
+    Generated,
+    InterfaceIndex,
+    files_of,
+    folder_of,
+    interface_name,
+)
+from launcher.build.checks.interface_names import Fields, recursions, same_names
+from launcher.build.sources import Package
+from launcher.build.sources.cmake_file import CMakeFile
+from launcher.build.sources.source_text import SourceError, shown
+from launcher.text import did_you_mean, suggest
+
+_GROUP = "rosidl_interface_packages"
+_GENERATORS = re.compile(r"rosidl_\w*|\w+_generators")
+
+
+def check_interfaces(
+    package: Package, file: CMakeFile, index: InterfaceIndex
+) -> Iterator[SourceError]:
+    """The mistakes of a package that calls rosidl_generate_interfaces; nothing for others."""
+    calls = file.named("rosidl_generate_interfaces")
+    if not calls:
+        if not file.has("rosidl_generate_interfaces", "include", "add_subdirectory"):
+            yield from _never_generated(package, file)
+        return
+    rules = [*_package_rules(package, file)]
+    yield from rules
+    if rules:
+        return
+    listed: set[str] = set()
+    fields: Fields = {}
+    for command in calls:
+        call = Generated(command)
+        for word, line, keyword in call.misspelt:
+            message = f"rosidl_generate_interfaces() has no keyword '{word}'"
+            yield file.source.error(message, line, at=word, hint=f"did you mean '{keyword}'?")
+        yield from _dependencies(call, file, index)
+        checker = _Files(package, file, call, index)
+        yield from checker.problems()
+        listed |= checker.listed
+        fields |= checker.fields
+    yield from same_names(file.source, (one for call in calls for one in Generated(call).files))
+    yield from recursions(fields)
+    if all(command.is_complete for command in calls):
+        for path in files_of(package):
+            if path not in listed:
+                yield file.source.warning(
+                    f"{path} is not listed in rosidl_generate_interfaces, and is not built",
+                    calls[0].line,
+                    hint=f'add "{path}", or remove the file',
+                )
+
+
+def _never_generated(package: Package, file: CMakeFile) -> Iterator[SourceError]:
+    files = files_of(package)
+    if files:
+        yield file.source.warning(
+            f"{files[0]} is not built: CMakeLists.txt does not call rosidl_generate_interfaces",
+            hint=f'add rosidl_generate_interfaces(${{PROJECT_NAME}} "{files[0]}") '
+            "before ament_package()",
+        )
+
+
+def _package_rules(package: Package, file: CMakeFile) -> Iterator[SourceError]:
+    """What rosidl demands of a package with interfaces."""
+    manifest = package.manifest
+    (call, *_) = file.named("rosidl_generate_interfaces")
+    flags = {word for one in file.named("rosidl_generate_interfaces") for word in one.words}
+    if manifest is not None:
+        if not re.fullmatch(r"(?!.*__)[a-z][a-z0-9_]*(?<!_)", package.name):
+            yield manifest.source.error(
+                f"'{package.name}' is not a valid name of a package with interfaces: lower case "
+                "letters, digits and single underscores, beginning with a letter",
+                manifest.name_line,
+                at=package.name,
+            )
+        is_exempt = {"SKIP_GROUP_MEMBERSHIP_CHECK", "SKIP_INSTALL"} & flags
+        if _GROUP not in manifest.groups and not is_exempt:
+            yield manifest.source.error(
+                "package.xml does not say that the package has interfaces",
+                manifest.end_line,
+                hint=f"add <member_of_group>{_GROUP}</member_of_group>",
+            )
+    found = _found(file, call.line)
+    if found is not None and not any(map(_GENERATORS.fullmatch, found)):
+        yield file.source.error(
+            "rosidl_generate_interfaces() needs find_package(rosidl_default_generators REQUIRED) "
+            "before it",
+            call.line,
+        )
+    end = next(iter(file.named("ament_package")), None)
+    if end is not None and end.line < call.line:
+        message = f"rosidl_generate_interfaces() must be before ament_package(), in line {end.line}"
+        yield file.source.error(message, call.line)
+
+
+def _found(file: CMakeFile, line: int) -> set[str] | None:
+    """The packages that find_package may have found before a line; None if not all are known."""
+    finding = [
+        one
+        for one in (*file.commands, *file.conditional)
+        if one.name == "find_package" and one.line <= line
+    ]
+    hidden = file.has("include", "ament_auto_find_build_dependencies")
+    if hidden or not all(one.is_complete for one in finding):
+        return None
+    return {name for one in finding for name in one.words[:1]}
+
+
+def _dependencies(call: Generated, file: CMakeFile, index: InterfaceIndex) -> Iterator[SourceError]:
+    """DEPENDENCIES that no find_package looks for."""
+    found = _found(file, call.line)
+    if found is None:
+        return
+    reachable = index.reachable(found)
+    for name, line in call.dependencies:
+        if name in reachable:
+            continue
+        if index.has(name):
+            message = f"'{name}' in DEPENDENCIES needs find_package({name} REQUIRED) before it"
+            hint = f"add it, and <depend>{name}</depend> to package.xml"
+        else:
+            message, hint = origins.missing(name, index.packages)
+        yield file.source.error(message, line, at=name, hint=hint)
+
+
+class _Files:
+    """The interface files of one call."""
+
+    def __init__(
+        self, package: Package, file: CMakeFile, call: Generated, index: InterfaceIndex
+    ) -> None:
+        self._package = package
+        self._file = file
+        self._call = call
+        self._index = index
+        self._own = index.of(package.name)
+        self._reachable = index.reachable(name for name, _ in call.dependencies)
+        self.listed: set[str] = set()  # paths relative to the package
+        self.fields: Fields = {}
+
+    def problems(self) -> Iterator[SourceError]:
+        if not self._call.files and self._call.is_complete:
+            hint = next((f'add "{path}"' for path in files_of(self._package)), None)
+            message = "rosidl_generate_interfaces() lists no interface files"
+            yield self._file.source.error(message, self._call.line, hint=hint)
+        for text, line in self._call.files:
+            yield from self._listed(text, line)
+
+    def _listed(self, text: str, line: int) -> Iterator[SourceError]:
+        path = os.path.join(self._file.folder, text)
+        if os.path.isabs(text):
+            path = "/".join(text.rsplit(":", 1))
+        self.listed.add(os.path.normpath(os.path.relpath(path, self._file.folder)))
+        if os.path.isabs(text) and ":" not in text:
+            yield self._file.source.error(
+                "rosidl_generate_interfaces() takes paths relative to the package",
+                line,
+                hint="write file(GLOB NAME RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} msg/*.msg)",
+            )
+            return
+        if not os.path.isfile(path):
+            yield self._missing(text, line)
+            return
+        wrong = self._wrong_place(text, line)
+        if wrong is not None:
+            yield wrong
+            return
+        interface = InterfaceFile(self._package.name, path)
+        yield from interface.errors
+        if folder_of(text) == "msg":
+            own = [one for one in interface.references if one.package == self._package.name]
+            self.fields[interface.name] = (interface.source, own)
+        for reference in interface.references:
+            yield from self._resolved(interface, reference)
+
+    def _missing(self, text: str, line: int) -> SourceError:
+        files = files_of(self._package)
+        by_name = [path for path in files if os.path.basename(path) == os.path.basename(text)]
+        hint = f"did you mean '{by_name[0]}'?" if by_name else did_you_mean(text, files)
+        message = f"the interface file '{text}' does not exist"
+        return self._file.source.error(message, line, at=text, hint=hint)
+
+    def _wrong_place(self, text: str, line: int) -> SourceError | None:
+        name = os.path.basename(text)
+        suffix = os.path.splitext(name)[1]
+        folder = folder_of(text)
+        if suffix not in SUFFIXES:
+            message = f"'{text}' is not an interface file"
+            hint = f"these end with {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
+            return self._file.source.error(message, line, at=text, hint=hint)
+        wanted = suffix.removeprefix(".")
+        is_wrong = folder != wanted if suffix in (".srv", ".action") else not folder
+        if suffix == ".idl" or not is_wrong:
+            return None
+        message = f"{suffix} files must be in a folder '{wanted}'"
+        hint = f"move it to {wanted}/{name}"
+        return self._file.source.error(message, line, at=text, hint=hint)
+
+    # ---- types of fields
+
+    def _resolved(self, file: InterfaceFile, reference: Reference) -> Iterator[SourceError]:
+        package, name = reference.package, f"msg/{reference.name}"
+        if package == self._package.name:
+            if name not in self._own:
+                yield self._unknown_own(file, reference)
+        elif package in self._index.environment.assumed:
+            return
+        elif not self._index.has(package):
+            known = [one for one in self._index.packages if one != package]
+            message, origin = origins.missing(package, known)
+            yield file.source.error(message, reference.line, at=reference.written, hint=origin)
+        elif name not in self._index.of(package):
+            known = [one.split("/")[1] for one in self._index.of(package) if one[:4] == "msg/"]
+            hint = did_you_mean(reference.name, sorted(known)) or self._other(reference.name)
+            message = f"{package} has no message '{reference.name}'"
+            yield file.source.error(message, reference.line, at=reference.written, hint=hint)
+        elif package not in self._reachable:
+            place = f"{shown(self._file.source.path)}:{self._call.line}"
+            yield file.source.error(
+                f"'{package}' is missing in the DEPENDENCIES of rosidl_generate_interfaces",
+                reference.line,
+                at=reference.written,
+                hint=f"add it in {place}, with find_package({package} REQUIRED) before, and "
+                f"<depend>{package}</depend> in package.xml",
+            )
+
+    def _unknown_own(self, file: InterfaceFile, reference: Reference) -> SourceError:
+        name = reference.name
+        if f"msg/{name}" in map(interface_name, files_of(self._package)):
+            place = f"{shown(self._file.source.path)}:{self._call.line}"
+            message = f"msg/{name}.msg is not listed in rosidl_generate_interfaces"
+            hint: str | None = f'add "msg/{name}.msg" in {place}'
+        else:
+            own = sorted(one[4:] for one in self._own if one[:4] == "msg/" and one[4:] != file.name)
+            message = f"unknown type '{reference.written}'"
+            hint = self._other(name) or did_you_mean(name, [*own, "string", "bool"])
+            others = {one.partition("/")[2]: one for one in self._index.messages}
+            others = {k: v for k, v in others.items() if f"{self._package.name}/" not in v}
+            similar = None if hint else suggest(name, others)
+            hint = f"did you mean '{others[similar]}'?" if similar else hint
+        return file.source.error(message, reference.line, at=reference.written, hint=hint)
+
+    def _other(self, name: str) -> str | None:
+        """The message of this name in another package, preferably in a common one."""
+        having = [one for one in self._index.messages if one.endswith(f"/{name}")]
+        usual = sorted(having, key=lambda one: not one.startswith(("std_msgs/", "geometry_msgs/")))
+        return f"write {usual[0]}" if usual else None

@@ -1,0 +1,66 @@
+"""Packages that are neither in the workspace nor in the environment: where to get them."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable
+
+from launcher.interface_sources import clone_commands
+from launcher.packages.unknown import needs_ros
+from launcher.text import did_you_mean
+
+_CPP = re.compile(r"rclcpp(_\w+)?|pluginlib|class_loader|rclc|rmw_cyclonedds_cpp")
+# Keys of rosdep for packages of the operating system, and names that no package has.
+_SYSTEM = re.compile(r".*-.*|lib\w*|python3?_?\w*|ament_python|eigen|boost|opencv\d?|numpy|pytest")
+_LAUNCHER = re.compile(r"launch(_(ros|xml|yaml))?|ros2launch")
+_LAUNCH = re.compile(r"launch(_\w+)?|ros2launch|ros2cli|ament_\w+")
+
+
+def is_cpp(name: str) -> bool:
+    """Whether it is a library for C++ nodes."""
+    return _CPP.fullmatch(name) is not None
+
+
+def is_of_system(name: str) -> bool:
+    """Whether a dependency in package.xml means a package of the operating system."""
+    return _SYSTEM.fullmatch(name) is not None
+
+
+def is_of_launcher(name: str) -> bool:
+    """Whether the launcher itself replaces this package."""
+    return _LAUNCHER.fullmatch(name) is not None
+
+
+def is_of_ros(name: str, known: Iterable[str]) -> bool:
+    """Whether the name, which is not known, is certainly meant as one of ROS 2."""
+    return is_cpp(name) or needs_ros(name) or bool(clone_commands(name)) or _is_near(name, known)
+
+
+def is_misspelt(name: str, known: Iterable[str]) -> bool:
+    """Whether a name that is not needed for building is certainly a wrong one."""
+    others = (needs_ros(name), is_cpp(name), clone_commands(name), _LAUNCH.fullmatch(name))
+    return not any(others) and _is_near(name, known)
+
+
+def _is_near(name: str, known: Iterable[str]) -> bool:
+    return bool(difflib.get_close_matches(name, [*known], n=1, cutoff=0.85))
+
+
+def missing(name: str, known: Iterable[str]) -> tuple[str, str]:
+    """Message and hint for a package that building needs, and that is nowhere."""
+    debian = f"ros-jazzy-{name.replace('_', '-')}"
+    if is_cpp(name):
+        return (
+            f"{name} has no wheel: C++ nodes need an installation of ROS 2",
+            f"build this package where ROS 2 is installed (apt install {debian})",
+        )
+    message = f"package '{name}' is neither in the workspace nor in the environment"
+    commands = clone_commands(name)
+    if commands:
+        return message, f"get its sources, in the workspace's folder: {' && '.join(commands)}"
+    if needs_ros(name):
+        return message, f"it has no wheel, but comes with an installation of ROS 2 ({debian})"
+    similar = did_you_mean(name, sorted(known))
+    wheel = f"put its sources into src/, or install its wheel if it has one: pip install {debian}"
+    return message, similar or wheel

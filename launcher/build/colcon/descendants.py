@@ -1,0 +1,30 @@
+"""Processes that a build has started, directly or not."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import time
+from collections.abc import Collection
+
+from launcher import proc
+
+_PR_SET_CHILD_SUBREAPER = 36
+_WAIT_S = 0.01  # one that waits for a disk dies late
+
+
+def adopt() -> None:
+    """Become the parent of descendants whose own parent has ended, so that they can be found."""
+    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def kill(spared: Collection[int] = ()) -> None:
+    """Kill all descendants of this process but these children, until there are none."""
+    own = os.getpid()
+    while below := {*proc.family(set(proc.children(own)) - {*spared})}:
+        for pid in below:
+            with contextlib.suppress(OSError):
+                os.kill(pid, signal.SIGKILL)
+        time.sleep(_WAIT_S)

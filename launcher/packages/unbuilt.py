@@ -1,0 +1,53 @@
+"""Interface packages of the surrounding `src/` that are not built.
+
+Other packages can be used from their sources; messages are there only after a build.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+
+from launcher.packages import sources
+from launcher.packages.sources import MARKERS
+from launcher.program import program
+
+_checked: set[str] = set()
+
+
+def hint(package: str, env: Mapping[str, str]) -> str | None:
+    """What to do about the types of a package that are not found, if it has only to be built."""
+    folder = dict(sources.around()).get(package)
+    if folder is None or not _is_unbuilt(package, folder, env):
+        return None
+    return f"{package} is in {folder}, and not built: {program()} build"
+
+
+def warn_of_dependencies(package: str, source: str, env: Mapping[str, str]) -> None:
+    """Warn, once, if a package that is about to run needs interfaces that are not built."""
+    if package in _checked:
+        return
+    _checked.add(package)
+    others = sources.beside(source)
+    needed: dict[str, str] = {}
+    level = {package: source}
+    while level:
+        below = {name for folder in level.values() for name in sources.dependencies(folder)}
+        level = {name: others[name] for name in below if name in others and name not in needed}
+        needed |= level
+    missing = sorted(name for name, folder in needed.items() if _is_unbuilt(name, folder, env))
+    if missing:
+        are = "is" if len(missing) == 1 else "are"
+        print(
+            f"warning: {package} needs {', '.join(missing)}, which {are} not built\n"
+            f"hint: {program()} build",
+            file=sys.stderr,
+        )
+
+
+def _is_unbuilt(package: str, folder: str, env: Mapping[str, str]) -> bool:
+    prefixes = [*env.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
+    return sources.has_interfaces(folder) and not any(
+        os.path.isfile(os.path.join(prefix, MARKERS, package)) for prefix in prefixes if prefix
+    )
