@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,6 +24,14 @@ from tests.build.small_packages import (
 from tests.support.waiting import wait_until
 
 SLEEP = "execute_process(COMMAND sleep 1000)"
+NOBODY = 65534
+KILLER = f"""
+import os, subprocess
+from launcher.build.colcon import descendants
+print(subprocess.Popen(["sleep", "1000"]).pid, flush=True)
+os.setresuid({NOBODY}, {NOBODY}, {NOBODY})
+descendants.kill()
+"""
 
 
 class RunningBuild:
@@ -249,3 +258,15 @@ def test_a_lock_that_cannot_be_written_is_named(
     assert done.stderr.startswith(
         f"error: cannot write to {folder}/.launcher.lock: {problem}\nhint: {hint}"
     )
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can start a process that it cannot kill")
+def test_a_process_that_cannot_be_killed_does_not_prevent_the_end():
+    killer = subprocess.Popen([sys.executable, "-c", KILLER], stdout=subprocess.PIPE, text=True)
+    assert killer.stdout is not None
+    pid = int(killer.stdout.readline())
+    try:
+        assert killer.wait(timeout=TIMEOUT_S) == 0
+    finally:
+        killer.kill()
+        os.kill(pid, signal.SIGKILL)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import os
 import signal
@@ -21,10 +20,18 @@ def adopt() -> None:
 
 
 def kill(spared: Collection[int] = ()) -> None:
-    """Kill all descendants of this process but these children, until there are none."""
+    """Kill all descendants of this process but these children, until there are none.
+
+    Those that may not be killed, since they have become another user's, are left.
+    """
     own = os.getpid()
-    while below := {*proc.family(set(proc.children(own)) - {*spared})}:
+    left: set[int] = set()
+    while below := {*proc.family(set(proc.children(own)) - {*spared})} - left:
         for pid in below:
-            with contextlib.suppress(OSError):
+            try:
                 os.kill(pid, signal.SIGKILL)
+            except PermissionError:
+                left.add(pid)
+            except ProcessLookupError:
+                pass
         time.sleep(_WAIT_S)
