@@ -51,8 +51,12 @@ def pytest_configure(config: pytest.Config) -> None:
         pytest.exit(
             "colcon has built this checkout: rm -r build install log", pytest.ExitCode.USAGE_ERROR
         )
-    # A shell that starts us with `&` has SIGINT ignored, and children would inherit that.
+    # With `&` or nohup signals are ignored, and children would inherit that. They do not inherit
+    # handlers.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in (signal.SIGHUP, signal.SIGQUIT):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
     if config.getoption("--hypothesis-profile", None) is None:
         settings.load_profile("repeat")
 
