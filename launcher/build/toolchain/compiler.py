@@ -125,6 +125,7 @@ def _of_variables(environ: Mapping[str, str]) -> Compiler:
             raise LauncherError(
                 f"{name}={command}: {error}", hint="quote it as in a shell"
             ) from None
+    cc, cxx = _from_anywhere(cc), _from_anywhere(cxx)
     cc = cc or _other(cxx, to_cxx=False)
     cxx = cxx or _other(cc, to_cxx=True)
     for name, other, language, command in (("CC", "CXX", _C, cc), ("CXX", "CC", _CXX, cxx)):
@@ -132,7 +133,9 @@ def _of_variables(environ: Mapping[str, str]) -> Compiler:
         if failure is None:
             continue
         if environ.get(name):
-            raise LauncherError(f"{name}={command} {failure}", hint=f"correct {name}, or unset it")
+            raise LauncherError(
+                f"{name}={environ[name]} {failure}", hint=f"correct {name}, or unset it"
+            )
         raise LauncherError(
             f"{command} {failure}",
             hint=f"set {name} to the compiler that belongs to that of {other}",
@@ -148,7 +151,7 @@ def _named(wanted: str, environ: Mapping[str, str]) -> Compiler:
             hint="auto, system, zig, or the name or path of a C compiler, such as clang",
         )
     name = os.path.basename(cc)
-    cc = shlex.quote(cc)
+    cc = _from_anywhere(shlex.quote(cc))
     failure = _failure(cc, _C, environ)
     if failure is not None:
         raise LauncherError(f"{cc} {failure}", hint="--compiler names a C compiler, such as clang")
@@ -160,6 +163,14 @@ def _named(wanted: str, environ: Mapping[str, str]) -> Compiler:
             hint = f"which C++ compiler belongs to {wanted}, is not known: set CC and CXX instead"
         raise LauncherError(f"{cxx} {failure}", hint=hint)
     return Compiler(name, cc, cxx)
+
+
+def _from_anywhere(command: str) -> str:
+    """The command with an absolute path in place of one that starts at the working directory."""
+    program, *arguments = shlex.split(command) or [""]
+    if not os.path.dirname(program) or os.path.isabs(program):
+        return command
+    return shlex.join([os.path.abspath(program), *arguments])
 
 
 def _other(compiler: str, *, to_cxx: bool) -> str:

@@ -73,13 +73,30 @@ def test_cc_and_cxx_count_first(tmp_path: Path):
     assert not any("C_COMPILER" in word for word in found.cmake_args)  # from the variable
 
 
+@pytest.mark.skipif(GCC is None, reason="needs gcc")
+@pytest.mark.parametrize(
+    ("wanted", "variables"),
+    [("auto", {"CC": "./my-gcc"}), ("auto", {"CXX": "bin/../my-g++"}), ("./my-gcc", {})],
+)
+def test_a_relative_path_starts_at_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wanted: str, variables: dict[str, str]
+):
+    for name in ("gcc", "g++"):
+        program(tmp_path, f"my-{name}", f'exec {shutil.which(name)} "$@"')
+    monkeypatch.chdir(tmp_path)
+
+    found = compiler.choose(wanted, {**os.environ, **variables}, str(tmp_path))
+
+    assert (found.cc, found.cxx) == (f"{tmp_path}/my-gcc", f"{tmp_path}/my-g++")
+
+
 @pytest.mark.parametrize(
     ("wanted", "variables", "message", "hint"),
     [
         (
             "auto",
-            {"CC": "nosuch"},
-            "CC=nosuch cannot be started: No such file or directory",
+            {"CC": "./nosuch"},
+            "CC=./nosuch cannot be started: No such file or directory",
             "correct CC, or unset it",
         ),
         (
