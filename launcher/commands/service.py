@@ -111,7 +111,9 @@ def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     client = caller.client(kind, options.service_name)
     if types and caller.wait_for(client, _CONNECT_S):
         return
-    print("waiting for service to become available...", flush=True)
+    # With --json, standard output has answers only.
+    stream = sys.stderr if options.json else sys.stdout
+    print("waiting for service to become available...", file=stream, flush=True)
     while not caller.wait_for(client, 1.0):
         pass
 

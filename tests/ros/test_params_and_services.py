@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import pytest
 import yaml
+
+from tests.support.waiting import wait_until
 
 TALKER = ["name", "speed", "start_type_description_service", "tags", "use_sim_time"]
 
@@ -141,6 +145,20 @@ def test_a_call_prints_request_and_response_as_ros2_does(verb):
 def test_a_call_as_json(verb):
     answer = verb("service", "call", "/switch", "std_srvs/SetBool", "--json")
     assert json.loads(answer.out) == {"success": False, "message": "off"}
+
+
+def test_a_call_as_json_that_waits_for_its_service_says_so_on_stderr(env, tmp_path):
+    words = ("service", "call", "/nobody", "std_srvs/srv/Trigger", "--json")
+    files = [tmp_path / name for name in ("out", "err")]
+    with files[0].open("w") as out, files[1].open("w") as err:
+        command = [sys.executable, "-m", "launcher", *words]
+        with subprocess.Popen(command, env=env, stdout=out, stderr=err) as call:
+            try:
+                said = "waiting for service to become available...\n"
+                wait_until(lambda: said in "".join(file.read_text() for file in files), said)
+            finally:
+                call.kill()
+    assert said not in files[0].read_text()
 
 
 @pytest.mark.parametrize(
