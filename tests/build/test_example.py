@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,10 +11,10 @@ import pytest
 
 from launcher.packages import sources
 from tests.support.node_process import REPOSITORY
-from tests.support.verbs import launcher
-from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once
+from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once, launcher
 
 PACKAGES = ["fleet_interfaces", "fleet_nodes"]
+EXPECTATIONS = EXAMPLE / "src/fleet_nodes/launch/fleet.expect.yaml"
 
 
 @pytest.fixture(params=["system", pytest.param("zig", marks=pytest.mark.thorough)])
@@ -34,13 +34,22 @@ def colcon_list(folder: Path) -> list[str]:
     return sorted(done.stdout.split())
 
 
-def test_it_meets_its_expectations(workspace: BuiltWorkspace):
-    done = launcher(os.environ, "smoke", "fleet_nodes", "fleet.launch.py", cwd=workspace.root)
+def test_it_meets_its_expectations(workspace: BuiltWorkspace, tmp_path: Path):
+    """With other time limits: those of the file are for a machine that does nothing else."""
+    text, limits = re.subn(
+        r"\b(within|clean_shutdown): \d+ s", r"\1: 60 s", EXPECTATIONS.read_text("utf-8")
+    )
+    assert limits == 2
+    file = tmp_path / EXPECTATIONS.name
+    file.write_text(text, encoding="utf-8")
+    patience = ("--ready-within=60", "sigterm_timeout:=60")
+    words = ("fleet_nodes", "fleet.launch.py", *patience, f"--expect={file}")
+    done = launcher(workspace.root, "smoke", *words)
     assert done.code == 0, done.out
 
 
 def test_its_tests_pass_and_its_nodes_stop_in_order(fleet_workspace: BuiltWorkspace):
-    done = launcher(os.environ, "test", "fleet_nodes", cwd=fleet_workspace.root)
+    done = launcher(fleet_workspace.root, "test", "fleet_nodes")
 
     assert (done.code, done.lines[-1]) == (0, "1 package: 5 passed"), done
     for sign in ("is invalid", "never awaited", "never retrieved", "[ERROR]", "Traceback"):
