@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import count, repeat
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ import yaml
 from tests.ros.conftest import ros_domain
 from tests.support.any_message import has
 from tests.support.node_process import REPOSITORY
-from tests.support.verbs import eventually, going_on, launcher
+from tests.support.verbs import Answer, eventually, going_on, launcher
 from tests.support.workspaces import TYPE_MATRIX, BuiltWorkspace, built_once, run
+from tests.support.workspaces import launcher as patient_launcher
 
 pytestmark = pytest.mark.thorough
 
@@ -183,22 +185,42 @@ def test_every_interface_is_listed_and_shown(matrix: BuiltWorkspace, env: dict[s
         assert proto.code == 0, proto
 
 
+def answer_of(
+    matrix: BuiltWorkspace, env: dict[str, str], service: str, kind: str, request: Iterator[object]
+) -> Any:
+    """Asked again, with the next request: a service that discovers its client late tells nothing.
+
+    What it has not told is carried out all the same.
+    """
+
+    def ask() -> Answer:
+        words = (service, f"type_matrix/{kind}", yaml.safe_dump(next(request)))
+        return launcher(
+            env, "service", "call", *words, "--json", "--timeout", "10", cwd=matrix.root
+        )
+
+    return eventually(ask, lambda answer: answer.code == 0).json()
+
+
 @pytest.mark.usefixtures("server")
 def test_a_service_is_called(matrix: BuiltWorkspace, env: dict[str, str]):
     request = {"one": VALUES["Primitives"], "word": "grüße"}
-    words = ("service", "call", "/swap", "type_matrix/srv/Swap", yaml.safe_dump(request), "--json")
-    response = launcher(env, *words, cwd=matrix.root).json()
+    response = answer_of(matrix, env, "/swap", "srv/Swap", repeat(request))
     assert has(response, {"other": VALUES["Primitives"], "parts": [{"name": "grüße"}]})
 
 
 @pytest.mark.usefixtures("server")
 def test_an_action_is_used_by_its_topics_and_services(matrix: BuiltWorkspace, env: dict[str, str]):
-    def call(service: str, kind: str, request: object) -> Any:
-        words = (f"/fold/_action/{service}", f"type_matrix/action/Fold_{kind}")
-        text = yaml.safe_dump(request)
-        return launcher(env, "service", "call", *words, text, "--json", cwd=matrix.root).json()
+    goal_ids: list[dict[str, list[int]]] = []
 
-    goal_id = {"uuid": [*range(16)]}
+    def goals() -> Iterator[object]:
+        for number in count():  # an action server accepts an id once
+            goal_ids.append({"uuid": [*range(number, number + 16)]})
+            yield {"goal_id": goal_ids[-1], "goal": {"order": 5}}
+
+    def call(service: str, kind: str, request: Iterator[object]) -> Any:
+        return answer_of(matrix, env, f"/fold/_action/{service}", f"action/Fold_{kind}", request)
+
     echo = ("topic", "echo", "/fold/_action/feedback", "type_matrix/action/Fold_FeedbackMessage")
     with going_on(env, *echo, cwd=matrix.root) as listener:
         info = ("topic", "info", "/fold/_action/feedback", "--json")
@@ -206,13 +228,12 @@ def test_an_action_is_used_by_its_topics_and_services(matrix: BuiltWorkspace, en
             lambda: launcher(env, *info, cwd=matrix.root),
             lambda answer: [e for e in answer.json()["endpoints"] if e["direction"] != "publisher"],
         )
-        goal = {"goal_id": goal_id, "goal": {"order": 5}}
-        assert call("send_goal", "SendGoal", goal)["accepted"]
+        assert call("send_goal", "SendGoal", goals())["accepted"]
         assert listener.stdout is not None
         document = yaml.safe_load("".join(iter(listener.stdout.readline, "---\n")))
-    assert document["goal_id"] == goal_id
+    assert document["goal_id"] in goal_ids
     assert document["feedback"]["progress"] == WORD
-    result = call("get_result", "GetResult", {"goal_id": goal_id})
+    result = call("get_result", "GetResult", repeat({"goal_id": goal_ids[-1]}))
     assert has(result, {"status": 4, "result": {"sequence": [*range(5)], "last": {"name": WORD}}})
 
 
@@ -239,19 +260,19 @@ def generate_launch_description():
         "own.state": {"min": 255},
         "header.frame_id": {"matches": "^m"},
     }
-    service = {"service": "/swap", "type": "type_matrix/srv/Swap", "within": "20 s"}
+    service = {"service": "/swap", "type": "type_matrix/srv/Swap", "within": "60 s"}
     expected = [
-        {"topic": "/nested", "type": "type_matrix/msg/Nested", "within": "20 s"},
+        {"topic": "/nested", "type": "type_matrix/msg/Nested", "within": "60 s"},
         {"message": "/nested", "fields": fields, "count": ">= 2"},
         {**service, "request": {"word": WORD}, "fields": {"parts[0].name": WORD}},
     ]
     file = tmp_path / "types.expect.yaml"
     file.write_text(yaml.safe_dump({"expect": expected}), encoding="utf-8")
     target = str(tmp_path / "types.launch.py")
-    done = launcher(env, "smoke", target, cwd=matrix.root)
+    done = patient_launcher(matrix.root, "smoke", target, "sigterm_timeout:=60", **env)
     assert done.code == 0, done.out + done.err
     wrong = [{"message": "/nested", "type": "type_matrix/msg/Nested", "fields": {"part.nam": "x"}}]
     file.write_text(yaml.safe_dump({"expect": wrong}), encoding="utf-8")
-    refused = launcher(env, "smoke", target, cwd=matrix.root)
+    refused = patient_launcher(matrix.root, "smoke", target, **env)
     assert refused.code == 2
     assert "matrix_parts/msg/Part has no field 'nam'" in refused.out + refused.err
