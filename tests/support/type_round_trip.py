@@ -48,6 +48,10 @@ class Ends:
             for executor in self.executors:
                 executor.spin_once(timeout_sec=0.001)
 
+    def wait_until_clients_are_known(self, service: str) -> None:
+        """A service drops its answer to a client that it has not discovered."""
+        self.wait_until(lambda: self.far.count_clients(service))
+
     def result(self, future: Any) -> Any:
         self.wait_until(future.done)
         return future.result()
@@ -85,6 +89,7 @@ def through_service(ends: Ends, kind: Any) -> Callable[[Any, Any], tuple[Any, An
     ends.far.create_service(kind, "round_trip", answer)
     client = ends.near.create_client(kind, "round_trip")
     ends.wait_until(client.service_is_ready)
+    ends.wait_until_clients_are_known("round_trip")
 
     def call(request: Any, response: Any) -> tuple[Any, Any]:
         answers.append(response)
@@ -112,6 +117,8 @@ def through_action(ends: Ends, kind: Any) -> Callable[[Any, Any, Any], tuple[Any
     ActionServer(ends.far, kind, "round_trip", execute)
     client = ActionClient(ends.near, kind, "round_trip")
     ends.wait_until(client.server_is_ready)
+    for service in ("send_goal", "get_result"):
+        ends.wait_until_clients_are_known(f"round_trip/_action/{service}")
 
     def perform(request: Any, feedback: Any, result: Any) -> tuple[Any, Any, Any]:
         planned.append((feedback, result))
