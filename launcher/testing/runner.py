@@ -6,6 +6,7 @@ import contextlib
 import os
 import secrets
 import signal
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -25,6 +26,7 @@ _STEPS = ((signal.SIGINT, 15.0), (signal.SIGABRT, 2.0), (signal.SIGKILL, 2.0))
 _SETTLE_S = 3.0  # for processes that are about to end
 _STOP_S = 3.0  # between SIGTERM and SIGKILL of those that are left
 _LOOK_S = 0.1
+_DEATH_S = 0.01  # one with much memory dies late
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 TICK_S = 0.5
 
@@ -251,11 +253,10 @@ def _described(pid: int) -> str:
 
 
 def _kill_orphans() -> None:
-    """Processes that have cleared their environment and left their session."""
-    for _ in range(sweep.NEWEST_ROUNDS):
-        orphans = subreaper.orphans()
+    """Processes that have cleared their environment and left their session, until all are dead."""
+    deadline_s = time.monotonic() + _STOP_S
+    while (orphans := subreaper.orphans()) and time.monotonic() < deadline_s:
         for pid in orphans:
             with contextlib.suppress(OSError):
                 os.kill(pid, signal.SIGKILL)
-        if not orphans:
-            return
+        time.sleep(_DEATH_S)
