@@ -14,7 +14,7 @@ import pytest
 
 from tests.e2e.conftest import LONG_STOP_WORDS, REPOSITORY, World
 
-BUILD_S = 240.0
+BUILD_S = 500.0
 
 
 def run(*command: str, cwd: Path, env: dict[str, str] | None = None) -> str:
