@@ -261,9 +261,11 @@ def test_a_shutdown_waits_for_a_timer_that_it_does_not_cancel(bench: Bench):
     """As in ROS 2; also for a timer that begins with the shutdown."""
     kept = LATE.format(period=1.0, cancel=False, text="kept")
     begun = LATE.format(period=0.1, cancel=True, text="begun")
-    cancelled = LATE.format(period=0.5, cancel=True, text="cancelled")
+    cancelled = LATE.format(period=0.9, cancel=True, text="cancelled")
     handler = f"RegisterEventHandler(OnShutdown(on_shutdown=[{begun}]))"
-    done = bench.run(f'sh("echo ready", on_exit=[Shutdown()]), {kept}, {cancelled}, {handler}')
+    # The shutdown begins at once: no slow process delays it until the other timers are due.
+    stop = "TimerAction(period=0.0, actions=[Shutdown()])"
+    done = bench.run(f'sh("exec sleep 1000"), {stop}, {kept}, {cancelled}, {handler}')
     output = done.stdout.decode()
     assert done.returncode == 0
     assert "cancel_on_shutdown=False" in output
