@@ -113,9 +113,10 @@ def test_a_respawned_process_runs_again_as_often_as_it_may(bench: Bench):
 
 
 def test_the_first_failure_is_repeated_at_the_end_with_its_last_lines(bench: Bench):
-    done = bench.run(
-        'sh("seq 30; exit 7", on_exit=Shutdown()), sh("trap \'exit 5\' INT; sleep 1000 & wait")'
-    )
+    ready = bench.folder / "ready"
+    first = f"until [ -e {ready} ]; do sleep 0.02; done; seq 30; exit 7"
+    second = f"trap 'exit 5' INT; sleep 1000 & : > {ready}; wait"
+    done = bench.run(f'sh("{first}", on_exit=Shutdown()), sh("{second}")')
     out = done.stdout.decode()
     summary = out[out.index("[ERROR] [launch]: first unexpected exit: sh-1 (exit code 7)") :]
     assert summary.splitlines()[1:11] == [f"    {n}" for n in range(21, 31)]
