@@ -152,7 +152,7 @@ def work():
         service.include_launch_description(LaunchDescription([process]))
         assert started.wait(60)
     service.emit_event(ShutdownProcess(process_matcher=matches_action(one)))
-    while one.return_code is None:
+    while one.return_code not in seen:  # it is known before the handler is called
         time.sleep(0.01)
     try:
         service.run()
