@@ -333,7 +333,9 @@ def test_a_job_stopped_from_outside_redraws_its_prompt_in_the_foreground(bench: 
         os.killpg(launcher.pid, signal.SIGSTOP)
         shell.wait_for("Stopped")
         shell.type("clear; fg\n")
-        shell.wait_until(lambda: shell.prompt_row > 0, "the prompt")
+        shell.wait_until(
+            lambda: "Stopped" not in shell.text and shell.prompt_row > 0, "the prompt again"
+        )
         shell.enter("ps")
         shell.wait_for("ticker-1  running")
         shell.ctrl_c()
