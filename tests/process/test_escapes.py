@@ -41,7 +41,9 @@ def needs(kind: str) -> None:
 
 def escaped(file: Path) -> psutil.Process:
     wait_until(file.exists, "the daemon is running")
-    return psutil.Process(int(file.read_text()))
+    daemon = psutil.Process(int(file.read_text()))
+    wait_until(lambda: daemon.name() == "sleep", "its shell has become sleep")
+    return daemon
 
 
 def is_gone(process: psutil.Process) -> bool:
