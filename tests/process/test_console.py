@@ -129,7 +129,7 @@ def test_a_burst_of_10_000_lines_stays_whole_and_in_order_above_the_prompt(bench
     terminal.wait_for_prompt()
     terminal.enter("send burst go")
     terminal.type("half a li")
-    terminal.wait_until(lambda: "line 09999" in terminal.text, "the last line", 60.0)
+    terminal.wait_until(lambda: "line 09999" in terminal.text, "the last line", 300.0)
     terminal.wait_until(lambda: "> half a li" in terminal.text, "what is typed")
     terminal.wait_until(
         lambda: terminal.cursor == (terminal.prompt_row, len("> half a li")), "the cursor behind it"
