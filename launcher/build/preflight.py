@@ -85,26 +85,26 @@ def _refused(found: Found, errors: Iterable[SourceError]) -> set[str]:
     names = {error.package for error in errors if error.package}
     # A cycle may be one of tests, and its error names one of the packages in it.
     kinds = () if sources.cycles(found.packages) else ("build", "run")
-    return sources.with_dependents(found.packages, names, *kinds)
+    return sources.with_dependents(found.everything, names, *kinds)
 
 
 def _named(found: Found, place: Place) -> set[str]:
     """The packages that the command line names, with what they need; all if it names none."""
     if not place.named:
-        return {package.name for package in found.packages}
+        return {package.name for package in found.everything}
     folders = {os.path.realpath(folder) for folder in place.named}
-    named = [one.name for one in found.packages if os.path.realpath(one.folder) in folders]
-    return sources.with_dependencies(found.packages, named)
+    named = [one.name for one in found.everything if os.path.realpath(one.folder) in folders]
+    return sources.with_dependencies(found.everything, named)
 
 
 def _selected(found: Found, place: Place, words: Sequence[str]) -> set[str]:
     """The packages that options of colcon select; it is asked for others than the usual ones."""
-    chosen = {package.name for package in found.packages}
+    chosen = {package.name for package in found.everything}
     for flag, names in _selections(words):
         if flag == "--packages-select":
             chosen &= {*names}
         elif flag == "--packages-up-to":
-            chosen &= sources.with_dependencies(found.packages, names)
+            chosen &= sources.with_dependencies(found.everything, names)
         elif flag == "--packages-skip":
             chosen -= {*names}
         elif flag.startswith("--packages-"):
@@ -114,8 +114,7 @@ def _selected(found: Found, place: Place, words: Sequence[str]) -> set[str]:
 
 def _check_names(found: Found, words: Sequence[str]) -> None:
     """UsageError for names that no package has; those to skip need not exist."""
-    known = {one.name for one in found.packages}
-    known |= {one.package for one in found.errors if one.package}
+    known = {one.name for one in found.everything}
     for flag, names in _selections(words):
         for name in [one for one in names if flag in _NAMING and one not in known]:
             message = f"{flag}: there is no package '{name}' in the workspace"

@@ -46,11 +46,12 @@ def test_the_packages_without_mistakes_are_built_if_asked(tmp_path: Path):
     python_package(tmp_path / "src", "right")
     python_package(tmp_path / "src", "needing", "cpp")
     cmake_package(tmp_path / "src", "cpp", "find_package(rclcpp REQUIRED)")
+    write(tmp_path / "src/unreadable/package.xml", "<package")
 
     result = build(tmp_path, "--keep-going")
 
     assert result.code == ExitCode.USAGE
-    assert "3 packages: 1 built, 0 unchanged, 2 refused (cpp, needing)" in result.out
+    assert "4 packages: 1 built, 0 unchanged, 3 refused (cpp, needing, unreadable)" in result.out
     assert (tmp_path / "install" / "right").is_dir()
 
 

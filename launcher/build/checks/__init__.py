@@ -37,7 +37,7 @@ def check(
     """
     packages = found.packages
     names = {*only} if only is not None else {package.name for package in packages}
-    unreadable = {error.package for error in found.errors if error.package}
+    unreadable = {package.name for package in found.unreadable}
     environment = Environment(env, without=[install] if install else [])
     index = InterfaceIndex(packages, environment)
     environment.assumed |= unreadable  # what is wrong with them is reported once

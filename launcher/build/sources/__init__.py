@@ -14,6 +14,7 @@ from launcher.build.sources.source_text import SourceError, SourceText, shown
 
 _IGNORE = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
 _PROJECT = re.compile(r"^\s*project\s*\(\s*\"?([\w.-]+)", re.IGNORECASE | re.MULTILINE)
+_NAME = re.compile(r"<name>\s*([\w-]+)")
 _FIND = re.compile(r"\bfind_package\s*\(\s*\"?([\w-]+)", re.IGNORECASE)
 
 
@@ -45,10 +46,18 @@ class Package:
 
 @dataclass
 class Found:
-    """The packages below some folders, and the errors of those that cannot be read."""
+    """The packages below some folders, and the errors of those that cannot be read.
+
+    Of `unreadable` packages only the folders are known, and the names as far as they can be read.
+    """
 
     packages: list[Package] = field(default_factory=list)
     errors: list[SourceError] = field(default_factory=list)
+    unreadable: list[Package] = field(default_factory=list)
+
+    @property
+    def everything(self) -> list[Package]:
+        return [*self.unreadable, *self.packages]
 
 
 def find(folders: Iterable[str], env: Mapping[str, str] = os.environ) -> Found:
@@ -63,7 +72,9 @@ def find(folders: Iterable[str], env: Mapping[str, str] = os.environ) -> Found:
         try:
             package = read(folder, env)
         except SourceError as error:
+            error.package = error.package or _name_in_broken(folder)
             found.errors.append(error)
+            found.unreadable.append(Package(error.package, folder, ""))
             continue
         if package is not None:
             found.packages.append(package)
@@ -119,6 +130,15 @@ def read(folder: str, env: Mapping[str, str] = os.environ) -> Package | None:
     if os.path.isfile(os.path.join(folder, "setup.py")):
         return Package(python_name(folder) or folder_name, folder, "python")
     return None
+
+
+def _name_in_broken(folder: str) -> str:
+    """The name in a package.xml that cannot be parsed, else that of the folder."""
+    with contextlib.suppress(SourceError):
+        text = SourceText(os.path.join(folder, "package.xml"), errors="replace").text
+        if match := _NAME.search(text):
+            return match[1]
+    return os.path.basename(os.path.abspath(folder))
 
 
 def _looked_for(folder: str) -> tuple[Dependency, ...]:

@@ -49,7 +49,10 @@ def selected(
     """
     found = sources.find([place.base], environ)
     packages = {package.name: package for package in found.packages}
-    wrong = [one for one in found.errors if not names or one.package in (None, *names)]
+    wanted = {*(names or packages)}
+    if not alone:
+        wanted = sources.with_dependencies(found.everything, wanted, "run")
+    wrong = [one for one in found.errors if not names or one.package in wanted]
     unknown = [name for name in names if name not in packages]
     if unknown and not wrong:
         raise UsageError(
@@ -59,9 +62,6 @@ def selected(
         )
     if wrong:
         raise SeveralErrors(wrong)
-    wanted = {*(names or packages)}
-    if not alone:
-        wanted = sources.with_dependencies(found.packages, wanted, "run")
     chosen = [package for package in sources.in_order(found.packages) if package.name in wanted]
     if names:
         _check_built(place, chosen)

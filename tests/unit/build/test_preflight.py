@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -125,6 +126,50 @@ def test_a_package_whose_package_xml_cannot_be_read_is_reported_once(workspace: 
         approved("src/needs")
 
     assert [error.where for error in raised.value.errors] == ["src/lost/package.xml:2"]
+
+
+UNREADABLE = [
+    manifest("lost").replace("<license>MIT</license>", ""),
+    manifest("lost").replace("</name>", ""),
+    "<package",
+    "",
+]
+
+
+@pytest.mark.parametrize("text", UNREADABLE, ids=["invalid", "unclosed", "cut off", "empty"])
+@pytest.mark.parametrize(
+    ("paths", "words", "built"),
+    [
+        ((), (), ["alone"]),
+        (("src/needs", "src/alone"), (), ["alone"]),
+        (("src/lost",), (), []),
+        ((), ("--packages-select", "lost", "alone"), ["alone"]),
+        ((), ("--packages-up-to", "needs", "alone"), ["alone"]),
+    ],
+)
+def test_a_package_that_cannot_be_read_is_refused_with_those_that_need_it(
+    workspace: Path,
+    capsys: pytest.CaptureFixture[str],
+    text: str,
+    paths: tuple[str, ...],
+    words: tuple[str, ...],
+    built: list[str],
+):
+    for name in ("broken", "user", "cpp"):
+        shutil.rmtree(workspace / "src" / name)
+    write(workspace / "src", {"lost/package.xml": text})
+    write(workspace / "src", python_package("needs", "<depend>lost</depend>"))
+
+    with pytest.raises(preflight.RefusedError) as raised:
+        approved(*paths, words=words)
+    packages, refused = approved(*paths, words=words, keep_going=True)
+
+    assert len(raised.value.errors) == 1
+    assert ("builds the 1 package" in raised.value.render()) == bool(built)
+    assert "warning: " not in capsys.readouterr().err
+    assert [name for name in packages if name not in refused] == built
+    assert "lost" in refused
+    assert ("needs" in refused) == (paths != ("src/lost",))
 
 
 def test_a_cycle_refuses_all_packages_in_it(workspace: Path):
