@@ -21,6 +21,7 @@ from __future__ import annotations
 import _thread
 import contextlib
 import fcntl
+import mmap
 import os
 import re
 import time
@@ -40,6 +41,7 @@ _SEGMENT_LOCK = r"(fast(?:rtps|dds)_[0-9a-f]{16})_el$"
 _PORT_FILE = r"(?:sem\.)?(fast(?:rtps|dds)_port\d+)(?:_el|_sl|_mutex)?$"
 _LOCK_FILE = r"fast(?:rtps|dds)_\w+_[es]l$"
 _MAPPED = rb"/(fast(?:rtps|dds)_\w+)"
+_SEMAPHORE_BYTES = 32  # sem_t
 _LOCK_LINE = r"^\d+: FLOCK +\S+ +\S+ +(\d+) ([0-9a-f]+):([0-9a-f]+):(\d+) "
 
 
@@ -78,8 +80,12 @@ def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
     ports = {name for name in wanted if re.match(_PORT_FILE, name)}
     freed_bytes = sum(_free(folder, name) for name in wanted - ports)
     # Now, since a fresh segment of the dead is like that of a participant which is just starting.
-    unused = _unmapped(ports, folder, time.time() - SETTLING_S)
-    return freed_bytes + sum(_free(folder, name) for name in unused)
+    before_s = time.time() - SETTLING_S
+    unused = {name for name in _unmapped(ports, folder, before_s) if _is_free(folder, name)}
+    with contextlib.ExitStack() as stack:
+        ours = {name for name in unused if _enter(stack, _mutex(folder, name))}
+        # Again, since a participant may have opened one before its mutex was ours.
+        return freed_bytes + sum(_free(folder, name) for name in _unmapped(ours, folder, before_s))
 
 
 def held(*, folder: Path = FOLDER) -> dict[str, int]:
@@ -269,6 +275,52 @@ def _mapped_by(pid: int | None) -> set[str] | None:
 
 
 # ---- locking
+
+
+def _enter(stack: contextlib.ExitStack, lock: contextlib.AbstractContextManager[None]) -> bool:
+    try:
+        stack.enter_context(lock)
+    except OSError:
+        return False  # held, or not ours to take
+    return True
+
+
+def _semaphore_memory(fd: int) -> mmap.mmap:
+    """The memory of a semaphore; OSError if the file is too short. Closes the descriptor."""
+    try:
+        return mmap.mmap(fd, _SEMAPHORE_BYTES)
+    except ValueError as error:
+        raise OSError(*error.args) from error
+    finally:
+        os.close(fd)
+
+
+@contextlib.contextmanager
+def _mutex(folder: Path, port: str) -> Iterator[None]:
+    """Hold the semaphore under which Fast DDS opens a port, if there is one; OSError.
+
+    A participant that opens a port maps its file first, and locks it later. If the file is removed
+    in between, the participant reads what nobody writes to, and discovers no other ever.
+    """
+    try:
+        fd = os.open(folder / f"sem.{port}_mutex", os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
+    except FileNotFoundError:
+        yield
+        return
+    import ctypes  # only runs whose processes were killed need it
+
+    libc = ctypes.CDLL(None)
+    with _semaphore_memory(fd) as memory:
+        semaphore = (ctypes.c_char * _SEMAPHORE_BYTES).from_buffer(memory)
+        try:
+            if libc.sem_trywait(semaphore) != 0:
+                raise BlockingIOError("somebody opens this port")
+            try:
+                yield
+            finally:
+                libc.sem_post(semaphore)
+        finally:
+            del semaphore  # the memory cannot be unmapped before
 
 
 def _is_free(folder: Path, name: str) -> bool:

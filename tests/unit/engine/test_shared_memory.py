@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from launcher import proc
+from launcher.engine.monitor import shared_memory
 from launcher.engine.monitor.shared_memory import (
     SETTLING_S,
     STALE_NEWS_S,
@@ -32,6 +33,8 @@ SEGMENT = "fastrtps_0123456789abcdef"
 OTHER = "fastrtps_fedcba9876543210"
 PORT = "fastrtps_port7411"
 OWNER = 4242
+MUTEX = f"sem.{PORT}_mutex"
+UNLOCKED, LOCKED = b"\1" + bytes(31), bytes(32)  # contents of a semaphore
 
 
 class Shelf:
@@ -47,7 +50,8 @@ class Shelf:
 
     def put(self, *names: str) -> None:
         for name in names:
-            (self.folder / name).write_bytes(b"" if name.endswith("l") else b"x" * 5000)
+            content = UNLOCKED if name.startswith("sem.") else b"x" * 5000
+            (self.folder / name).write_bytes(b"" if name.endswith("l") else content)
 
     def lock(self, name: str, mode: int = fcntl.LOCK_EX, *, pid: int | None = OWNER) -> None:
         """Lock a file; /proc/locks says that `pid` did, or nothing at all."""
@@ -61,7 +65,7 @@ class Shelf:
 
     def maps(self, *names: str, pid: int = OWNER, run_id: str = "") -> None:
         """What `pid` has mapped, and which run it belongs to."""
-        (self.proc / str(pid)).mkdir()
+        (self.proc / str(pid)).mkdir(exist_ok=True)
         lines = [f"7f00-7f01 rw-s 0 00:1b 1   {self.folder / name}\n" for name in names]
         (self.proc / str(pid) / "maps").write_text("".join(lines))
         (self.proc / str(pid) / "environ").write_text(f"A=1\0LAUNCHER_RUN_ID={run_id}\0")
@@ -126,14 +130,44 @@ def test_a_lock_that_may_not_be_tested_counts_as_held(shelf: Shelf):
 
 
 def test_an_unused_port_is_removed_with_its_semaphore(shelf: Shelf):
-    files = {PORT, f"{PORT}_el", f"sem.{PORT}_mutex"}
+    files = {PORT, f"{PORT}_el", MUTEX}
     shelf.put(*files)
     assert shelf.stale() == [PORT]
     shelf.free(PORT)
     assert shelf.left == set()
 
 
-@pytest.mark.parametrize("file", [PORT, f"sem.{PORT}_mutex", f"{PORT}_sl"])
+@pytest.mark.parametrize("content", [LOCKED, b""], ids=["locked", "cut off"])
+def test_a_port_that_somebody_opens_or_removes_stays(shelf: Shelf, content: bytes):
+    shelf.put(PORT, f"{PORT}_el", MUTEX)
+    (shelf.folder / MUTEX).write_bytes(content)
+    assert shelf.free(PORT) == 0
+    assert shelf.left == {PORT, f"{PORT}_el", MUTEX}
+    (shelf.folder / MUTEX).write_bytes(UNLOCKED)
+    assert shelf.free(PORT) > 0
+    assert shelf.left == set()
+
+
+def test_a_port_that_was_mapped_before_its_mutex_was_taken_stays(
+    shelf: Shelf, monkeypatch: pytest.MonkeyPatch
+):
+    """Its file would be removed, and what is written to a new one would not be received."""
+    shelf.put(PORT, f"{PORT}_el", MUTEX, SEGMENT, f"{SEGMENT}_el")
+    shelf.lock(f"{SEGMENT}_el")
+    shelf.maps(SEGMENT)
+    take = shared_memory._mutex
+
+    def late(folder: Path, port: str) -> contextlib.AbstractContextManager[None]:
+        shelf.maps(SEGMENT, PORT)
+        return take(folder, port)
+
+    monkeypatch.setattr(shared_memory, "_mutex", late)
+    assert shelf.free(PORT) == 0
+    assert PORT in shelf.left
+    assert (shelf.folder / MUTEX).read_bytes() == UNLOCKED
+
+
+@pytest.mark.parametrize("file", [PORT, MUTEX, f"{PORT}_sl"])
 def test_what_is_left_of_a_port_is_found_by_any_of_its_files(shelf: Shelf, file: str):
     shelf.put(file)
     assert shelf.stale() == [PORT]
