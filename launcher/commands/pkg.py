@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from launcher.build.create import create
 from launcher.command_line import DEBUG, Command, Parsed, option
-from launcher.commands import VERBS
+from launcher.commands import CONTROL_VERBS, VERBS
 from launcher.errors import ExitCode, UsageError
 from launcher.program import program
 from launcher.text import escape
@@ -47,6 +47,7 @@ def _create(options: Parsed) -> int:
         license=options.license,
         maintainer=options.maintainer_name,
         email=options.maintainer_email,
+        verbs=("help", *VERBS, *CONTROL_VERBS),
     )
     made = create.create(request, dict(os.environ))
     for warning in made.warnings:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -36,7 +36,10 @@ class Created:
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """The command line; None and empty where it says nothing."""
+    """The command line; None and empty where it says nothing.
+
+    `verbs` are those of the launcher: a package of such a name is launched by `launch NAME`.
+    """
 
     name: str
     nodes: Sequence[str] = ()
@@ -48,6 +51,7 @@ class Request:
     license: str | None = None
     maintainer: str | None = None
     email: str | None = None
+    verbs: Collection[str] = ()
 
     @property
     def with_nodes(self) -> bool:
@@ -233,7 +237,8 @@ def _next_commands(request: Request, folder: str) -> Iterator[str]:
     yield f"{name} build"
     yield f"{name} test {' '.join(request.packages)}"
     if request.with_nodes:
-        yield f"{name} {request.name} {request.name}.launch.py"
+        launch = " launch" if request.name in request.verbs else ""
+        yield f"{name}{launch} {request.name} {request.name}.launch.py"
     if request.interfaces is not None:
         yield f"{name} interface show {request.interfaces}/msg/Count"
 

@@ -87,6 +87,14 @@ def test_a_package_of_nodes(workspace):
     ]
 
 
+@pytest.mark.parametrize("name", ["top", "graph", "help"])
+def test_a_package_that_is_called_like_a_verb_is_launched_by_launch(workspace, name):
+    answer = create(name)
+
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.splitlines()[-1] == f"  python -m launcher launch {name} {name}.launch.py"
+
+
 def test_without_a_name_the_node_is_called_like_the_package(workspace):
     assert create("demo").code == 0
     assert (workspace / "src/demo/demo/demo_node.py").is_file()
