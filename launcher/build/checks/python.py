@@ -24,6 +24,9 @@ from launcher.text import did_you_mean, suggest
 def check_python(package: Package) -> Iterator[SourceError]:
     """The mistakes that can be seen without running setup.py; SourceError if it cannot be read."""
     setup = SetupFile(package.file("setup.py"))
+    if not setup.may_call_setup:
+        yield setup.source.error("does not call setup()", hint=_call(package))
+        return
     yield from _name(package, setup)
     yield from _data_files(package, setup)
     yield from _packages(package, setup)
@@ -31,6 +34,10 @@ def check_python(package: Package) -> Iterator[SourceError]:
     if package.build_type == "ament_python":
         yield from _marker(package, setup)
         yield from _script_folder(package, setup)
+
+
+def _call(package: Package) -> str:
+    return f"write: from setuptools import setup; setup(name='{package.name}', ...)"
 
 
 def _name(package: Package, setup: SetupFile) -> Iterator[SourceError]:

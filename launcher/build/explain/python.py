@@ -15,7 +15,16 @@ _LAST = re.compile(r"^ {0,3}([A-Za-z_][\w.]*)(?:: (.*))?$")
 
 def explain(output: Output) -> LauncherError | None:
     """The first error of setuptools, else the last traceback."""
-    return _data_file(output) or _folder(output) or _traceback(output) or _setup_command(output)
+    found = _no_metadata(output) or _data_file(output) or _folder(output)
+    return found or _traceback(output) or _setup_command(output)
+
+
+def _no_metadata(output: Output) -> LauncherError | None:
+    """colcon's own traceback is left if setup.py succeeds without it."""
+    if "_get_setup_information" not in output.text or "CalledProcessError" not in output.text:
+        return None
+    hint = "it has to call setup() whenever it runs"
+    return _in_setup(output, "setup.py does not give the metadata of the package", "setup(", hint)
 
 
 def _data_file(output: Output) -> LauncherError | None:

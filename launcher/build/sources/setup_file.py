@@ -6,6 +6,7 @@ import ast
 import configparser
 import os
 import re
+import sys
 from functools import cached_property
 
 from launcher.build.sources.source_text import SourceText
@@ -13,6 +14,9 @@ from launcher.build.sources.source_text import SourceText
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+# Modules whose import does not call `setup`.
+_HARMLESS = {*sys.stdlib_module_names, "setuptools", "distutils"} - {"importlib", "runpy"}
 
 
 class SetupFile:
@@ -37,6 +41,27 @@ class SetupFile:
         """The call of `setup`."""
         calls = (node for node in ast.walk(self._tree) if isinstance(node, ast.Call))
         return next((one for one in calls if re.search(r"\bsetup$", ast.unparse(one.func))), None)
+
+    @property
+    def may_call_setup(self) -> bool:
+        """Whether `setup` may be called: here, under another name, or by a module or text."""
+        for node in ast.walk(self._tree):
+            match node:
+                case ast.Import(names=aliases):
+                    modules = [one.name for one in aliases]
+                case ast.ImportFrom(module=module):
+                    modules = [module or ""]
+                case ast.Name(id=name, ctx=ast.Load()) | ast.Attribute(attr=name):
+                    if re.search(r"setup(?!tools)|^(exec|eval|getattr|__import__)$", name):
+                        return True
+                    continue
+                case ast.alias(name=name, asname=str()):
+                    modules = [name] if name == "setup" else []
+                case _:
+                    continue
+            if any(module.partition(".")[0] not in _HARMLESS for module in modules):
+                return True
+        return False
 
     def argument(self, name: str) -> ast.expr | None:
         """An argument of `setup`; None without one, or if it comes from a dictionary."""

@@ -155,6 +155,13 @@ CASES = {
     "cpp_link": cpp(LINK, 2, "missing(1)", LINK_MESSAGE, LINK_HINT),
     "cpp_link_zig": cpp(LINK, 2, "missing(1)", LINK_MESSAGE, LINK_HINT),
     # ---- setup.py
+    "py_no_setup": Case(
+        {"setup.py": "from setuptools import setup\n\n\ndef main():\n    setup(name='p')\n"},
+        "setup.py:5",
+        "setup(",
+        "setup.py does not give the metadata of the package",
+        "it has to call setup() whenever it runs",
+    ),
     "py_name": setup("'0.1.0'", "VERSION", 5, "", "NameError: name 'VERSION' is not defined"),
     "py_import": setup(
         "from setuptools",

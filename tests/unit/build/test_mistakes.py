@@ -817,6 +817,20 @@ ERRORS = {
         "'resource' in data_files is not a file",
         "it is a folder: write glob('resource/*')",
     ),
+    **{
+        f"a setup.py without setup(): {text!r}": Case(
+            python_package("p", setup_py=text),
+            "src/p/setup.py",
+            "",
+            "does not call setup()",
+            "write: from setuptools import setup; setup(name='p', ...)",
+        )
+        for text in (
+            "",
+            "print('hello')\n",
+            "import os\nfrom setuptools import find_packages, setup\nfind_packages()\n",
+        )
+    },
     "a Python package that does not exist": python(
         "find_packages(exclude=['test'])",
         "['pp']",

@@ -340,3 +340,23 @@ def test_an_older_build_does_not_count_as_installed(tmp_path: Path):
     assert [one.message for one in with_install] == [
         "package 'gone' is neither in the workspace nor in the environment"
     ]
+
+
+@pytest.mark.parametrize(
+    "setup_py",
+    [
+        "import setuptools\nsetuptools.setup(name='p')\n",
+        "import setuptools\ngetattr(setuptools, 'setup')(name='p')\n",
+        "from setuptools import setup as build\nbuild(name='p')\n",
+        "from setuptools import setup\nbuild = setup\nbuild(name='p')\n",
+        "from skbuild import build\nbuild()\n",
+        "import helper\n",
+        "exec(open('real_setup.py').read())\n",
+        "import runpy\nrunpy.run_path('other.py')\n",
+    ],
+)
+def test_setup_may_be_called_in_any_way(setup_py, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path, python_package("p", setup_py=setup_py))
+
+    assert checks.errors(checks.check(sources.find(["."]))) == []
