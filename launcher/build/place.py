@@ -16,6 +16,14 @@ from launcher.program import program
 from launcher.text import shown_path
 from launcher.workspace import MARKER, VARIABLE, absolute, is_install
 
+_BAD_CHARACTERS = {
+    ":": "search paths such as PYTHONPATH separate by it",
+    ";": "lists of CMake separate by it",
+    '"': "strings of CMake end with it",
+    "\\": "it begins an escape sequence of CMake",
+}
+_CONTROL_CHARACTER = "CMake and make cannot take control characters in paths"
+
 
 @dataclass(frozen=True)
 class Place:
@@ -172,12 +180,12 @@ def _in_workspace(root: str, start: str, package: str | None) -> Place:
 
 
 def _check_characters(root: str) -> None:
-    """UsageError for a path with what separates elements of lists for CMake and search paths."""
-    bad = next((one for one in root if one in ':;"\\' or one < " "), None)
+    """UsageError for a path with what has another meaning in lists, search paths and CMake."""
+    bad = next((one for one in root if one in _BAD_CHARACTERS or one < " "), None)
     if bad is not None:
         raise UsageError(
             f"a workspace cannot be built in a folder with {bad!r} in its path: {root}",
-            hint="rename or move it: CMake and search paths such as PYTHONPATH separate by it",
+            hint=f"rename or move it: {_BAD_CHARACTERS.get(bad, _CONTROL_CHARACTER)}",
         )
 
 

@@ -118,12 +118,22 @@ def test_paths_of_two_workspaces(root: Path, tmp_path: Path):
         place.find([str(root), str(other)])
 
 
-@pytest.mark.parametrize("character", [":", ";", '"', "\\", "\n"])
-def test_a_path_that_cmake_cannot_take(tmp_path: Path, character: str):
+@pytest.mark.parametrize(
+    ("character", "why"),
+    [
+        (":", "search paths such as PYTHONPATH separate"),
+        (";", "lists of CMake separate"),
+        ('"', "strings of CMake end"),
+        ("\\", "escape sequence of CMake"),
+        ("\n", "control characters"),
+    ],
+)
+def test_a_path_that_cmake_cannot_take(tmp_path: Path, character: str, why: str):
     files_package(tmp_path / f"a{character}b/src", "one")
 
-    with pytest.raises(UsageError, match="cannot be built in a folder with"):
+    with pytest.raises(UsageError, match="cannot be built in a folder with") as raised:
         place.find([str(tmp_path / f"a{character}b")])
+    assert why in (raised.value.hint or "")
 
 
 @pytest.mark.parametrize("path", ["nothing", "file", "empty", "bare"])
