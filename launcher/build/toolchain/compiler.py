@@ -146,8 +146,13 @@ def _of_variables(environ: Mapping[str, str]) -> Compiler:
 def _named(wanted: str, environ: Mapping[str, str]) -> Compiler:
     cc = shutil.which(wanted, path=environ.get("PATH"))
     if cc is None:
+        problem = f"there is no program '{wanted}'"
+        if os.path.dirname(wanted) and os.path.isdir(wanted):
+            problem = f"'{wanted}' is a folder"
+        elif os.path.dirname(wanted) and os.path.exists(wanted):
+            problem = f"'{wanted}' is not executable"
         raise UsageError(
-            f"--compiler: there is no program '{wanted}'",
+            f"--compiler: {problem}",
             hint="auto, system, zig, or the name or path of a C compiler, such as clang",
         )
     name = os.path.basename(cc)
@@ -158,9 +163,12 @@ def _named(wanted: str, environ: Mapping[str, str]) -> Compiler:
     cxx = _other(cc, to_cxx=True)
     failure = _failure(cxx, _CXX, environ)
     if failure is not None:
-        hint = f"--compiler {wanted} needs {cxx} as well"
+        hint = (
+            f"--compiler {wanted} needs {cxx} as well; "
+            f"for another one set CC={wanted} and CXX, without --compiler"
+        )
         if cxx == cc:
-            hint = f"which C++ compiler belongs to {wanted}, is not known: set CC and CXX instead"
+            hint = f"the C++ compiler of {wanted} is not known: set CC and CXX, without --compiler"
         raise LauncherError(f"{cxx} {failure}", hint=hint)
     return Compiler(name, cc, cxx)
 

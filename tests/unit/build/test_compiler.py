@@ -115,13 +115,14 @@ def test_a_relative_path_starts_at_the_working_directory(
             "my-gcc",
             {},
             "/bin/my-g++ cannot be started: No such file or directory",
-            "--compiler my-gcc needs /bin/my-g++ as well",
+            "--compiler my-gcc needs /bin/my-g++ as well; "
+            "for another one set CC=my-gcc and CXX, without --compiler",
         ),
         (
             "only-c",
             {},
             "/bin/only-c does not compile a small program: exit code 1",
-            "which C++ compiler belongs to only-c, is not known: set CC and CXX instead",
+            "the C++ compiler of only-c is not known: set CC and CXX, without --compiler",
         ),
     ],
 )
@@ -149,6 +150,21 @@ def test_a_cc_with_an_open_quote_is_an_error(tmp_path: Path):
 def test_an_unknown_name(tmp_path: Path):
     with pytest.raises(UsageError, match="there is no program 'gc'"):
         compiler.choose("gc", os.environ, str(tmp_path))
+
+
+@pytest.mark.parametrize("is_absolute", [False, True])
+@pytest.mark.parametrize(("name", "what"), [("noexec", "is not executable"), ("bin", "a folder")])
+def test_a_path_that_cannot_be_started(tmp_path, monkeypatch, is_absolute, name, what):
+    (tmp_path / "noexec").touch()
+    (tmp_path / "bin").mkdir()
+    monkeypatch.chdir(tmp_path)
+    wanted = str(tmp_path / name) if is_absolute else f"./{name}"
+
+    with pytest.raises(UsageError) as raised:
+        compiler.choose(wanted, os.environ, str(tmp_path))
+
+    assert raised.value.message.startswith(f"--compiler: '{wanted}' is ")
+    assert raised.value.message.endswith(what)
 
 
 @pytest.mark.skipif(GCC is None, reason="needs gcc")
