@@ -168,7 +168,7 @@ class Command(Record):
             if command.name == f"{self.name} {words[0]}":
                 return command.read(words[1:])
         names = [command.name.rpartition(" ")[2] for command in self.commands]
-        hint = did_you_mean(words[0], names) or f"usage: {self.usage}"
+        hint = did_you_mean(words[0], names) or f"known: {', '.join(names)}"
         raise UsageError(f"unknown verb '{self.name} {words[0]}'", hint=hint)
 
 

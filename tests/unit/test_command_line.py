@@ -22,6 +22,8 @@ SHORT = Command("short", "do it", (NAME, MORE), OPTIONS, abbreviations=True)
 TEXT = Command("text", "do it", (NAME, option("TEXT", count="text")), OPTIONS)
 RAW = Command("raw", "do it", (NAME, option("ARG", name="text", count="...")), OPTIONS)
 
+VERBS = Command("all", "do it", commands=(Command("all list", "list"), Command("all show", "show")))
+
 
 @pytest.mark.parametrize(
     ("command", "line", "values"),
@@ -64,6 +66,8 @@ def test_what_words_mean(command, line, values):
         (SHORT, "a -fx", "unknown option '-x'", ""),
         (TEXT, "a --x", "unknown option '--x'", ""),
         (SHORT, "-5x", "unknown option '-5x'", ""),
+        (VERBS, "bogus", "unknown verb 'all bogus'", "known: list, show"),
+        (VERBS, "lits", "unknown verb 'all lits'", "did you mean 'list'?"),
     ],
 )
 def test_mistakes_are_named_with_a_hint(command, line, message, hint):
