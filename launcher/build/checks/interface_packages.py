@@ -186,6 +186,8 @@ class _Files:
             yield from self._resolved(interface, reference)
 
     def _missing(self, text: str, line: int) -> SourceError:
+        if os.path.isdir(os.path.join(self._file.folder, text)):
+            return self._file.source.error(f"'{text}' is a folder, not a file", line, at=text)
         files = files_of(self._package)
         by_name = [path for path in files if os.path.basename(path) == os.path.basename(text)]
         hint = f"did you mean '{by_name[0]}'?" if by_name else did_you_mean(text, files)

@@ -428,6 +428,14 @@ ERRORS = {
         "did you mean 'msg/Task.msg'?",
         "msg/Task.msg",
     ),
+    "a listed file that is a folder": interfaces(
+        'rosidl_generate_interfaces(m\n  "msg/Task.msg")',
+        6,
+        "msg/Task",
+        "'msg/Task.msg' is a folder, not a file",
+        None,
+        "msg/Task.msg/Other.txt",
+    ),
     "a listed file without its folder": interfaces(
         'set(files\n  "Task.msg"\n)\nrosidl_generate_interfaces(m ${files})',
         6,
