@@ -10,6 +10,7 @@ import unicodedata
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.machinery import PathFinder
+from itertools import filterfalse
 
 from launcher.build.create.templates import class_name
 from launcher.errors import UsageError
@@ -78,7 +79,9 @@ def _check(name: str, what: str, is_usable: Callable[[str], bool]) -> None:
 
 def _repaired(name: str) -> str | None:
     """`my_robot` for `MyRobot` or `my-robot`; None if nothing valid is left of it."""
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    plain = "".join(filterfalse(unicodedata.combining, unicodedata.normalize("NFKD", name)))
+    if any(one.isalpha() and not one.isascii() for one in plain):
+        return None  # without its `ß` a word is another one
     words = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", plain)
     meant = re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_").lstrip("0123456789_")
     is_good = _NAME.fullmatch(meant) and not keyword.iskeyword(meant)
