@@ -151,6 +151,8 @@ def _validated(source: SourceText, root: XmlElement) -> tuple[str, str]:
         hint = None
         if not any(tag.name in message for tag in root.children if tag is not root):
             hint = _missing_tag_hint(message)
+        if message.startswith("Invalid email"):  # by the rule of catkin_pkg
+            hint = "write it as NAME@HOST.DOMAIN, where DOMAIN has two or more letters"
         raise source.error(message, tag.line, tag.column, hint=hint) from None
 
 

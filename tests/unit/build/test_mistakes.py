@@ -722,6 +722,13 @@ ERRORS = {
         "<run_depend> does not exist in format 3",
         "write <exec_depend>x</exec_depend>",
     ),
+    "an address that catkin_pkg refuses": xml(
+        manifest("p").replace("someone@example.org", "a@b.c"),
+        6,
+        "<maintainer",
+        'Invalid email "a@b.c" for person "Someone"',
+        "write it as NAME@HOST.DOMAIN, where DOMAIN has two or more letters",
+    ),
     "a missing version": xml(
         manifest("p").replace("  <version>0.1.0</version>\n", ""),
         2,
