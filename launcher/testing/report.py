@@ -33,6 +33,7 @@ class Report(Listener):
         self._verbose = verbose
         self._line = StatusLine(sys.stdout)
         self.judged: dict[str, tuple[Results, str]] = {}  # package -> results, what went wrong
+        self._incomplete: dict[str, list[str]] = {}  # `timed out`, `not built`, ... -> packages
 
     # ---- while they run
 
@@ -47,6 +48,8 @@ class Report(Listener):
         found = results.read(outcome.job, is_complete=not was_ended)
         problem = problem_of(outcome, found)
         self.judged[outcome.job.package] = (found, problem)
+        if outcome.ending:
+            self._incomplete.setdefault(outcome.ending, []).append(outcome.job.package)
         if not self._in_foreground and (self._verbose or problem):
             _print_output(outcome.job)
         for process in outcome.left:
@@ -65,9 +68,9 @@ class Report(Listener):
         """Print it; the exit code without regard to signals."""
         for outcome in outcomes:
             if outcome.job.package not in self.judged:
-                self.judged[outcome.job.package] = (Results(), "not run")
+                self._leave_out(outcome.job.package, "not run")
         for name in not_built:
-            self.judged[name] = (Results(), "not built")
+            self._leave_out(name, "not built")
         failures = [one for found, _ in self.judged.values() for one in found.failures]
         print()
         for failure in failures:
@@ -77,12 +80,16 @@ class Report(Listener):
                 print(f"{name}: {escape(problem)}")
         for hint in sorted({*filter(None, map(_hint, failures))}):
             print(f"hint: {hint}")
-        print(results.total([found for found, _ in self.judged.values()]))
+        print(results.total([found for found, _ in self.judged.values()], self._incomplete))
         has_passed = any(found.passed for found, _ in self.judged.values())
         has_problem = any(problem for _, problem in self.judged.values())
         if not has_passed and not has_problem:
             print("no test ran", file=sys.stderr)
         return ExitCode.OK if has_passed and not has_problem else ExitCode.PROCESS_FAILED
+
+    def _leave_out(self, package: str, why: str) -> None:
+        self.judged[package] = (Results(), why)
+        self._incomplete.setdefault(why, []).append(package)
 
 
 def problem_of(outcome: Outcome, found: Results) -> str:

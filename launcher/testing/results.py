@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 from xml.etree import ElementTree
@@ -190,9 +190,12 @@ def place_of_end(job: Job) -> str:
     return ""
 
 
-def total(results: list[Results]) -> str:
-    """`3 packages: 12 passed, 1 failed`."""
+def total(results: list[Results], incomplete: Mapping[str, list[str]]) -> str:
+    """`3 packages: 12 passed, 1 failed, 1 timed out (p)`; `incomplete` has packages by ending."""
     together = Results()
     for one in results:
         together.add(one)
-    return f"{count(len(results), 'package')}: {together}"
+    parts = [f"{len(names)} {why} ({', '.join(names)})" for why, names in incomplete.items()]
+    if together.passed or together.failed or together.skipped or not parts:
+        parts.insert(0, str(together))
+    return f"{count(len(results), 'package')}: {', '.join(parts)}"

@@ -47,6 +47,17 @@ class Outcome:
     def is_timeout(self) -> bool:
         return self.timeout_s is not None
 
+    @property
+    def ending(self) -> str:
+        """Why there are no results of some tests; empty if the tests ended by themselves."""
+        if self.problem:
+            return "not started"
+        if self.is_timeout:
+            return "timed out"
+        if self.is_interrupted:
+            return "interrupted"
+        return "killed" if self.returncode is not None and self.returncode < 0 else ""
+
 
 class Listener:
     """Receives what a Runner does; every method may be left out."""

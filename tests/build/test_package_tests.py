@@ -224,7 +224,7 @@ def test_a_package_that_is_not_built_is_not_tested(workspace):
     assert answer.code == 1
     assert "warning: not built: not_built; to build it: python -m launcher build\n" in answer.err
     assert "not_built: not built" in answer.lines
-    assert answer.lines[-1] == "2 packages: 1 passed"
+    assert answer.lines[-1] == "2 packages: 1 passed, 1 not built (not_built)"
 
 
 @pytest.mark.thorough
@@ -362,7 +362,7 @@ def test_a_test_that_hangs_is_ended_with_its_place(workspace, ignores):
 
     assert answer.code == 1
     assert "first: timed out after 20 s, at src/first/test/test_it.py:4" in answer.lines
-    assert answer.lines[-1] == "2 packages: 1 passed"
+    assert answer.lines[-1] == "2 packages: 1 passed, 1 timed out (first)"
 
 
 # ---- own types

@@ -186,3 +186,19 @@ def test_the_place_where_a_test_was_ended(job, tmp_path, line, folder):
     one = Job("p", source, source, (), "", str(log))
 
     assert results.place_of_end(one) == f"{folder}/test/test_a.py:3"
+
+
+@pytest.mark.parametrize(
+    ("found", "incomplete", "line"),
+    [
+        ([results.Results()], {}, "1 package: no tests"),
+        ([results.Results()], {"timed out": ["a"]}, "1 package: 1 timed out (a)"),
+        (
+            [results.Results(passed=3), results.Results(failed=1), *[results.Results()] * 2],
+            {"timed out": ["b", "c"], "not built": ["d"]},
+            "4 packages: 3 passed, 1 failed, 2 timed out (b, c), 1 not built (d)",
+        ),
+    ],
+)
+def test_the_last_line_names_packages_without_all_their_results(found, incomplete, line):
+    assert results.total(found, incomplete) == line
