@@ -18,9 +18,9 @@ COMMAND = Command(
     synopsis="[PATH ...] [options] [-- OPTIONS OF COLCON]",
     about="""\
 Build the packages below src/ that have changed, with colcon, CMake and a compiler from pip: message
-packages, Python packages, and packages that only install files. PATH is a workspace, a folder in
-it, or a package's folder, which is built with what it depends on; without PATH it is the working
-directory. Results are in build/, install/ and log/.
+packages, Python packages, C and C++ without rclcpp, and packages that only install files. PATH is a
+workspace, a folder in it, or a package's folder, which is built with what it depends on; without
+PATH it is the working directory. Results are in build/, install/ and log/.
 
 Packages are checked first: as long as one has a mistake, nothing is built.
 
