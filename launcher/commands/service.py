@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 import sys
 import time
 from collections.abc import Iterable
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from launcher.ros.services import ServiceCaller
 
 _CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
+_ANSWER_S = 30.0
 
 
 NAME = option("NAME", name="service_name")
@@ -98,9 +100,11 @@ def _call(options: Parsed) -> int:
 
 
 def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
-    """Wait for the service; VerbError if it is there with another type."""
+    """Wait for the service; VerbError if it has another type, or is not there in time."""
     from launcher.ros.errors import VerbError
+    from launcher.ros.services import NoAnswerError
 
+    deadline = time.monotonic() + (math.inf if options.timeout is None else options.timeout)
     caller.load(kind)
     name = _full(options.service_name)
     types = _offered(caller.observer, name, spin_time_s(options))
@@ -114,8 +118,8 @@ def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     # With --json, standard output has answers only.
     stream = sys.stderr if options.json else sys.stdout
     print("waiting for service to become available...", file=stream, flush=True)
-    while not caller.wait_for(client, 1.0):
-        pass
+    if not caller.wait_for(client, deadline - time.monotonic()):
+        raise NoAnswerError(f"service '{name}' is not available after {options.timeout:g} s")
 
 
 def _full(name: str) -> str:
@@ -142,7 +146,8 @@ def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) 
 
     if not options.json:
         print(f"requester: making request: {request!r}\n", flush=True)
-    answer = caller.call(kind, options.service_name, request, options.timeout)
+    limit_s = _ANSWER_S if options.timeout is None else options.timeout
+    answer = caller.call(kind, options.service_name, request, limit_s)
     if options.json:
         print(json.dumps(to_json_plain(to_plain(answer)), ensure_ascii=False), flush=True)
     else:
@@ -172,7 +177,12 @@ COMMAND = Command(
             option("[YAML]", "the request", default="", name="values"),
             option("--stdin", "read the YAML from stdin"),
             option("-r, --rate HZ", "repeat the call at this rate", number),
-            option("--timeout S", "wait S seconds for the response", seconds, 30.0),
+            option(
+                "--timeout S",
+                "wait S seconds for the service, and as long for each response "
+                "(default: without end for the service, 30 for a response)",
+                seconds,
+            ),
         ),
     ),
 )

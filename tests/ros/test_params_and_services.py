@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 
 import pytest
 import yaml
@@ -159,6 +160,14 @@ def test_a_call_as_json_that_waits_for_its_service_says_so_on_stderr(env, tmp_pa
             finally:
                 call.kill()
     assert said not in files[0].read_text()
+
+
+@pytest.mark.parametrize("option", [[], ["--json"]], ids=["text", "json"])
+def test_the_timeout_of_a_call_limits_the_wait_for_the_service(verb, option):
+    started = time.monotonic()
+    answer = verb("service", "call", "/nobody", "std_srvs/Trigger", "--timeout", "1.5", *option)
+    assert (answer.code, time.monotonic() - started >= 1.5) == (1, True), answer
+    assert answer.err.endswith("service '/nobody' is not available after 1.5 s\n"), answer
 
 
 @pytest.mark.parametrize(
