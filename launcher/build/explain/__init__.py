@@ -8,7 +8,7 @@ import re
 from launcher.build.explain import cmake, compiler, interfaces, python
 from launcher.build.explain.output import Output
 from launcher.build.place import FULL_DISK_HINT
-from launcher.build.sources.source_text import SourceError
+from launcher.build.sources.source_text import SourceError, shown
 from launcher.errors import LauncherError
 
 __all__ = ["Output", "explain"]
@@ -38,9 +38,14 @@ def explain(output: Output) -> LauncherError | None:
 
 
 def _full_disk(output: Output) -> LauncherError | None:
+    """The disk is full, or was: at the end there may be space again. Some tools name a file."""
     if not output.has("No space left on device", "Disk quota exceeded", "[Errno 28]"):
         return None
-    return LauncherError("the disk is full", hint=FULL_DISK_HINT)
+    sign = "(?:No space left on device|Disk quota exceeded)"
+    file = r"(?<![^\s:'\"])(?=[^\s:'\"]*/)([^\s:'\"]+)"  # from the start of a word: linear
+    found = re.search(f"{file}['\"]?: '?{sign}|{sign}: ['\"]?{file}", output.text)
+    path = os.path.join(output.build, (found[1] or found[2]) if found else "")
+    return LauncherError(f"No space left on device: {shown(path.rstrip('/'))}", hint=FULL_DISK_HINT)
 
 
 def _out_of_memory(output: Output) -> LauncherError | None:

@@ -250,7 +250,14 @@ CASES = {
         {"src/go.cpp": ""},
         None,
         "",
-        "the disk is full",
+        "No space left on device: build/full/sm.o",
+        "make space and repeat the command: what is built already is kept",
+    ),
+    "disk_full_generator": Case(
+        {"src/go.cpp": ""},
+        None,
+        "",
+        "No space left on device: build",
         "make space and repeat the command: what is built already is kept",
     ),
     "killed": Case(
@@ -295,6 +302,21 @@ def test_a_failure_is_one_message(name: str, tmp_path: Path, monkeypatch: pytest
 def test_every_recorded_output_is_used():
     without_cause = {"py_exit"}  # says what it wants to say, without a place
     assert {path.stem for path in RECORDED.glob("*.txt")} == {*CASES} | without_cause
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "cc1plus: fatal error: error writing to /tmp/cc1.s: No space left on device",
+        "OSError: [Errno 28] No space left on device: '/tmp/cc1.s'",
+        "cp: error writing '/tmp/cc1.s': No space left on device",
+        "/tmp/cc1.s: Disk quota exceeded",
+    ],
+)
+def test_the_file_for_which_a_disk_has_no_space_is_named(tmp_path: Path, text: str):
+    error = explain(Output("p", str(tmp_path), str(tmp_path / "build"), text))
+    assert error is not None
+    assert error.message == "No space left on device: /tmp/cc1.s"
 
 
 def test_an_unknown_output_is_not_explained(tmp_path: Path):
