@@ -82,8 +82,12 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
     if executable in scripts:
         return scripts[executable]
     names = [*_programs(libexec), *scripts]
+    own = own_package(package, env) if _is_overlay(libexec) else None
+    where = (
+        f"in the source folder '{own.source}'" if own else f"on the libexec directory '{libexec}'"
+    )
     raise ExecutableNotFoundError(
-        f"executable '{executable}' not found on the libexec directory '{libexec}'",
+        f"executable '{executable}' not found {where}",
         hint=did_you_mean(executable, names) or _executables_hint(package, names, env),
     )
 

@@ -106,5 +106,5 @@ def no_executable_hint(
     if problem is not None:
         return f"{source}/setup.py could not be read: {problem}"
     if os.path.isfile(os.path.join(source, "CMakeLists.txt")):
-        return f"{source} is not built: colcon build, then . install/setup.sh"
+        return f"{source} is not built: {program()} build"
     return f"{source}/setup.py has no console_scripts in its entry_points"

@@ -17,6 +17,7 @@ from launcher.frontends.locate import locate
 from launcher.language.compat import vocabulary
 from launcher.packages import overlay, sources
 from launcher.packages.unknown import needs_ros
+from launcher.program import program
 from tests.support.own_package import write_package
 
 MANIFEST = "<package><name>{}</name></package>"
@@ -146,7 +147,8 @@ def test_a_package_of_cmake_that_is_not_built_says_so(work: Path):
     assert packages.share_directory("bot", os.environ) == work / "bot"
     with pytest.raises(ExecutableNotFoundError) as caught:
         packages.find_executable("bot", "talk", os.environ)
-    assert caught.value.hint == f"{work}/bot is not built: colcon build, then . install/setup.sh"
+    assert caught.value.message == f"executable 'talk' not found in the source folder '{work}/bot'"
+    assert caught.value.hint == f"{work}/bot is not built: {program()} build"
 
 
 def test_a_file_that_setup_py_leaves_out_is_reported(work: Path, capsys):
