@@ -48,6 +48,19 @@ def warn_of_dependencies(package: str, source: str, env: Mapping[str, str]) -> N
 
 def _is_unbuilt(package: str, folder: str, env: Mapping[str, str]) -> bool:
     prefixes = [*env.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
+    # A moved workspace is here, too, but not the prefixes of its packages.
+    for install in env.get("COLCON_PREFIX_PATH", "").split(os.pathsep):
+        prefixes += [os.path.join(install, package)] if install else []
     return sources.has_interfaces(folder) and not any(
-        os.path.isfile(os.path.join(prefix, MARKERS, package)) for prefix in prefixes if prefix
+        _was_built(package, folder, prefix) for prefix in prefixes if prefix
     )
+
+
+def _was_built(package: str, folder: str, prefix: str) -> bool:
+    marker = os.path.join(prefix, MARKERS, package)
+    if os.path.exists(marker) or not os.path.islink(marker):
+        return os.path.isfile(marker)
+    # The link leads to nowhere: in the workspace, its build folder was removed; out of it, the
+    # workspace was moved, which is told when it is activated.
+    root = os.path.commonpath([os.path.abspath(prefix), folder])
+    return not os.readlink(marker).startswith(os.path.join(root, ""))

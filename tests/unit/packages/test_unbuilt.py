@@ -66,6 +66,25 @@ def test_nothing_is_told_of_interfaces_that_are_built(ws: Path, capsys):
     assert unbuilt.hint("bot_msgs", os.environ) is None
 
 
+@pytest.mark.parametrize(
+    ("target", "is_told"),
+    [("{root}/build/bot_msgs/marker", True), ("{root}-before/build/bot_msgs/marker", False)],
+    ids=["build folder is gone", "workspace was moved"],
+)
+def test_a_moved_workspace_is_not_told_to_be_unbuilt(
+    ws: Path, monkeypatch, capsys, target: str, is_told: bool
+):
+    monkeypatch.setenv("COLCON_PREFIX_PATH", str(ws / "install"))
+    marker = ws / "install/bot_msgs" / MARKERS / "bot_msgs"
+    marker.parent.mkdir(parents=True)
+    marker.symlink_to(target.format(root=ws))
+
+    packages.share_directory("bot", os.environ)
+
+    assert ("not built" in capsys.readouterr().err) is is_told
+    assert (unbuilt.hint("bot_msgs", os.environ) is not None) is is_told
+
+
 def test_a_type_of_a_package_that_is_not_built_is_no_unknown_one(ws: Path, capsys):
     said = f"bot_msgs is in {ws}/src/bot_msgs, and not built: "
     for ask in (resolve, load_message):
