@@ -18,7 +18,7 @@ _checked: set[str] = set()
 
 def hint(package: str, env: Mapping[str, str]) -> str | None:
     """What to do about the types of a package that are not found, if it has only to be built."""
-    folder = dict(sources.around()).get(package)
+    folder = next((folder for name, folder in sources.around() if name == package), None)
     if folder is None or not _is_unbuilt(package, folder, env):
         return None
     return f"{package} is in {folder}, and not built: {program()} build"

@@ -85,6 +85,12 @@ def test_a_moved_workspace_is_not_told_to_be_unbuilt(
     assert (unbuilt.hint("bot_msgs", os.environ) is not None) is is_told
 
 
+def test_the_nearest_of_two_sources_is_told(ws: Path, monkeypatch):
+    write(ws / "below/src", interface_package("bot_msgs", {}))
+    monkeypatch.chdir(ws / "below")
+    assert f"{ws}/below/src/bot_msgs," in str(unbuilt.hint("bot_msgs", os.environ))
+
+
 def test_a_type_of_a_package_that_is_not_built_is_no_unknown_one(ws: Path, capsys):
     said = f"bot_msgs is in {ws}/src/bot_msgs, and not built: "
     for ask in (resolve, load_message):
