@@ -9,7 +9,7 @@ import sys
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
-from launcher.ros.verb import dispatch, ros_command, show, to_json_plain
+from launcher.ros.verb import dispatch, ros_command, show, to_json_plain, warn
 
 _TITLES = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
 
@@ -26,7 +26,7 @@ def _list(options: Parsed) -> int:
 
 
 def _show(options: Parsed) -> int:
-    from launcher.ros.messages.interfaces import resolve
+    from launcher.ros.messages.interfaces import note_of_change, resolve
     from launcher.ros.messages.interfaces import show as definition
 
     name = sys.stdin.readline().strip() if options.type == "-" else options.type
@@ -35,6 +35,8 @@ def _show(options: Parsed) -> int:
         definition(full, comments=not options.no_comments, nested_comments=options.all_comments)
     )
     show(options, {"name": full, "definition": lines}, ["\n".join(lines)])
+    if note := note_of_change(full):
+        warn(note)
     return ExitCode.OK
 
 

@@ -160,10 +160,15 @@ def _misfit(path: str, expected: str, value: Any) -> VerbError:
 
 
 def _unknown(message: Any, name: Any, fields: list[str]) -> VerbError:
+    from launcher.ros.messages.interfaces import note_of_change
+
     owner = type(message).__name__
+    package, kind, *_ = type(message).__module__.split(".")
+    note = note_of_change(f"{package}/{kind}/{owner.partition('_')[0]}")
     hint = did_you_mean(str(name), fields) or f"fields of {owner}: {', '.join(fields)}"
     return VerbError(
-        f"Failed to populate field: '{owner}' object has no attribute '{name}'", hint=hint
+        f"Failed to populate field: '{owner}' object has no attribute '{name}'",
+        hint=f"{hint}\n{note}" if note else hint,
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import re
 import sys
@@ -150,6 +152,28 @@ def definition_path(full: str) -> Path:
             hint=f"to build without it: {program()} build",
         )
     return own if own.is_file() else own.with_suffix(".idl")  # it was written in IDL
+
+
+def note_of_change(full: str) -> str | None:
+    """That an installed definition, a link to its source, was edited after the build.
+
+    `launcher.build.records` describes the record of the build. None without one.
+    """
+    package, kind, name = full.split("/")
+    prefix = interface_packages().get(package)
+    if prefix is None:
+        return None
+    path = prefix / "share" / package / kind / f"{name}.{kind}"
+    if not path.is_symlink():
+        return None
+    try:
+        record = json.loads((prefix / f"../../build/{package}/launcher.json").read_bytes())
+        inside = os.path.relpath(os.path.realpath(path), record["place"]["source"])
+        is_same = record["files"][inside][2] == hashlib.sha256(path.read_bytes()).hexdigest()[:32]
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+    text = f"note: the definition of {full} has changed since the build: {program()} build"
+    return None if is_same else text
 
 
 def show(full: str, *, comments: bool, nested_comments: bool, depth: int = 0) -> Iterator[str]:

@@ -6,13 +6,24 @@ import os
 from pathlib import Path
 
 import pytest
+from std_srvs.srv import SetBool
 
 from launcher import packages
+from launcher.build import records, sources
+from launcher.build.place import Place
 from launcher.errors import PackageNotFoundError
 from launcher.packages import unbuilt
 from launcher.packages.sources import MARKERS
 from launcher.ros.errors import VerbError
-from launcher.ros.messages.interfaces import load_message, resolve, show, warn_if_unknown
+from launcher.ros.messages import interfaces
+from launcher.ros.messages.from_yaml import fill
+from launcher.ros.messages.interfaces import (
+    load_message,
+    note_of_change,
+    resolve,
+    show,
+    warn_if_unknown,
+)
 from tests.support.own_package import write_package
 from tests.unit.build.source_tree import interface_package, write
 
@@ -127,6 +138,34 @@ def test_the_type_of_a_field_that_is_gone_is_told(ws, field: str, message: str, 
 
     assert caught.value.message == f"top_msgs/msg/Top {message}"
     assert ("not built: " in str(caught.value.hint)) is is_in_sources
+
+
+def test_a_definition_that_was_edited_after_its_build_is_noted(ws: Path, monkeypatch):
+    source = ws / "src/bot_msgs/msg/Word.msg"
+    place = Place(str(ws), str(ws / "src"))
+    setting = records.Setting(place, links=True, tools="", compiler="", options=())
+    package = sources.find([str(ws / "src/bot_msgs")]).packages[0]
+    records.store(place, records.make(package, setting, {}, None))
+    prefix = ws / "install/bot_msgs"
+    index = "share/ament_index/resource_index/rosidl_interfaces/bot_msgs"
+    write(prefix, {index: "msg/Word.idl\n", "share/bot_msgs/msg/Word.idl": ""})
+    (prefix / "share/bot_msgs/msg/Word.msg").symlink_to(source)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(prefix))
+
+    source.touch()
+    assert note_of_change("bot_msgs/msg/Word") is None
+    source.write_text("string word\nint8 more\n", encoding="utf-8")
+    said = "note: the definition of bot_msgs/msg/Word has changed since the build: "
+    assert str(note_of_change("bot_msgs/msg/Word")).startswith(said)
+    assert note_of_change("std_msgs/msg/String") is None
+
+
+def test_an_unknown_field_of_a_changed_definition_has_the_note(monkeypatch):
+    monkeypatch.setattr(interfaces, "note_of_change", lambda full: f"note: {full}")
+    with pytest.raises(VerbError) as caught:
+        fill(SetBool.Request(), {"more": 1})
+    hint = "fields of SetBool_Request: data\nnote: std_srvs/srv/SetBool"
+    assert caught.value.render().endswith(f"hint: {hint}")
 
 
 def test_a_definition_whose_source_is_gone_is_told_although_its_idl_is_there(ws: Path):
