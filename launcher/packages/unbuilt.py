@@ -14,6 +14,7 @@ from launcher.packages.sources import MARKERS
 from launcher.program import program
 
 _checked: set[str] = set()
+_warnings: list[str] = []
 
 
 def hint(package: str, env: Mapping[str, str]) -> str | None:
@@ -39,11 +40,17 @@ def warn_of_dependencies(package: str, source: str, env: Mapping[str, str]) -> N
     missing = sorted(name for name, folder in needed.items() if _is_unbuilt(name, folder, env))
     if missing:
         are = "is" if len(missing) == 1 else "are"
-        print(
+        _warnings.append(
             f"warning: {package} needs {', '.join(missing)}, which {are} not built\n"
-            f"hint: {program()} build",
-            file=sys.stderr,
+            f"hint: {program()} build"
         )
+        print(_warnings[-1], file=sys.stderr)
+
+
+def repeat_warnings() -> None:
+    """Print them again at the end of a run that has failed: they are its probable cause."""
+    for warning in _warnings:
+        print(warning, file=sys.stderr)
 
 
 def _is_unbuilt(package: str, folder: str, env: Mapping[str, str]) -> bool:

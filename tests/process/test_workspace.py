@@ -18,6 +18,7 @@ from launcher.doctor.facts import WorkspaceFacts
 from launcher.doctor.workspace import inspect
 from launcher.workspace import Workspace
 from tests.support.own_package import MANIFEST, write_package
+from tests.unit.build.source_tree import interface_package, write
 
 TOOLS = Path(sys.executable).parent
 PATHS = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "COLCON_PREFIX_PATH", "PYTHONPATH", "PATH")
@@ -250,6 +251,20 @@ def test_a_workspace_that_was_never_built_is_told(tmp_path: Path):
     assert f"note: the workspace {tmp_path} is not built" in done.stderr.decode()
     done = subprocess.run([*command, "doctor"], cwd=tmp_path, env=clean(), capture_output=True)
     assert "must be built: new_pkg (not built)" in done.stdout.decode()
+
+
+def test_interfaces_that_are_not_built_are_told_again_at_the_end_of_a_failed_run(tmp_path: Path):
+    src = tmp_path / "src"
+    bot = write_package(src, "bot", depends="<exec_depend>bot_msgs</exec_depend>")
+    write(src, interface_package("bot_msgs", {"msg/Word.msg": "string word\n"}))
+    (bot / "bot/talker.py").write_text("import bot_msgs.msg\n")
+
+    words = [sys.executable, "-m", "launcher", "bot", "bot_xml.launch.xml"]
+    done = subprocess.run(words, cwd=tmp_path, env=clean(), capture_output=True, timeout=200)
+
+    told = "warning: bot needs bot_msgs, which is not built\nhint: python -m launcher build\n"
+    assert (done.returncode, done.stderr.decode().count(told)) == (1, 2), done
+    assert done.stderr.decode().endswith(told)
 
 
 def test_a_build_of_another_python_is_told(workspace: Path, is_linked: bool):

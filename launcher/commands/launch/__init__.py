@@ -132,6 +132,10 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
     if interpreter.failure is not None:
         print(interpreter.failure.render(), file=sys.stderr)
         return ExitCode.PROCESS_FAILED
+    if code == ExitCode.PROCESS_FAILED:
+        from launcher.packages.unbuilt import repeat_warnings
+
+        repeat_warnings()
     return code
 
 
