@@ -7,7 +7,8 @@ What Fast DDS does (observed on 2.14 with real nodes):
   removes the files of a killed one.
 * A port `fastrtps_port<N>` belongs to its reader, who holds the lock on `..._el` (`..._sl` where
   readers share it). Writers only map it. The file may be left without its lock file, and
-  `sem.fastrtps_port<N>_mutex` with it.
+  `sem.fastrtps_port<N>_mutex` with it. That is a semaphore, held while a port is opened or removed.
+  Ports from 7000 on are shared by the participants of all domains.
 
 The lock is the only test that sees all processes: it works across users, pid and mount namespaces,
 where /proc shows nothing. So nothing is freed whose lock is held or may not be tested; a port,
