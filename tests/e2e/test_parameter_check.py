@@ -32,7 +32,8 @@ print("ready", flush=True)
 try:
     rclpy.spin(node)
 except (KeyboardInterrupt, ExternalShutdownException):
-    pass
+    node.destroy_node()
+    rclpy.try_shutdown()
 """
 
 LAUNCH = """
