@@ -1,0 +1,1 @@
+"""Processes on other hosts: the operator's side of their engines."""

@@ -1,0 +1,72 @@
+"""The hosts of a run and the rules that place processes on them, as plain data."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+
+from launcher.model.record import Record
+
+LOCAL = "local"  # the name of the machine on which the launcher runs, in rules of placement
+
+
+class HostEngine(enum.Enum):
+    """What starts and supervises the processes of a host.
+
+    AUTO is SYSTEMD where the host has it, else SSH.
+    """
+
+    AUTO = "auto"
+    SSH = "ssh"
+    SYSTEMD = "systemd"
+
+
+class LinkPolicy(Record):
+    """What a host does with its processes while the operator cannot be reached.
+
+    `stop_after_s` None: they run on (`keep`); else the host stops them after so many seconds.
+    """
+
+    stop_after_s: float | None = None
+
+
+class Host(Record):
+    """One host of a hosts file.
+
+    `ssh` are options of OpenSSH (`Port`, `IdentityFile`), by name. `python` is the interpreter with
+    the launcher there, absolute or relative to the user's home; `setup` are files that a POSIX
+    shell sources before it (`/opt/ros/jazzy/setup.sh`). `environment` are variables for the
+    processes there, which may be secret. `on_link_loss` None is the default of the engine:
+    SYSTEMD keeps, SSH stops after 10 s. `workspace` is the folder that `hosts sync` fills,
+    relative to the home. `node_selector` are labels of a Kubernetes node. `where` is the place in
+    the file, for messages.
+    """
+
+    name: str
+    address: str
+    user: str | None = None
+    engine: HostEngine = HostEngine.AUTO
+    ssh: Mapping[str, str] = {}
+    python: str = "python3"
+    setup: tuple[str, ...] = ()
+    environment: Mapping[str, str] = {}
+    on_link_loss: LinkPolicy | None = None
+    workspace: str = ".local/share/launcher/workspace"
+    node_selector: Mapping[str, str] = {}
+    where: str = ""
+
+
+class Rule(Record):
+    """`pattern: host` of a hosts file; `host` may be LOCAL."""
+
+    pattern: str
+    host: str
+    where: str = ""
+
+
+class HostsFile(Record):
+    """A hosts file that was read: hosts by name, and the rules in the order of the file."""
+
+    path: str
+    hosts: Mapping[str, Host]
+    rules: tuple[Rule, ...] = ()
