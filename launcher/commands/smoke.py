@@ -20,9 +20,10 @@ from launcher.commands.launch.target import (
     TARGET,
     LaunchRequest,
 )
+from launcher.document.quantities import DURATION
+from launcher.document.reader import together
 from launcher.engine.output.stdout import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke.expect.quantities import DURATION
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
 from launcher.smoke.options import EXPECTATIONS
@@ -228,7 +229,7 @@ def _check(script: Script, words: Sequence[str]) -> forecast.Forecast | None:
         print(f"smoke: warning: {warning}", file=sys.stderr)
     errors = [error for findings in found for error in findings.errors]
     if errors:
-        raise checks.together(errors)
+        raise together(errors)
     return foreseen
 
 

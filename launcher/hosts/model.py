@@ -30,16 +30,29 @@ class LinkPolicy(Record):
     stop_after_s: float | None = None
 
 
+class Secret(Record):
+    """Where the value of a variable comes from: a variable of the operator, or a file.
+
+    One of the two is set; `file` is absolute.
+    """
+
+    variable: str | None = None
+    file: str | None = None
+
+    def __str__(self) -> str:
+        return f"environment variable {self.variable}" if self.variable else f"file {self.file}"
+
+
 class Host(Record):
     """One host of a hosts file.
 
     `ssh` are options of OpenSSH (`Port`, `IdentityFile`), by name. `python` is the interpreter with
     the launcher there, absolute or relative to the user's home; `setup` are files that a POSIX
     shell sources before it (`/opt/ros/jazzy/setup.sh`). `environment` are variables for the
-    processes there, which may be secret. `on_link_loss` None is the default of the engine:
-    SYSTEMD keeps, SSH stops after 10 s. `workspace` is the folder that `hosts sync` fills,
-    relative to the home. `node_selector` are labels of a Kubernetes node. `where` is the place in
-    the file, for messages.
+    processes there, none of which may be shown; of those in `secrets` the value is not in the file.
+    `on_link_loss` None is the default of the engine: SYSTEMD keeps, SSH stops after 10 s.
+    `workspace` is the folder that `hosts sync` fills, relative to the home. `node_selector` are
+    labels of a Kubernetes node. `where` is the place in the file, for messages.
     """
 
     name: str
@@ -50,6 +63,7 @@ class Host(Record):
     python: str = "python3"
     setup: tuple[str, ...] = ()
     environment: Mapping[str, str] = {}
+    secrets: Mapping[str, Secret] = {}
     on_link_loss: LinkPolicy | None = None
     workspace: str = ".local/share/launcher/workspace"
     node_selector: Mapping[str, str] = {}
@@ -57,11 +71,16 @@ class Host(Record):
 
 
 class Rule(Record):
-    """`pattern: host` of a hosts file; `host` may be LOCAL."""
+    """`pattern: host` of a hosts file; `host` may be LOCAL.
+
+    `where`, `source_line` and `column` (from 1) are its place in the file, for messages.
+    """
 
     pattern: str
     host: str
     where: str = ""
+    source_line: str | None = None
+    column: int | None = None
 
 
 class HostsFile(Record):
@@ -70,3 +89,4 @@ class HostsFile(Record):
     path: str
     hosts: Mapping[str, Host]
     rules: tuple[Rule, ...] = ()
+    warnings: tuple[str, ...] = ()

@@ -7,23 +7,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from launcher.smoke.expect.fields import (
+from launcher.document.fields import (
     ANYTHING,
-    CONDITIONS,
-    EXPRESSION,
     FLAG,
     MAPPING,
-    REGEX,
     Field,
     FieldType,
     choice,
-    name,
     record,
-    regexes,
     text,
-    type_name,
 )
-from launcher.smoke.expect.quantities import (
+from launcher.document.quantities import (
     COUNT,
     DURATION,
     EXIT,
@@ -32,6 +26,14 @@ from launcher.smoke.expect.quantities import (
     SIZE,
     WINDOW,
     Span,
+)
+from launcher.smoke.expect.fields import (
+    CONDITIONS,
+    EXPRESSION,
+    REGEX,
+    name,
+    regexes,
+    type_name,
 )
 
 

@@ -5,17 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from launcher.document.fields import ANYTHING, INTEGER, Field, FieldError, FieldType, text
+from launcher.document.quantities import DURATION
 from launcher.smoke.expect.expectation_kinds import KINDS, Kind
-from launcher.smoke.expect.fields import (
-    ANYTHING,
-    INTEGER,
-    REGEX,
-    Field,
-    FieldError,
-    FieldType,
-    text,
-)
-from launcher.smoke.expect.quantities import DURATION
+from launcher.smoke.expect.fields import REGEX
 from launcher.smoke.expect.steps import COMMAND, chaos_type
 
 

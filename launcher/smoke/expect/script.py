@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from launcher.document.source_location import Origin
 from launcher.smoke.expect.expectation import ALWAYS, READY, START, STOP, Expectation
 from launcher.smoke.expect.expectation_kinds import BY_NAME
-from launcher.smoke.expect.source_location import Origin
 from launcher.smoke.expect.steps import Chaos, Step
 
 MIN_RUN_S = 5.0  # of a run without any times

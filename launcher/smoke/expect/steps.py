@@ -9,10 +9,10 @@ from typing import Any
 
 import yaml
 
+from launcher.document.fields import FieldError, FieldType, near
+from launcher.document.quantities import DURATION, DURATION_PATTERN, for_editors
+from launcher.document.source_location import Origin
 from launcher.smoke.expect.expectation import COMMAND_LINE, START
-from launcher.smoke.expect.fields import FieldError, FieldType, near
-from launcher.smoke.expect.quantities import DURATION, DURATION_PATTERN, for_editors
-from launcher.smoke.expect.source_location import Origin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

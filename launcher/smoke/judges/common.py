@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from launcher.document.quantities import INFINITY, Span, seconds_text
 from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
-from launcher.smoke.expect.quantities import INFINITY, Span, seconds_text
 from launcher.smoke.observe.facts import Facts
 
 # An event at the very end of a window may be reported this much later.

@@ -7,10 +7,10 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+from launcher.document.quantities import INFINITY
 from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
 from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.expect.quantities import INFINITY
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
+from launcher.document.quantities import INFINITY, Span
 from launcher.smoke.expect.expectation import STOP, Expectation, Verdict
-from launcher.smoke.expect.quantities import INFINITY, Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,

@@ -7,8 +7,8 @@ import statistics
 from collections.abc import Iterator
 from typing import Any
 
+from launcher.document.quantities import INFINITY, Span
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.expect.quantities import INFINITY, Span
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,

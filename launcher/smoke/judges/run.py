@@ -5,8 +5,8 @@ from __future__ import annotations
 import signal
 from typing import Any
 
+from launcher.document.quantities import INFINITY, seconds_text
 from launcher.smoke.expect.expectation import STOP, Expectation, Outcome, Verdict
-from launcher.smoke.expect.quantities import INFINITY, seconds_text
 from launcher.smoke.judges.common import listed, met, several, violated
 from launcher.smoke.judges.processes import exit_text
 from launcher.smoke.observe.facts import Facts, ProcessEvent

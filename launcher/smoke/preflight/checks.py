@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.errors import LauncherError, SeveralErrors, UsageError
+from launcher.document.source_location import Origin
+from launcher.errors import LauncherError, UsageError
 from launcher.smoke.expect.expectation import STOP, Expectation
 from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.source_location import Origin
 from launcher.smoke.expect.steps import Step
 from launcher.smoke.preflight.interface_types import (
     UnknownTypeError,
@@ -168,14 +168,3 @@ def _misfit(message: Any, values: Any) -> LauncherError | None:
     except VerbError as error:
         return error
     return None
-
-
-def together(errors: Sequence[LauncherError]) -> LauncherError:
-    """One error for all of them, in order of their lines."""
-    in_order = sorted(errors, key=_line)
-    return in_order[0] if len(in_order) == 1 else SeveralErrors(in_order)
-
-
-def _line(error: LauncherError) -> int:
-    line = (error.where or "").rpartition(":")[2]
-    return int(line) if line.isdigit() else 0

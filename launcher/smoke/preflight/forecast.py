@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 from launcher.control.selection import ProcessNames, resolve
 from launcher.control.verbs import BadCallError
+from launcher.document.fields import near
+from launcher.document.source_location import Origin
 from launcher.smoke.expect.expectation import LAUNCHER
 from launcher.smoke.expect.expectation_kinds import BY_NAME
-from launcher.smoke.expect.fields import near
 from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.source_location import Origin
 from launcher.smoke.observe.facts import label_of, matches
 from launcher.smoke.preflight.checks import Findings
 

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import yaml
 
-from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
+from launcher.document.fields import near
+from launcher.document.reader import DocumentReader, meant_names, text_of, together
+from launcher.document.source_location import KeyPath, Origin
+from launcher.errors import LauncherError, UsageError
 from launcher.smoke.expect.expectation import ALWAYS, START, Expectation
 from launcher.smoke.expect.expectation_kinds import BY_NAME, KINDS, Kind
-from launcher.smoke.expect.fields import Field, FieldType, near
 from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
 from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.source_location import KeyPath, Origin, SourceMap, entries_of
 from launcher.smoke.expect.steps import Command, Step
 from launcher.smoke.preflight import checks
-from launcher.smoke.preflight.checks import together
 from launcher.text import suggest
 
 SUFFIXES = (".expect.yaml", ".expect.yml")
-QUOTES = "a string with a brace, a bracket or ': ' in it needs quotes"
-# The C library reads a long file twenty times as fast.
-_YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def beside(launch_file: str) -> Path | None:
@@ -41,15 +37,7 @@ def beside(launch_file: str) -> Path | None:
 
 def load(path: str) -> Script:
     """LauncherError with all mistakes of the file."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise LaunchFileError(
-            f"cannot read the expectations: {error.strerror}", where=path
-        ) from None
-    except UnicodeDecodeError as error:
-        raise LaunchFileError(f"not UTF-8: {error.reason}", where=path) from None
-    return parse(text, path)
+    return parse(text_of(path, "the expectations"), path)
 
 
 def parse_entry(entry: Mapping[str, object], origin: str) -> Expectation:
@@ -67,86 +55,25 @@ def parse(text: str, path: str) -> Script:
     return _Reader(text, path).script()
 
 
-class _Reader:
+class _Reader(DocumentReader):
     def __init__(self, text: str, path: str) -> None:
-        self._text = text
-        self._path = path
-        self._source = SourceMap(text, path)
-        self._errors: list[LauncherError] = []
+        super().__init__(text, path, what="an expectation file", hint="it begins with 'expect:'")
 
     def script(self) -> Script:
-        document = self._document()
-        script = Script(path=self._path) if document is None else self._script(document)
-        if self._errors:
+        document = self.document()
+        script = Script(path=self.path) if document is None else self._script(document)
+        if self.errors:
             # What could be read is checked as well, to report all mistakes at once.
-            raise together([*self._errors, *checks.of_script(script).errors])
+            raise together([*self.errors, *checks.of_script(script).errors])
         return script
-
-    def _document(self) -> Mapping[object, object] | None:
-        loader = _YAML(self._text)
-        try:
-            root = loader.get_single_node()
-            if root is None:
-                return None
-            self._refuse_duplicates(root)
-            self._source.root = root
-            document = loader.construct_document(root)
-        except (yaml.YAMLError, ValueError, TypeError) as error:
-            raise self._yaml_error(error) from None
-        finally:
-            loader.dispose()
-        if not isinstance(document, Mapping):
-            self._wrong((), "an expectation file must be a mapping", "it begins with 'expect:'")
-            return None
-        return document
-
-    def _yaml_error(self, error: Exception) -> LauncherError:
-        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-        message = getattr(error, "problem", None) or str(error)
-        if message.startswith("but "):
-            message = f"{getattr(error, 'context', None)}, {message}"
-        if mark is None:
-            return LaunchFileError(f"invalid YAML: {message}", where=self._path)
-        lines = self._source.lines
-        line = lines[mark.line] if mark.line < len(lines) else ""
-        hint = None
-        if "\t" in line[: mark.column + 1]:
-            hint = "indent YAML with spaces, not with tabs"
-        elif "expected" in message or "not allowed" in message:
-            hint = QUOTES
-        return self._source.error_at(mark, f"invalid YAML: {message}", hint)
-
-    def _refuse_duplicates(self, root: yaml.Node) -> None:
-        """Duplicate keys, of which YAML's reader silently takes the last one."""
-        open_nodes: set[int] = set()
-        visited: set[int] = set()  # what aliases repeat is visited once
-
-        def visit(node: yaml.Node) -> None:
-            if id(node) in open_nodes:
-                self._errors.append(self._source.error_at(node.start_mark, "recursive alias"))
-                raise SeveralErrors(self._errors)
-            if id(node) in visited:
-                return
-            visited.add(id(node))
-            open_nodes.add(id(node))
-            keys: set[object] = set()
-            for name, key, value in entries_of(node):
-                if name in keys and key is not None and name != "<<":
-                    message = f"duplicate key '{name}'"
-                    self._errors.append(self._source.error_at(key.start_mark, message))
-                keys.add(name)
-                visit(value)
-            open_nodes.discard(id(node))
-
-        visit(root)
 
     # ---- the parts
 
     def _script(self, document: Mapping[object, object]) -> Script:
-        values = self._fields(document, TOP_FIELDS, (), "an expectation file")
+        values = self.fields(document, TOP_FIELDS, (), "an expectation file")
         chaos = values.get("chaos")
         script = Script(
-            path=self._path,
+            path=self.path,
             for_s=values.get("for"),
             ready_within_s=values.get("ready_within"),
             arguments=values.get("arguments", {}),
@@ -163,20 +90,20 @@ class _Reader:
     ) -> Iterator[tuple[tuple[str, int], Mapping[object, object]]]:
         """(path, entry) of the mappings in a list."""
         if value is not None and not isinstance(value, list):
-            self._wrong((key,), f"'{key}' must be a list", f"as in '- {example}'")
+            self.wrong((key,), f"'{key}' must be a list", f"as in '- {example}'")
             return
         for index, entry in enumerate(value or ()):
             if isinstance(entry, Mapping) and entry:
                 yield (key, index), entry
             else:
                 shown = f"{entry}: ..." if str(entry) in BY_NAME else example
-                self._wrong((key, index), f"{noun} must be a mapping", f"as in '- {shown}'")
+                self.wrong((key, index), f"{noun} must be a mapping", f"as in '- {shown}'")
 
     def _steps(self, value: object) -> Iterator[Step]:
         example = "{at: 8 s, do: kill robot_2}"
         for path, entry in self._entries(value, "scenario", "a step", example):
-            values = self._fields(entry, STEP_FIELDS, path, "a step")
-            if "do" in values or self._errors:
+            values = self.fields(entry, STEP_FIELDS, path, "a step")
+            if "do" in values or self.errors:
                 command = values.get("do", Command(verb="", text=f"step {path[1] + 1}"))
                 yield Step(
                     name=values.get("name", command.text),
@@ -185,7 +112,7 @@ class _Reader:
                     after=values.get("after", START),
                     after_log=values.get("after_log"),
                     process=values.get("process"),
-                    origin=self._source.origin(path),
+                    origin=self.source.origin(path),
                 )
 
     def _expectations(self, value: object) -> Iterator[Expectation]:
@@ -204,31 +131,31 @@ class _Reader:
             return own[0]
         if len(own) > 1:
             names = " and ".join(f"'{kind.name}'" for kind in own)
-            self._wrong(path, f"{names} are two expectations", "write them as two entries")
+            self.wrong(path, f"{names} are two expectations", "write them as two entries")
             return None
         key = misspelt or next((str(name) for name in entry if str(name) not in ENTRIES), None)
         if key is None:
             kinds = f"one of {', '.join(BY_NAME)}"
-            self._wrong(path, "an expectation without its kind", f"it needs {kinds}")
+            self.wrong(path, "an expectation without its kind", f"it needs {kinds}")
             return None
-        self._wrong((*path, key), f"unknown kind of expectation '{key}'", near(key, BY_NAME))
+        self.wrong((*path, key), f"unknown kind of expectation '{key}'", near(key, BY_NAME))
         return None
 
     def _expectation(
         self, kind: Kind, entry: Mapping[object, object], path: KeyPath
     ) -> Iterator[Expectation]:
-        before = len(self._errors)
-        subject = self._parsed(kind.subject, entry[kind.name], (*path, kind.name))
+        before = len(self.errors)
+        subject = self.parsed(kind.subject, entry[kind.name], (*path, kind.name))
         rest = {name: value for name, value in entry.items() if name != kind.name}
-        values = self._fields(rest, kind.all_fields(), path, f"'{kind.name}'")
-        meant = _meant(rest, [field.name for field in kind.all_fields()])
+        values = self.fields(rest, kind.all_fields(), path, f"'{kind.name}'")
+        meant = meant_names(rest, [field.name for field in kind.all_fields()])
         if kind.one_of and not any(name in entry or name in meant for name in kind.one_of):
             names = ", ".join(f"'{name}'" for name in kind.one_of)
-            self._wrong(path, f"'{kind.name}' needs one of {names}")
+            self.wrong(path, f"'{kind.name}' needs one of {names}")
         answer = [name for name in ("request", "once", "where", "fields") if name in values]
         if values.get("call") is False and answer:
-            self._wrong((*path, answer[0]), f"'{answer[0]}' needs a call, and 'call' is false")
-        if len(self._errors) > before:
+            self.wrong((*path, answer[0]), f"'{answer[0]}' needs a call, and 'call' is false")
+        if len(self.errors) > before:
             return
         yield Expectation(
             kind=kind.name,
@@ -238,7 +165,7 @@ class _Reader:
             within=values.pop("within", None if values.get("absent") else kind.default_within),
             after=values.pop("after", START),
             values=values,
-            origin=self._source.origin(path),
+            origin=self.source.origin(path),
         )
 
     def _check_names(self, script: Script) -> None:
@@ -246,7 +173,7 @@ class _Reader:
         earlier = dict.fromkeys(ALWAYS)
         for step in script.steps:
             if counts[step.name] > 1:
-                self._errors.append(
+                self.errors.append(
                     step.origin.error(f"duplicate step name '{step.name}'", "give one a 'name'")
                 )
             self._check_name(step.after, earlier, step.origin)
@@ -257,46 +184,9 @@ class _Reader:
     def _check_name(self, name: str, known: Mapping[str, object], origin: Origin) -> None:
         if name not in known:
             text = f"unknown step '{name}'"
-            self._errors.append(origin.error(text, near(name, known), "after"))
-
-    # ---- fields
-
-    def _fields(
-        self, entry: Mapping[object, object], known: Sequence[Field], path: KeyPath, what: str
-    ) -> dict[str, Any]:
-        types = {field.name: field.type for field in known}
-        values: dict[str, Any] = {}
-        for name, value in entry.items():
-            if name not in types:
-                hint = near(name, types)
-                self._wrong((*path, name), f"unknown key '{name}' of {what}", hint)
-            else:
-                values[str(name)] = self._parsed(types[name], value, (*path, name))
-        meant = _meant(entry, types)
-        for field in known:
-            if field.required and field.name not in entry and field.name not in meant:
-                self._wrong(path, f"{what} needs '{field.name}': {field.doc}")
-        return {name: value for name, value in values.items() if value is not _BAD}
-
-    def _parsed(self, type_: FieldType, value: object, path: KeyPath) -> Any:
-        try:
-            return type_.parse(value)
-        except ValueError as error:
-            for one in getattr(error, "all", (error,)):
-                inner: KeyPath = getattr(one, "path", ())
-                hint = getattr(one, "hint", None)
-                self._wrong((*path, *inner), str(one), hint, value=not getattr(one, "key", False))
-            return _BAD
-
-    # ---- places
-
-    def _wrong(
-        self, path: KeyPath, message: str, hint: str | None = None, *, value: bool = False
-    ) -> None:
-        self._errors.append(self._source.error(path, message, hint, value=value))
+            self.errors.append(origin.error(text, near(name, known), "after"))
 
 
-_BAD = object()
 # The entries of all kinds.
 ENTRIES = frozenset(field.name for kind in KINDS for field in kind.all_fields())
 
@@ -317,9 +207,3 @@ def misspelt_kind(names: Sequence[str], own: Sequence[Kind]) -> str | None:
 
 def _entries(kind: Kind) -> set[str]:
     return {field.name for field in kind.all_fields()}
-
-
-def _meant(entry: Mapping[object, object], known: Iterable[str]) -> set[str | None]:
-    """What the unknown names of an entry are similar to: that is not missing."""
-    names = list(known)
-    return {suggest(str(name), names) for name in entry if name not in names}

@@ -13,9 +13,9 @@ from typing import Any
 
 from rosidl_parser import definition
 
+from launcher.document.fields import near
 from launcher.errors import LauncherError
 from launcher.smoke.expect.conditions import STEP, Conditions, Expression
-from launcher.smoke.expect.fields import near
 
 _BASIC = {"boolean": bool, "float": float, "double": float, "long double": float, "octet": None}
 

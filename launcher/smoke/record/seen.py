@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+from launcher.document.quantities import INFINITY
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph, is_hidden
 from launcher.smoke.expect.expectation import READY
-from launcher.smoke.expect.quantities import INFINITY
 from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, label_of
 from launcher.smoke.record.watch import begin_s, is_common
 

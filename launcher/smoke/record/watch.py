@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from launcher.document.quantities import INFINITY
+from launcher.document.source_location import Origin
 from launcher.errors import LauncherError
 from launcher.ros.snapshot.graph import DEBUG_TOPICS, is_hidden
 from launcher.smoke.expect.expectation import START, Expectation
-from launcher.smoke.expect.quantities import INFINITY
 from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.source_location import Origin
 from launcher.smoke.observe.facts import Facts, GraphSeen
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.run.progress import Progress

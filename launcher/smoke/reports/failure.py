@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.smoke.expect.quantities import seconds_text
+from launcher.document.quantities import seconds_text
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.reports.result import Judged

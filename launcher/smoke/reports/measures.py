@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from launcher.document.source_location import Origin
 from launcher.errors import UsageError
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.expect.source_location import Origin
 from launcher.smoke.observe.facts import label_of
 from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.result import Judged, Result

@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, TextIO
 
+from launcher.document.quantities import seconds_text
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.expect.quantities import seconds_text
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe.facts import Ending, Facts
 from launcher.text import count, escape

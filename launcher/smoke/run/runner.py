@@ -10,10 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
+from launcher.document.quantities import INFINITY, seconds_text
 from launcher.errors import ExitCode, LauncherError
 from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
 from launcher.smoke.expect.expectation_kinds import KINDS
-from launcher.smoke.expect.quantities import INFINITY, seconds_text
 from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
 from launcher.smoke.judges import judge
 from launcher.smoke.judges.run import forced_stop

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from launcher.control.socket_directory import ControlError
+from launcher.document.fields import near
 from launcher.domain_lease import leased_domain
 from launcher.smoke.expect.expectation import STOP
-from launcher.smoke.expect.fields import near
 from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
 from launcher.smoke.observe.facts import Ending, Facts, LogLine, Message, ProcessEvent

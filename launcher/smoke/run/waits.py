@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from launcher.document.quantities import INFINITY, Span
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.expect.quantities import INFINITY, Span
 from launcher.smoke.judges import explain, judge
 from launcher.smoke.observe.facts import Facts, LogLine, ProcessEvent
 from launcher.smoke.observe.recorder import Recorder

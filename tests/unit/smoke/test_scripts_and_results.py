@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
+from launcher.document import quantities
+from launcher.document.fields import FieldType
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke.expect import quantities
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.expect.fields import FieldType
 from launcher.smoke.observe.facts import Ending, Facts
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.reports import measures

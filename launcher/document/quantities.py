@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.smoke.expect.fields import FieldType
+from launcher.document.fields import FieldType
 
 NUMBER = r"[0-9]+(?:\.[0-9]+)?"
 _TIME_UNIT = r"(?:ms|s|sec|min)"

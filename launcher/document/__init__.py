@@ -1,0 +1,1 @@
+"""YAML documents that users write: where each entry stands, and types of entries."""

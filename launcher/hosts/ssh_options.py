@@ -1,0 +1,117 @@
+"""Options of OpenSSH in a hosts file: which there are, and which the launcher sets itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from launcher.document.fields import FieldError, FieldType, near
+
+_NAMES = """
+AddKeysToAgent AddressFamily BindAddress BindInterface CASignatureAlgorithms CanonicalDomains
+CanonicalizeFallbackLocal CanonicalizeHostname CanonicalizeMaxDots CanonicalizePermittedCNAMEs
+CertificateFile ChannelTimeout CheckHostIP Ciphers ClearAllForwardings Compression
+ConnectTimeout ConnectionAttempts DynamicForward EnableEscapeCommandline EnableSSHKeysign
+EscapeChar ExitOnForwardFailure FingerprintHash ForwardAgent ForwardX11 ForwardX11Timeout
+ForwardX11Trusted GSSAPIAuthentication GSSAPIDelegateCredentials GatewayPorts GlobalKnownHostsFile
+HashKnownHosts HostKeyAlgorithms HostKeyAlias HostbasedAcceptedAlgorithms HostbasedAuthentication
+IPQoS IdentitiesOnly IdentityAgent IdentityFile IgnoreUnknown KbdInteractiveAuthentication
+KbdInteractiveDevices KexAlgorithms KnownHostsCommand LocalForward LogLevel LogVerbose MACs
+NoHostAuthenticationForLocalhost ObscureKeystrokeTiming PKCS11Provider PasswordAuthentication
+Port PreferredAuthentications ProxyCommand ProxyJump ProxyUseFdpass PubkeyAcceptedAlgorithms
+PubkeyAuthentication RekeyLimit RemoteForward RequiredRSASize RevokedHostKeys SecurityKeyProvider
+SendEnv ServerAliveCountMax ServerAliveInterval StreamLocalBindMask StreamLocalBindUnlink
+StrictHostKeyChecking SyslogFacility TCPKeepAlive Tag Tunnel TunnelDevice UpdateHostKeys
+UserKnownHostsFile VerifyHostKeyDNS VisualHostKey XAuthLocation
+"""
+# Others that OpenSSH knows, with the reason why a hosts file cannot set them.
+_OWN_MASTER = "the launcher has a master connection of its own for each host"
+_OWN_COMMAND = "the launcher runs its own command on the host"
+REFUSED: Mapping[str, str] = {
+    "BatchMode": "the launcher never asks for a password, since nodes have the terminal",
+    "ControlMaster": _OWN_MASTER,
+    "ControlPath": _OWN_MASTER,
+    "ControlPersist": _OWN_MASTER,
+    "ForkAfterAuthentication": "the connection is supervised as a child of the launcher",
+    "Host": "the host is that of 'address'",
+    "Hostname": "the host is that of 'address'",
+    "Include": "options are given by name here; files are read by ssh itself (~/.ssh/config)",
+    "LocalCommand": _OWN_COMMAND,
+    "Match": "options are given for each host here",
+    "PermitLocalCommand": _OWN_COMMAND,
+    "RemoteCommand": _OWN_COMMAND,
+    "RequestTTY": "the connection carries binary messages, which a terminal would change",
+    "SessionType": _OWN_COMMAND,
+    "SetEnv": "its values would be visible in the list of processes; use 'environment'",
+    "StdinNull": "orders go through standard input",
+    "User": "the user is that of 'user'",
+}
+KNOWN: tuple[str, ...] = tuple(_NAMES.split())
+_BY_LOWER = {name.lower(): name for name in (*KNOWN, *REFUSED)}
+_OPEN_TO_ALL = ("no", "off", "false", "ask")
+
+
+def parse(value: object) -> dict[str, str]:
+    """Options by their proper names; FieldError."""
+    if not isinstance(value, Mapping):
+        hint = "as in {Port: 22, IdentityFile: ~/.ssh/fleet}"
+        raise FieldError("expected options of ssh by name", hint=hint)
+    options: dict[str, str] = {}
+    errors: list[FieldError] = []
+    for given, text in value.items():
+        try:
+            name = _name(given)
+            if name in options:
+                raise FieldError(f"ssh option '{name}' is given twice", (given,), key=True)
+            options[name] = _value(name, text, given)
+        except FieldError as error:
+            errors.append(error)
+    if errors:
+        errors[0].all = tuple(errors)
+        raise errors[0]
+    return options
+
+
+def _name(given: object) -> str:
+    name = _BY_LOWER.get(str(given).lower())
+    if name is None:
+        hint = near(given, KNOWN) or ""
+        hint = "see ssh_config(5)" if hint.startswith("known:") else hint
+        raise FieldError(f"unknown ssh option '{given}'", (given,), hint, key=True)
+    if name in REFUSED:
+        message = f"ssh option '{name}' cannot be set: {REFUSED[name]}"
+        raise FieldError(message, (given,), key=True)
+    return name
+
+
+def _value(name: str, value: object, given: object) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise FieldError(f"ssh option '{name}' needs a value", (given,))
+    if any(not char.isprintable() for char in value):
+        raise FieldError(f"ssh option '{name}' has a control character", (given,))
+    if name == "StrictHostKeyChecking" and value.lower() in _OPEN_TO_ALL:
+        hint = "yes (the default), or accept-new, which trusts a host the first time"
+        message = f"'{value}' would trust a machine that pretends to be the host"
+        raise FieldError(message, (given,), hint)
+    if name == "Port" and not (value.isascii() and value.isdigit() and 0 < int(value[:6]) < 65536):
+        raise FieldError(f"'{value}' is not a port: expected 1 to 65535", (given,))
+    return value
+
+
+_SCALAR = {"type": ["string", "number", "boolean"]}
+_SCHEMAS: Mapping[str, Mapping[str, object]] = {
+    "Port": {
+        "anyOf": [
+            {"type": "integer", "minimum": 1, "maximum": 65535},
+            {"type": "string", "pattern": "^[0-9]+$"},
+        ]
+    },
+    "StrictHostKeyChecking": {"enum": ["yes", "accept-new", True]},
+}
+SSH_OPTIONS = FieldType(
+    parse,
+    {
+        "type": "object",
+        "properties": {name: _SCHEMAS.get(name, _SCALAR) for name in KNOWN},
+        "additionalProperties": False,
+    },
+)
