@@ -154,7 +154,8 @@ class Outcome(Record):
     """The exit or failed start of a process: exactly one of the first two is set.
 
     `spawn_what` is the cause of a failed start if it is not the program, for example a limit.
-    `core_dumped` and `out_of_memory` are details of an exit by a signal.
+    `core_dumped` and `out_of_memory` are details of an exit by a signal. `lost_with` is the host
+    with which it was lost: the return code is then that of SIGKILL.
     """
 
     returncode: int | None = None
@@ -162,6 +163,7 @@ class Outcome(Record):
     spawn_what: str = ""
     core_dumped: bool = False
     out_of_memory: bool = False
+    lost_with: str = ""
 
     @property
     def failed(self) -> bool:
@@ -172,6 +174,8 @@ class Outcome(Record):
         if self.spawn_errno is not None:
             what = f"{self.spawn_what}: " if self.spawn_what else ""
             return f"could not be started: {what}{os.strerror(self.spawn_errno)}"
+        if self.lost_with:
+            return f"lost with {self.lost_with}"
         if self.returncode is not None and self.returncode < 0:
             return signal_name(-self.returncode) + self._remark
         return f"exit code {self.returncode}"

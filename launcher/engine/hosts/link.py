@@ -5,18 +5,23 @@ from __future__ import annotations
 import enum
 from typing import TYPE_CHECKING, Protocol
 
+from launcher.model.record import Record
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from typing import Any
 
     from launcher.engine.machine import Command, MachineEvent
+    from launcher.engine.posix.reactor import Reactor
+    from launcher.hosts.model import Host
     from launcher.hosts.order import Order
 
 
 class LinkState(enum.Enum):
     """Whether the host can be reached.
 
-    GONE: its engine has ended or was killed, and with it the processes; nothing more will come.
+    GONE: it refuses, or its engine has ended or was killed, and with it the processes; nothing
+    more will come.
     """
 
     CONNECTING = "connecting"
@@ -41,7 +46,12 @@ class Link(Protocol):
     @property
     def silent_s(self) -> float: ...
 
-    # Connect; the listener hears of the outcome.
+    # After so many seconds without the operator the host stops its processes; None: never.
+    @property
+    def stop_after_s(self) -> float | None: ...
+
+    # Connect, and report READY, or UNREACHABLE or GONE with a reason that says what to do. Only
+    # after READY it goes on trying by itself.
     def open(self) -> None: ...
 
     # The order comes before the first command, and is kept for restarts.
@@ -53,8 +63,8 @@ class Link(Protocol):
     # The screen is slow: the host stops reading output, or goes on.
     def pause(self, paused: bool) -> None: ...
 
-    # The run has ended: stop what is left there, then report `finished`. `at_once` gives up on
-    # a host that cannot be reached.
+    # The run has ended: stop what is left there, then report `finished`. `at_once` skips grace
+    # periods, and gives up on a host that cannot be reached; it may follow the other one.
     def finish(self, *, at_once: bool) -> None: ...
 
     # Let everything there run on, and leave. OSError if the engine cannot.
@@ -65,21 +75,45 @@ class Link(Protocol):
 
 
 class LinkListener(Protocol):
-    """The side of the run. All times are on the operator's monotonic clock, in seconds."""
+    """The side of the run. All times are on the operator's monotonic clock, in seconds.
 
-    # The state machine of the process has handled this at that time; `pid` on STARTED.
-    def event(self, process_id: int, event: MachineEvent, at_s: float, pid: int) -> None: ...
+    Those of events are converted with an offset that stays the same as long as the processes
+    live, so that the replica sees the same differences as the host. No call may come from within
+    a call of a method of the link.
+    """
+
+    # The state machine of the process has handled this at that time, and its deadline is `left_s`
+    # later (None: it has none); `pid` on STARTED. Commands and signals of the operator are
+    # reported even if they had no effect, a TICK only if it was due. What a process has written
+    # comes before its exit.
+    def event(
+        self, process_id: int, event: MachineEvent, at_s: float, pid: int, left_s: float | None
+    ) -> None: ...
 
     # `stream` is `stdout`, `stderr` or `both`; what ends without a newline may continue.
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None: ...
 
+    # The host has lost about so many lines of output, since it could not be reached for too long.
+    def dropped(self, host: str, lines: int) -> None: ...
+
     # Resources of processes: fields of `engine.monitor.resources.Sample` by process id.
     def samples(self, host: str, samples: Mapping[int, Mapping[str, Any]]) -> None: ...
 
+    # READY after UNREACHABLE is reported when everything that was missed has been.
     def link_changed(self, host: str, state: LinkState, reason: str) -> None: ...
 
     # A message of the host's engine for the user.
     def warn(self, host: str, text: str) -> None: ...
 
-    # After `finish`: descriptions of leftovers that were stopped, and whether all went well.
+    # After `finish`: descriptions of leftovers that were stopped, and whether one was killed.
     def finished(self, host: str, leftovers: Sequence[str], *, killed: bool) -> None: ...
+
+
+class LinkContext(Record):
+    """What a link needs of its run; `environment` is that of the launcher."""
+
+    host: Host
+    listener: LinkListener
+    reactor: Reactor
+    run_id: str
+    environment: Mapping[str, str]
