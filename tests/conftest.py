@@ -25,9 +25,10 @@ from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once
 
 TIERS = ("unit", "basic", "thorough", "browser")
 UNIT_TESTS = Path(__file__).parent / "unit"
-# A fixture of these takes long, and serves all tests of the file.
+# A fixture of these takes long, or makes a network with hosts, and serves all tests of the file.
 TOGETHER = (
     "tests/build/test_package_tests.py",
+    "tests/hosts/",
     "tests/nodes/test_fleet.py",
     "tests/process/test_plan_leaks.py",
     "tests/process/test_workspace.py",

@@ -1,0 +1,9 @@
+"""Several hosts on this machine: network namespaces with sshd, and systemd in containers."""
+
+from tests.support.hosts.computer import Computer, Process
+from tests.support.hosts.host import Host
+from tests.support.hosts.lab import Lab
+from tests.support.hosts.operator import Operator
+from tests.support.hosts.requirements import needs_hosts
+
+__all__ = ["Computer", "Host", "Lab", "Operator", "Process", "needs_hosts"]

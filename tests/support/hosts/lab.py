@@ -1,0 +1,112 @@
+"""A laboratory: an operator and hosts on one bridge, on this machine only."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import yaml
+
+from tests.support.hosts import leftovers
+from tests.support.hosts.host import SSH_PORT, Host
+from tests.support.hosts.keys import make_key
+from tests.support.hosts.network import Network
+from tests.support.hosts.operator import Operator
+
+
+class Lab:
+    """Use `with`: all that was made is removed in the end."""
+
+    def __init__(self) -> None:
+        leftovers.remove_leftovers()
+        self.name = leftovers.new_name()
+        self.folder = leftovers.STATE / self.name
+        self.hosts: dict[str, Host] = {}
+        self._trusting = threading.Lock()
+
+    def __enter__(self) -> Lab:
+        try:
+            self.folder.mkdir(mode=0o755, parents=True)
+            self.key = self.folder / "key"
+            self.public_key = make_key(self.key)
+            self.known_hosts = self.folder / "known_hosts"
+            self.known_hosts.touch()
+            self.network = Network(self.name)
+            self.operator = Operator(self.network.add_operator(), self.folder / "operator")
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        leftovers.remove(self.name)
+
+    def host(self, name: str, *, multicast: bool = True, routed: bool = False) -> Host:
+        """Start a host, which the operator knows by its key.
+
+        `multicast=False`: no multicast reaches it, or leaves it. `routed`: it has a subnet of its
+        own.
+        """
+        port = self.network.add(name, multicast=multicast, routed=routed)
+        host = Host(name, port, self.folder / name, self.public_key)
+        self.hosts[name] = host
+        self.trust(host)
+        return host
+
+    def trust(self, host: Host) -> None:
+        """Add the key of a host to known_hosts, in place of others of its address."""
+        with self._trusting:
+            lines = self.known_hosts.read_text(encoding="ascii").splitlines(keepends=True)
+            others = [line for line in lines if not line.startswith(f"{host.address} ")]
+            new = f"{host.address} {host.public_key}\n"
+            self.known_hosts.write_text("".join([*others, new]), encoding="ascii")
+
+    def ssh_options(self) -> dict[str, Any]:
+        """Options of ssh_config(5) with which the operator logs in to a host."""
+        return {
+            "Port": SSH_PORT,
+            "IdentityFile": str(self.key),
+            "UserKnownHostsFile": str(self.known_hosts),
+        }
+
+    def ssh(self, host: Host, *words: str) -> list[str]:
+        """The words of an ssh command for the operator, with strict checks and no questions."""
+        strict = {"BatchMode": "yes", "StrictHostKeyChecking": "yes", "IdentitiesOnly": "yes"}
+        options = {**self.ssh_options(), **strict}
+        pairs = [word for name, value in options.items() for word in ("-o", f"{name}={value}")]
+        return ["ssh", *pairs, f"root@{host.address}", *words]
+
+    def hosts_file(
+        self,
+        path: Path,
+        hosts: Iterable[Host] | Mapping[Host, Mapping[str, Any]],
+        place: Mapping[str, str],
+        **top_level: Any,
+    ) -> Path:
+        """Write a hosts file; a mapping gives further settings of each host, or changes them."""
+        extra = hosts if isinstance(hosts, Mapping) else {host: {} for host in hosts}
+        table = {host.name: {**self.settings(host), **extra[host]} for host in extra}
+        content = {"hosts": table, "place": dict(place), **top_level}
+        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        return path
+
+    def settings(self, host: Host) -> dict[str, Any]:
+        """What a hosts file says about a host."""
+        return {
+            "address": host.address,
+            "user": "root",
+            "python": sys.executable,
+            "ssh": self.ssh_options(),
+        }

@@ -1,0 +1,99 @@
+"""Names of labs, and removal of all that belongs to one.
+
+A name has the pid and the start time of the process that made the lab, so that a later process
+recognises and removes what a killed one left behind.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import shutil
+import signal
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from launcher import proc
+from tests.support.hosts.tool import run_tool
+from tests.support.waiting import wait_until
+
+# Not in /tmp, which systemd empties, and not in /run, of which every host has its own.
+STATE = Path(os.environ.get("LAUNCHER_LAB_STATE", "/var/lib/launcher-lab"))
+_NAMESPACES = Path("/run/netns")
+_NAME = re.compile(r"lab-(\d+)-(\d+)-\d+")
+_numbers = itertools.count()
+
+
+def new_name() -> str:
+    """`lab-PID-START-NUMBER`, where START is in clock ticks since boot."""
+    pid = os.getpid()
+    return f"lab-{pid}-{proc.start_ticks(pid)}-{next(_numbers)}"
+
+
+def remove_leftovers() -> None:
+    """Remove the labs of processes that no longer exist."""
+    for name in _names():
+        if not _has_owner(name):
+            remove(name)
+
+
+def remove(name: str) -> None:
+    """End and remove all that belongs to a lab, whatever state it is in."""
+    namespaces = [path.name for path in _paths(_NAMESPACES) if path.name.startswith(f"{name}.")]
+    wait_until(lambda: not _kill(namespaces), f"the processes of {name} end")
+    for path in _mounts(STATE / name):
+        run_tool("umount", "--lazy", path)
+    for namespace in namespaces:
+        with suppress(FileNotFoundError):
+            (_NAMESPACES / namespace).stat()
+            run_tool("ip", "netns", "del", namespace)
+    shutil.rmtree(STATE / name, ignore_errors=True)
+
+
+def processes_in(namespace: str) -> list[int]:
+    """Pids of the processes in a network namespace, zombies not included."""
+    with suppress(FileNotFoundError):
+        inode = (_NAMESPACES / namespace).stat().st_ino
+        return [pid for pid in proc.pids() if _network_of(pid) == inode and proc.is_alive(pid)]
+    return []
+
+
+def _names() -> set[str]:
+    found = itertools.chain(_paths(STATE), _paths(_NAMESPACES))
+    return {match[0] for path in found if (match := _NAME.match(path.name))}
+
+
+def _has_owner(name: str) -> bool:
+    match = _NAME.fullmatch(name)
+    return match is not None and proc.start_ticks(int(match[1])) == int(match[2])
+
+
+def _kill(namespaces: list[str]) -> list[int]:
+    pids = [pid for namespace in namespaces for pid in processes_in(namespace)]
+    for pid in pids:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    return pids
+
+
+def _network_of(pid: int) -> int | None:
+    with suppress(OSError):
+        return os.stat(f"/proc/{pid}/ns/net").st_ino
+    return None
+
+
+def _mounts(folder: Path) -> list[str]:
+    """Where something is mounted in the folder, the innermost first."""
+    lines = Path("/proc/self/mountinfo").read_text(encoding="utf-8").splitlines()
+    points = [line.split()[4] for line in lines]
+    return [point for point in reversed(points) if folder in Path(point).parents]
+
+
+def _paths(folder: Path) -> Iterator[Path]:
+    return folder.iterdir() if folder.is_dir() else iter(())
+
+
+if __name__ == "__main__":
+    remove_leftovers()

@@ -1,0 +1,37 @@
+"""What the tests with several hosts need of the machine; without it they are skipped."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable
+
+import pytest
+
+_HOST_PROGRAMS = ("ip", "mount", "nsenter", "ssh", "ssh-keygen", "sshd", "unshare")
+_SYSTEM_FOLDERS = ("/usr/local/sbin", "/usr/sbin", "/sbin")  # not in the PATH of every user
+
+
+def needs_hosts() -> None:
+    """Skip the test where hosts with sshd cannot be made."""
+    reason = why_no_hosts()
+    if reason:
+        pytest.skip(reason)
+
+
+def why_no_hosts() -> str:
+    """Why hosts with sshd cannot be made here; empty if they can."""
+    if os.geteuid() != 0:
+        return "network namespaces need root"
+    return _missing(_HOST_PROGRAMS)
+
+
+def program(name: str) -> str | None:
+    """The path of a program, also of one for the administrator."""
+    path = os.pathsep.join((os.environ.get("PATH", os.defpath), *_SYSTEM_FOLDERS))
+    return shutil.which(name, path=path)
+
+
+def _missing(programs: Iterable[str]) -> str:
+    missing = [name for name in programs if program(name) is None]
+    return f"not installed: {', '.join(missing)}" if missing else ""
