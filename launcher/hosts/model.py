@@ -83,6 +83,28 @@ class Rule(Record):
     column: int | None = None
 
 
+class DiscoveryMode(enum.Enum):
+    """How nodes on several hosts find each other."""
+
+    MULTICAST = "multicast"
+    PEERS = "peers"
+    SERVER = "server"
+
+
+class Discovery(Record):
+    """Discovery of a run. `mode` None leaves the environment as it is.
+
+    `server` and `backup` are hosts on which the discovery servers run, or LOCAL. `port` None is
+    the usual one, or where the server is LOCAL, the next one that is free.
+    """
+
+    mode: DiscoveryMode | None = None
+    server: str = LOCAL
+    backup: str | None = None
+    port: int | None = None
+    where: str = ""
+
+
 class HostsFile(Record):
     """A hosts file that was read: hosts by name, and the rules in the order of the file."""
 
@@ -90,3 +112,4 @@ class HostsFile(Record):
     hosts: Mapping[str, Host]
     rules: tuple[Rule, ...] = ()
     warnings: tuple[str, ...] = ()
+    discovery: Discovery = Discovery()

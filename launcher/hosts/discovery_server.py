@@ -1,0 +1,61 @@
+"""`python -m launcher.hosts.discovery_server INDEX LISTEN PORT`: become Fast DDS's server.
+
+A program of its own in front of it, since it runs on other hosts, too: the server is in the
+environment of the interpreter or in that of a ROS installation, and it does not find its libraries
+by itself.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+import shutil
+import sys
+from collections.abc import Iterator, Mapping
+
+PROGRAM = "fast-discovery-server"
+_MISSING = 127  # as a shell says
+
+
+def main(words: list[str]) -> None:
+    index, listen, port = words
+    binary = find(os.environ, sys.prefix)
+    if binary is None:
+        print(
+            f"{PROGRAM} is neither in {sys.prefix}/bin nor in PATH; it comes with "
+            "`pip install ros-fastrtps`, and with ROS 2 (`setup` of a host sources it)",
+            file=sys.stderr,
+        )
+        raise SystemExit(_MISSING)
+    command = [binary, "-i", index, "-l", listen, "-p", port]
+    os.execve(binary, command, environment(os.environ, binary))
+
+
+def find(env: Mapping[str, str], prefix: str) -> str | None:
+    """The server of the interpreter's environment, of a sourced ROS, or of an installed one."""
+    for folder in _folders(env, prefix):
+        found = shutil.which(PROGRAM, path=folder)
+        if found is not None:
+            return found
+    return None
+
+
+def _folders(env: Mapping[str, str], prefix: str) -> Iterator[str]:
+    yield f"{prefix}/bin"
+    yield from filter(None, env.get("PATH", "").split(os.pathsep))
+    yield from (f"{path}/bin" for path in env.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
+    yield from sorted(glob.glob("/opt/ros/*/bin"), reverse=True)
+
+
+def environment(env: Mapping[str, str], binary: str) -> dict[str, str]:
+    """With the libraries beside the binary: those of ROS, and those that the wheels bring."""
+    prefix = os.path.dirname(os.path.dirname(os.path.realpath(binary)))
+    folders = [f"{prefix}/lib", *sorted(glob.glob(f"{prefix}/lib/*-linux-gnu"))]
+    folders += sorted(glob.glob(f"{prefix}/lib/python3*/site-packages/ros_*.libs"))
+    known = [one for one in env.get("LD_LIBRARY_PATH", "").split(os.pathsep) if one]
+    path = os.pathsep.join(dict.fromkeys([*folders, *known]))
+    return {**env, "LD_LIBRARY_PATH": path}
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
