@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-import os
+import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.support.hosts import Host, Lab, leftovers, needs_hosts
+from tests.support.hosts.checks import heard, is_reached, killed_run, login, module, traces
 from tests.support.hosts.keys import make_key
 from tests.support.node_process import REPOSITORY
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
-
-KILLED_RUN = """
-import time
-from tests.support.hosts import Lab
-with Lab() as lab:
-    lab.host("one").popen(["sleep", "infinity"], start_new_session=True)
-    lab.operator.popen(["sleep", "infinity"], start_new_session=True)
-    print(lab.name, flush=True)
-    time.sleep(600)
-"""
 
 
 @pytest.fixture(scope="module")
@@ -37,30 +27,6 @@ def one(lab: Lab) -> Host:
 @pytest.fixture(scope="module")
 def two(lab: Lab) -> Host:
     return lab.host("two")
-
-
-def module(name: str, *words: str) -> list[str]:
-    return [sys.executable, "-m", name, *words]
-
-
-def login(lab: Lab, host: Host, *words: str) -> subprocess.CompletedProcess[str]:
-    """An ssh session of the operator, whatever comes of it."""
-    command = lab.ssh(host, *words)
-    return lab.operator.run([*command[:1], "-o", "ConnectTimeout=2", *command[1:]], check=False)
-
-
-def is_reached(lab: Lab, host: Host) -> bool:
-    return login(lab, host, "true").returncode == 0
-
-
-def traces(lab: str) -> list[str]:
-    """What a lab has left on the machine."""
-    mounts = Path("/proc/mounts").read_text().split()
-    names = [path.name for path in Path("/run/netns").iterdir()]
-    places = [*mounts, *names, *(path.name for path in leftovers.STATE.iterdir())]
-    words = [Path(f"/proc/{pid}/cmdline") for pid in os.listdir("/proc") if pid.isdigit()]
-    places += [path.read_text(errors="replace") for path in words if path.exists()]
-    return [place for place in places if lab in place]
 
 
 def test_each_host_has_a_name_an_identity_and_files_of_its_own(one: Host, two: Host):
@@ -158,6 +124,29 @@ def test_a_full_disk_has_room_again_when_it_is_freed(one: Host):
     one.run(write)
 
 
+def connection_s(lab: Lab, host: Host) -> float:
+    """How long the operator takes to open a connection to sshd."""
+    code = f"""import socket, time
+start = time.monotonic()
+socket.create_connection(("{host.address}", 22), 60).close()
+print(time.monotonic() - start)"""
+    return float(lab.operator.run([sys.executable, "-c", code]).stdout)
+
+
+def test_a_slow_link_delays_both_directions_and_changes_nothing(lab: Lab):
+    host = lab.host("slow")
+    host.slow_link(delay_s=0.05)
+    assert connection_s(lab, host) >= 0.1
+    copy = f"head -c 2000000 {sys.executable}"
+    ways = (copy, shlex.join(lab.ssh(host, copy)))
+    sums = [lab.operator.run(["sh", "-c", f"{way} | md5sum"]).stdout for way in ways]
+    assert sums[0] == sums[1]
+    host.slow_link(loss=1.0)
+    assert not is_reached(lab, host)
+    host.normal_link()
+    wait_until(lambda: is_reached(lab, host), "the host answers again")
+
+
 @pytest.fixture(scope="module")
 def quiet(lab: Lab) -> Host:
     return lab.host("quiet", multicast=False)
@@ -191,18 +180,6 @@ def test_multicast_reaches_those_on_the_bridge_only(one: Host, two: Host, quiet:
         assert received(host, one) == {"one": ["end"]}
 
 
-def heard(speaker: Host, hearer: Host, **env: str) -> int:
-    """The first number that a node on one host hears from a node on another."""
-    speak = module("tests.support.number_publisher", "numbers", "1000000", "100")
-    hear = module("tests.support.hosts.first_number", "numbers")
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL}
-    with speaker.popen(speak, cwd=REPOSITORY, env=env, **pipes) as node:
-        try:
-            return int(hearer.run(hear, cwd=REPOSITORY, env=env).stdout)
-        finally:
-            node.kill()
-
-
 def test_nodes_find_each_other_by_multicast(one: Host, two: Host):
     assert heard(one, two) >= 0
 
@@ -221,20 +198,9 @@ def test_nothing_is_left_of_a_lab():
     assert traces(lab.name) == []
 
 
-@pytest.fixture
-def killed_lab() -> Iterator[str]:
-    """The name of a lab whose process was killed."""
+def test_the_next_lab_removes_what_a_killed_run_left():
     needs_hosts()
-    command = [sys.executable, "-c", KILLED_RUN]
-    with subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, text=True) as run:
-        name = run.stdout.readline().strip()
-        run.kill()
-    yield name
-    leftovers.remove(name)
-
-
-def test_the_next_lab_removes_what_a_killed_run_left(killed_lab: str):
-    assert len(traces(killed_lab)) > 3
-    with Lab() as lab:
-        assert traces(killed_lab) == []
-        assert traces(lab.name)
+    with killed_run("host") as name:
+        assert len(traces(name)) > 3
+        leftovers.remove_leftovers()
+        assert traces(name) == []

@@ -34,18 +34,17 @@ class Computer:
 
     kinds = ("-m", "-u", "-i", "-n")  # namespaces, as nsenter(1) calls them
 
-    def __init__(self, name: str, port: Port, folder: Path) -> None:
+    def __init__(self, name: str, port: Port, folder: Path, home: Path) -> None:
         self.name = name
         self.address = port.address
         self.folder = folder
-        self.home = folder / "home"
-        self.home.mkdir(mode=0o755, parents=True)
+        self.home = home
         self.pid = 0
         self.own_pids: set[int] = set()
         self.port = port
 
     def command(self, words: Sequence[object], cwd: Path | str | None = None) -> list[str]:
-        """The words of a command that runs these words inside, in the user's home."""
+        """The words of a command that runs these words inside as root, in root's home."""
         enter = ("nsenter", f"--target={self.pid}", *self.kinds, "--")
         return [*enter, "env", "-C", str(cwd or self.home), "--", *map(str, words)]
 

@@ -7,15 +7,19 @@ import threading
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
 from tests.support.hosts import leftovers
-from tests.support.hosts.host import SSH_PORT, Host
+from tests.support.hosts.host import Host
 from tests.support.hosts.keys import make_key
 from tests.support.hosts.network import Network
 from tests.support.hosts.operator import Operator
+from tests.support.hosts.robot import Robot
+from tests.support.hosts.sockets import SSH_PORT
+
+AnyHost = TypeVar("AnyHost", Host, Robot)
 
 
 class Lab:
@@ -25,7 +29,8 @@ class Lab:
         leftovers.remove_leftovers()
         self.name = leftovers.new_name()
         self.folder = leftovers.STATE / self.name
-        self.hosts: dict[str, Host] = {}
+        self._computers: list[Operator | Host | Robot] = []
+        self.hosts: dict[str, Host | Robot] = {}
         self._trusting = threading.Lock()
 
     def __enter__(self) -> Lab:
@@ -37,6 +42,7 @@ class Lab:
             self.known_hosts.touch()
             self.network = Network(self.name)
             self.operator = Operator(self.network.add_operator(), self.folder / "operator")
+            self._computers.append(self.operator)
         except BaseException:
             self.close()
             raise
@@ -51,7 +57,10 @@ class Lab:
         self.close()
 
     def close(self) -> None:
+        """Remove everything, even what a test has left half made."""
         leftovers.remove(self.name)
+        for computer in self._computers:
+            computer.close()
 
     def host(self, name: str, *, multicast: bool = True, routed: bool = False) -> Host:
         """Start a host, which the operator knows by its key.
@@ -60,12 +69,20 @@ class Lab:
         own.
         """
         port = self.network.add(name, multicast=multicast, routed=routed)
-        host = Host(name, port, self.folder / name, self.public_key)
-        self.hosts[name] = host
+        return self._add(Host(name, port, self.folder / name, self.public_key))
+
+    def robot(self, name: str, *, multicast: bool = True, routed: bool = False) -> Robot:
+        """Start a robot with systemd, which the operator knows by its key; see `host`."""
+        port = self.network.add(name, multicast=multicast, routed=routed)
+        return self._add(Robot(name, port, self.folder / name, self.public_key))
+
+    def _add(self, host: AnyHost) -> AnyHost:
+        self._computers.append(host)
+        self.hosts[host.name] = host
         self.trust(host)
         return host
 
-    def trust(self, host: Host) -> None:
+    def trust(self, host: Host | Robot) -> None:
         """Add the key of a host to known_hosts, in place of others of its address."""
         with self._trusting:
             lines = self.known_hosts.read_text(encoding="ascii").splitlines(keepends=True)
@@ -81,17 +98,17 @@ class Lab:
             "UserKnownHostsFile": str(self.known_hosts),
         }
 
-    def ssh(self, host: Host, *words: str) -> list[str]:
+    def ssh(self, host: Host | Robot, *words: str, user: str = "root") -> list[str]:
         """The words of an ssh command for the operator, with strict checks and no questions."""
         strict = {"BatchMode": "yes", "StrictHostKeyChecking": "yes", "IdentitiesOnly": "yes"}
         options = {**self.ssh_options(), **strict}
         pairs = [word for name, value in options.items() for word in ("-o", f"{name}={value}")]
-        return ["ssh", *pairs, f"root@{host.address}", *words]
+        return ["ssh", *pairs, f"{user}@{host.address}", *words]
 
     def hosts_file(
         self,
         path: Path,
-        hosts: Iterable[Host] | Mapping[Host, Mapping[str, Any]],
+        hosts: Iterable[Host | Robot] | Mapping[Host | Robot, Mapping[str, Any]],
         place: Mapping[str, str],
         **top_level: Any,
     ) -> Path:
@@ -102,11 +119,11 @@ class Lab:
         path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
         return path
 
-    def settings(self, host: Host) -> dict[str, Any]:
+    def settings(self, host: Host | Robot) -> dict[str, Any]:
         """What a hosts file says about a host."""
         return {
             "address": host.address,
-            "user": "root",
+            "user": host.user,
             "python": sys.executable,
             "ssh": self.ssh_options(),
         }

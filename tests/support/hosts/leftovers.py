@@ -6,6 +6,7 @@ recognises and removes what a killed one left behind.
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 import os
 import re
@@ -16,6 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from launcher import proc
+from tests.support.hosts.cgroups import groups, processes_in_groups, remove_groups
 from tests.support.hosts.tool import run_tool
 from tests.support.waiting import wait_until
 
@@ -34,15 +36,19 @@ def new_name() -> str:
 
 def remove_leftovers() -> None:
     """Remove the labs of processes that no longer exist."""
-    for name in _names():
-        if not _has_owner(name):
-            remove(name)
+    STATE.mkdir(parents=True, exist_ok=True)
+    with open(STATE / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # another process may want to remove the same
+        for name in _names():
+            if not _has_owner(name):
+                remove(name)
 
 
 def remove(name: str) -> None:
     """End and remove all that belongs to a lab, whatever state it is in."""
     namespaces = [path.name for path in _paths(_NAMESPACES) if path.name.startswith(f"{name}.")]
-    wait_until(lambda: not _kill(namespaces), f"the processes of {name} end")
+    wait_until(lambda: not _kill(name, namespaces), f"the processes of {name} end")
+    wait_until(lambda: remove_groups(name), f"the control groups of {name} are empty")
     for path in _mounts(STATE / name):
         run_tool("umount", "--lazy", path)
     for namespace in namespaces:
@@ -61,7 +67,7 @@ def processes_in(namespace: str) -> list[int]:
 
 
 def _names() -> set[str]:
-    found = itertools.chain(_paths(STATE), _paths(_NAMESPACES))
+    found = itertools.chain(_paths(STATE), _paths(_NAMESPACES), groups("lab-*"))
     return {match[0] for path in found if (match := _NAME.match(path.name))}
 
 
@@ -70,8 +76,10 @@ def _has_owner(name: str) -> bool:
     return match is not None and proc.start_ticks(int(match[1])) == int(match[2])
 
 
-def _kill(namespaces: list[str]) -> list[int]:
+def _kill(name: str, namespaces: list[str]) -> list[int]:
+    """Kill what runs, and return it: those of a container first, then what started it."""
     pids = [pid for namespace in namespaces for pid in processes_in(namespace)]
+    pids = pids or [pid for pid in processes_in_groups(name) if proc.is_alive(pid)]
     for pid in pids:
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)

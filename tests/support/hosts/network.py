@@ -21,14 +21,35 @@ class Port:
     bridge: str
     name: str
     address: str
+    is_bridged: bool = False
 
     @property
     def path(self) -> str:
         return f"/run/netns/{self.namespace}"
 
-    def set(self, *words: object) -> None:
+    @property
+    def enter(self) -> tuple[str, ...]:
+        """The words before a command that runs in the namespace of the bridge."""
+        return ("nsenter", f"--net=/run/netns/{self.bridge}")
+
+    def set(self, *words: object, name: str = "") -> None:
         """Change the network's end of the link as with `ip link set`."""
-        run_tool("ip", "-n", self.bridge, "link", "set", self.name, *words)
+        run_tool("ip", "-n", self.bridge, "link", "set", name or self.name, *words)
+
+    def split(self) -> tuple[str, str]:
+        """Take the link from the bridge; a relay between the two interfaces joins them again."""
+        assert self.is_bridged, f"{self.name} is not on the bridge"
+        outer, inner = f"o{self.name}", f"i{self.name}"
+        run_tool(*("ip", "-n", self.bridge, "link", "add", outer, "type", "veth", "peer", inner))
+        self.set("nomaster")
+        self.set("master", "br0", "up", name=outer)
+        self.set("up", name=inner)
+        return self.name, inner
+
+    def join(self) -> None:
+        """Undo `split`."""
+        run_tool("ip", "-n", self.bridge, "link", "del", f"o{self.name}")
+        self.set("master", "br0")
 
 
 class Network:
@@ -37,6 +58,7 @@ class Network:
     def __init__(self, lab: str) -> None:
         self._lab = lab
         self._bridge = f"{lab}.bridge"
+        self._ports = itertools.count()
         self._numbers = itertools.count()  # also for threads that add hosts at the same time
         add_namespace(self._bridge)
         self._ip("link add br0 type bridge mcast_snooping 0 forward_delay 0")
@@ -61,7 +83,7 @@ class Network:
         return self._add_bridged(name, address) if multicast else self._add_proxied(name, address)
 
     def _add_bridged(self, name: str, address: str) -> Port:
-        port = self._add_port(name, address)
+        port = self._add_port(name, address, is_bridged=True)
         port.set("master", "br0")
         _route(port, GATEWAY)
         return port
@@ -79,9 +101,15 @@ class Network:
         _route(port, gateway)
         return port
 
-    def _add_port(self, name: str, address: str) -> Port:
+    def _add_port(self, name: str, address: str, *, is_bridged: bool = False) -> Port:
         namespace = f"{self._lab}.{name}"
-        port = Port(namespace=namespace, bridge=self._bridge, name=f"p-{name}", address=address)
+        port = Port(
+            namespace=namespace,
+            bridge=self._bridge,
+            name=f"p{next(self._ports)}",
+            address=address,
+            is_bridged=is_bridged,
+        )
         add_namespace(namespace)
         self._ip(f"link add {port.name} type veth peer name eth0 netns {namespace}")
         run_tool("ip", "-n", namespace, "addr", "add", f"{address}/24", "dev", "eth0")

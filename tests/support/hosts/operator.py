@@ -17,7 +17,8 @@ class Operator(Computer):
     """Has no sshd. It shares pids, /tmp and /run with the machine, so tests can signal and read."""
 
     def __init__(self, port: Port, folder: Path) -> None:
-        super().__init__("operator", port, folder)
+        super().__init__("operator", port, folder, folder / "home")
+        self.home.mkdir(mode=0o755, parents=True)
         self.runtime = folder / "run"
         self.runtime.mkdir(mode=0o700)
         self._boot = Boot(self.name, self.home, folder, port, is_host=False)
@@ -32,6 +33,9 @@ class Operator(Computer):
         if "ROS_DOMAIN_ID" in os.environ:
             own["ROS_DOMAIN_ID"] = os.environ["ROS_DOMAIN_ID"]
         return {**super().environment(), **own, **(env or {})}
+
+    def close(self) -> None:
+        self._boot.end()
 
     def launcher(self, *words: object, **options: Any) -> Any:
         """`python -m launcher WORDS`, to its end, whatever its exit code; see `run`."""

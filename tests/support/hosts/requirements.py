@@ -8,7 +8,11 @@ from collections.abc import Iterable
 
 import pytest
 
+from tests.support.hosts.cgroups import why_no_groups
+from tests.support.hosts.tree import NoTreeError, tree
+
 _HOST_PROGRAMS = ("ip", "mount", "nsenter", "ssh", "ssh-keygen", "sshd", "unshare")
+_ROBOT_PROGRAMS = ("chroot", "mmdebstrap", "systemd-nspawn")
 _SYSTEM_FOLDERS = ("/usr/local/sbin", "/usr/sbin", "/sbin")  # not in the PATH of every user
 
 
@@ -24,6 +28,25 @@ def why_no_hosts() -> str:
     if os.geteuid() != 0:
         return "network namespaces need root"
     return _missing(_HOST_PROGRAMS)
+
+
+def needs_robots() -> None:
+    """Skip the test where robots with systemd cannot be made."""
+    reason = why_no_robots()
+    if reason:
+        pytest.skip(reason)
+
+
+def why_no_robots() -> str:
+    """Why robots cannot be made here; empty if they can. The first call makes their files."""
+    reason = why_no_hosts() or _missing(_ROBOT_PROGRAMS) or why_no_groups()
+    if reason:
+        return reason
+    try:
+        tree()
+    except NoTreeError as error:
+        return str(error)
+    return ""
 
 
 def program(name: str) -> str | None:
