@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tests.support.hosts import Host, Lab, leftovers, needs_hosts
 from tests.support.hosts.checks import heard, is_reached, killed_run, login, module, traces
@@ -145,6 +146,15 @@ def test_a_slow_link_delays_both_directions_and_changes_nothing(lab: Lab):
     assert not is_reached(lab, host)
     host.normal_link()
     wait_until(lambda: is_reached(lab, host), "the host answers again")
+
+
+def test_a_hosts_file_says_how_to_log_in(lab: Lab, one: Host, two: Host):
+    path = lab.folder / "hosts.yaml"
+    hosts = {one: {"engine": "ssh"}, two: {}}
+    content = yaml.safe_load(lab.hosts_file(path, hosts, {"robot_1": "one"}).read_text())
+    assert content["place"] == {"robot_1": "one"}
+    assert content["hosts"]["one"] == {**lab.settings(one), "engine": "ssh"}
+    assert content["hosts"]["two"]["address"] == two.address
 
 
 @pytest.fixture(scope="module")

@@ -60,10 +60,10 @@ def remove(name: str) -> None:
 
 def processes_in(namespace: str) -> list[int]:
     """Pids of the processes in a network namespace, zombies not included."""
-    with suppress(FileNotFoundError):
-        inode = (_NAMESPACES / namespace).stat().st_ino
-        return [pid for pid in proc.pids() if _network_of(pid) == inode and proc.is_alive(pid)]
-    return []
+    wanted = _identity(_NAMESPACES / namespace)
+    if wanted is None or wanted == _namespace(os.getpid(), "net"):
+        return []
+    return [pid for pid in proc.pids() if _namespace(pid, "net") == wanted and proc.is_alive(pid)]
 
 
 def _names() -> set[str]:
@@ -77,18 +77,29 @@ def _has_owner(name: str) -> bool:
 
 
 def _kill(name: str, namespaces: list[str]) -> list[int]:
-    """Kill what runs, and return it: those of a container first, then what started it."""
+    """Kill what runs, and return it; first what runs inside of hosts, then what started it.
+
+    The first process of a host stays a zombie until the parents of all others have collected them.
+    """
     pids = [pid for namespace in namespaces for pid in processes_in(namespace)]
     pids = pids or [pid for pid in processes_in_groups(name) if proc.is_alive(pid)]
-    for pid in pids:
+    own = _namespace(os.getpid(), "pid")
+    inside = [pid for pid in pids if _namespace(pid, "pid") not in (None, own)]
+    for pid in inside or pids:
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
     return pids
 
 
-def _network_of(pid: int) -> int | None:
+def _namespace(pid: int, kind: str) -> tuple[int, int] | None:
+    """Which namespace the process is in; None if it has exited."""
+    return _identity(Path(f"/proc/{pid}/ns/{kind}"))
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
     with suppress(OSError):
-        return os.stat(f"/proc/{pid}/ns/net").st_ino
+        status = path.stat()
+        return status.st_dev, status.st_ino
     return None
 
 

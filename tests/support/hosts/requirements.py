@@ -11,7 +11,7 @@ import pytest
 from tests.support.hosts.cgroups import why_no_groups
 from tests.support.hosts.tree import NoTreeError, tree
 
-_HOST_PROGRAMS = ("ip", "mount", "nsenter", "ssh", "ssh-keygen", "sshd", "unshare")
+_HOST_PROGRAMS = ("hostname", "ip", "mount", "nsenter", "ssh", "ssh-keygen", "sshd", "unshare")
 _ROBOT_PROGRAMS = ("chroot", "mmdebstrap", "systemd-nspawn")
 _SYSTEM_FOLDERS = ("/usr/local/sbin", "/usr/sbin", "/sbin")  # not in the PATH of every user
 
