@@ -6,12 +6,13 @@ import shlex
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 import yaml
 
-from tests.support.hosts import Host, Lab, leftovers, needs_hosts
+from tests.support.hosts import Host, Lab, leftovers, needs_clocks, needs_hosts
 from tests.support.hosts.checks import heard, is_reached, killed_run, login, module, traces
 from tests.support.hosts.keys import make_key
 from tests.support.node_process import REPOSITORY
@@ -155,6 +156,14 @@ def test_a_hosts_file_says_how_to_log_in(lab: Lab, one: Host, two: Host):
     assert content["place"] == {"robot_1": "one"}
     assert content["hosts"]["one"] == {**lab.settings(one), "engine": "ssh"}
     assert content["hosts"]["two"]["address"] == two.address
+
+
+def test_a_host_can_have_another_time(lab: Lab, one: Host):
+    needs_clocks()
+    ahead = lab.host("ahead", clock_offset_s=3600.0)
+    now = f"{sys.executable} -c 'import time; print(time.time())'"
+    assert float(login(lab, ahead, now).stdout) - time.time() > 3500.0
+    assert heard(ahead, one) >= 0
 
 
 @pytest.fixture(scope="module")

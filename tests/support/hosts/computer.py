@@ -42,6 +42,7 @@ class Computer:
         self.pid = 0
         self.own_pids: set[int] = set()
         self.port = port
+        self.variables = dict(python_path())
 
     def command(self, words: Sequence[object], cwd: Path | str | None = None) -> list[str]:
         """The words of a command that runs these words inside as root, in root's home."""
@@ -51,7 +52,7 @@ class Computer:
     def environment(self, env: Mapping[str, str] | None = None) -> dict[str, str]:
         """The variables of a login there; nothing of those of the test."""
         login = {"HOME": str(self.home), "USER": "root", "LOGNAME": "root", "SHELL": "/bin/bash"}
-        return {**login, "PATH": PATH, "LANG": "C.UTF-8", **python_path(), **(env or {})}
+        return {**login, "PATH": PATH, "LANG": "C.UTF-8", **self.variables, **(env or {})}
 
     def popen(
         self,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tests.support.hosts import clock
 from tests.support.hosts.boot import Boot
-from tests.support.hosts.computer import python_path
 from tests.support.hosts.keys import allow_login, make_key
 from tests.support.hosts.network import Port
 from tests.support.hosts.remote import Remote, kill
@@ -31,9 +31,12 @@ Subsystem sftp internal-sftp
 class Host(Remote):
     """Root logs in by key; files are the machine's, but for home, /etc, /run, /tmp and /dev/shm."""
 
-    def __init__(self, name: str, port: Port, folder: Path, public_key: str) -> None:
+    def __init__(
+        self, name: str, port: Port, folder: Path, public_key: str, *, clock_offset_s: float = 0.0
+    ) -> None:
         super().__init__(name, port, folder, folder / "home")
         self.home.mkdir(mode=0o755, parents=True)
+        self.variables.update(clock.variables(clock_offset_s))
         allow_login(self.home, public_key)
         self._boot: Boot | None = None
         self.new_host_key()
@@ -70,9 +73,10 @@ class Host(Remote):
 
     def start_sshd(self) -> None:
         config = self.folder / "sshd_config"
-        variables = [f'SetEnv {name}="{value}"\n' for name, value in python_path().items()]
         text = _CONFIG.format(port=SSH_PORT, key=self.folder / "host_key")
-        config.write_text(text + "".join(variables), encoding="utf-8")
+        # Of several lines with SetEnv, sshd takes the first.
+        pairs = " ".join(f'{name}="{value}"' for name, value in self.variables.items())
+        config.write_text(text + (f"SetEnv {pairs}\n" if pairs else ""), encoding="utf-8")
         self.run([program("sshd"), "-f", config, "-E", self.folder / "sshd.log"], cwd="/")
         wait_until(lambda: has_sshd(self.pid), f"sshd of {self.name} listens")
 

@@ -62,14 +62,22 @@ class Lab:
         for computer in self._computers:
             computer.close()
 
-    def host(self, name: str, *, multicast: bool = True, routed: bool = False) -> Host:
+    def host(
+        self,
+        name: str,
+        *,
+        multicast: bool = True,
+        routed: bool = False,
+        clock_offset_s: float = 0.0,
+    ) -> Host:
         """Start a host, which the operator knows by its key.
 
         `multicast=False`: no multicast reaches it, or leaves it. `routed`: it has a subnet of its
-        own.
+        own. `clock_offset_s`: its clock is ahead of the machine's.
         """
         port = self.network.add(name, multicast=multicast, routed=routed)
-        return self._add(Host(name, port, self.folder / name, self.public_key))
+        folder = self.folder / name
+        return self._add(Host(name, port, folder, self.public_key, clock_offset_s=clock_offset_s))
 
     def robot(self, name: str, *, multicast: bool = True, routed: bool = False) -> Robot:
         """Start a robot with systemd, which the operator knows by its key; see `host`."""

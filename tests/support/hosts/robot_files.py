@@ -42,7 +42,7 @@ def shared_folders() -> list[Path]:
 def _set_variables(etc: Path) -> None:
     """For the sessions of sshd, and for services of the system and of the user."""
     pairs = [f'{name}="{value}"' for name, value in python_path().items()]
-    sshd = "".join(f"SetEnv {pair}\n" for pair in pairs)
+    sshd = f"SetEnv {' '.join(pairs)}\n" if pairs else ""
     (etc / "ssh/sshd_config.d/lab.conf").write_text(f"{_SSHD}{sshd}")
     manager = f"[Manager]\nDefaultEnvironment={' '.join(pairs)}\n"
     for kind in ("system", "user"):

@@ -75,13 +75,19 @@ def _release() -> str:
     return platform.freedesktop_os_release().get("VERSION_CODENAME", "stable")
 
 
+def _components() -> str:
+    """Ubuntu's python3-venv is not in `main`."""
+    is_ubuntu = platform.freedesktop_os_release().get("ID") == "ubuntu"
+    return "main,universe" if is_ubuntu else "main"
+
+
 def _make(folder: Path) -> None:
     making = folder.with_name(f"{folder.name}.part")
     shutil.rmtree(making, ignore_errors=True)
     packages = f"--include={','.join(PACKAGES)}"
-    command = ("mmdebstrap", "--quiet", "--variant=minbase", packages, _release(), making)
+    options = ("--quiet", "--variant=minbase", packages, f"--components={_components()}")
     try:
-        run_tool(*command, timeout_s=_BUILD_TIMEOUT_S)
+        run_tool("mmdebstrap", *options, _release(), making, timeout_s=_BUILD_TIMEOUT_S)
         run_tool("sh", "-c", _FINISH, "sh", making, USER, USER_ID)
     except (ToolError, subprocess.TimeoutExpired) as error:
         shutil.rmtree(making, ignore_errors=True)
