@@ -1,0 +1,40 @@
+"""`python -m launcher.hosts.run_order FILE`: becomes the process that an order describes.
+
+For orders with paths that only the host knows, where no agent runs them. Files of the order are
+written beside FILE.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+
+from launcher.errors import ExitCode, LauncherError
+from launcher.hosts import order_json
+from launcher.hosts.resolution import resolve
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
+
+
+def main(path: str) -> NoReturn:
+    """Replace this process; SystemExit after an error."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            order = order_json.decode(json.load(file))
+        found = resolve(order, os.path.dirname(os.path.abspath(path)), os.environ)
+        if found.cwd is not None:
+            os.chdir(found.cwd)
+        words = ("/bin/sh", "-c", " ".join(found.argv)) if order.shell else found.argv
+        os.execvpe(words[0], words, dict(found.env))
+    except LauncherError as error:
+        print(error.render(), file=sys.stderr)
+    except (OSError, ValueError) as error:
+        print(f"error: cannot run '{path}': {error}", file=sys.stderr)
+    raise SystemExit(ExitCode.PROCESS_FAILED)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
