@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from launcher import proc
 from launcher.engine.machine import ProcessMachine
 from launcher.engine.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.engine.posix.reactor import Timer
@@ -14,6 +15,7 @@ from launcher.text import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.engine.hosts.remote_host import RemoteHost
     from launcher.engine.machine import Ended, Outcome
     from launcher.engine.output.filters import LineFilter
     from launcher.engine.output.reader import Stream
@@ -47,7 +49,8 @@ class Process:
     """A spec, its state machine, and the running child if there is one.
 
     `number` counts from 0 in order of first start; it picks the colour. `filter` chooses the lines
-    that are shown (None: all). `last_end` is its last exit, at `ended_wall_s`.
+    that are shown (None: all). `last_end` is its last exit, at `ended_wall_s`. `host` is where it
+    runs (None: on this machine); `is_abandoned`: that could not be reached at the end of the run.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -57,6 +60,8 @@ class Process:
         self.prefix = prefix
         self.machine = ProcessMachine(spec.restart, spec.stop)
         self.child: Child | None = None
+        self.host: RemoteHost | None = None
+        self.is_abandoned = False
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
         self.filter: LineFilter | None = None
@@ -70,6 +75,23 @@ class Process:
     def name(self) -> str:
         """`robot_1-2`."""
         return self.spec.name
+
+    @property
+    def host_name(self) -> str:
+        """Empty for this machine."""
+        return "" if self.host is None else self.host.name
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether the end of the run waits for its exit."""
+        return self.machine.state.is_alive and not self.is_abandoned
+
+    @property
+    def is_halted(self) -> bool:
+        """Whether it exists and is suspended; on another host, as far as the launcher knows."""
+        if self.child is None or self.host is not None:
+            return self.child is not None and self.machine.is_suspended
+        return proc.is_suspended(self.child.pid)
 
     def unfinished(self) -> list[Block]:
         """What it has written after its last line, such as a question, as lines."""

@@ -325,7 +325,7 @@ class ProcessControl:
             self._when(check, done)
 
     def _note(self, verb: str, process: Process, **details: object) -> None:
-        self._log.note("asked", process, verb=verb, **details)
+        self._log.note("asked", process, None, verb=verb, **details)
 
 
 def _is_halted(process: Process) -> bool:

@@ -94,18 +94,25 @@ class ProcessDriver:
 
     def _stuck(self, process: Process, waited_s: float) -> None:
         pid = -1 if process.child is None else process.child.pid
-        how = proc.describe_state(pid)
-        self._log.report(process, messages.stuck(process.name, pid, waited_s, how))
-        self._log.note("stuck", process, pid=pid, sleeps=how)
+        self._report_stuck(process, pid, waited_s, proc.describe_state(pid))
         self._listener.idle()
+
+    def _report_stuck(
+        self, process: Process, pid: int, waited_s: float, how: str, at_s: float | None = None
+    ) -> None:
+        self._log.report(process, messages.stuck(process.name, pid, waited_s, how))
+        self._log.note("stuck", process, at_s, pid=pid, sleeps=how)
 
     def _cancel_start(self, process: Process, pacing: StartPacing) -> None:
         if pacing.withdraw(process):
-            self._log.report(process, messages.start_cancelled())
-            self._log.note("withdrawn", process)
+            self._report_cancelled(process)
             self.advance(process, Command.START_CANCELLED)
             self._listener.cancelled(process)
             self._listener.idle()
+
+    def _report_cancelled(self, process: Process, at_s: float | None = None) -> None:
+        self._log.report(process, messages.start_cancelled())
+        self._log.note("withdrawn", process, at_s)
 
     def signal(self, process: Process, signum: int, *, by_user: bool = False) -> None:
         """Send a signal to the group of a process, if it is running.
@@ -121,9 +128,14 @@ class ProcessDriver:
             return
         if signum == signal.SIGKILL:
             self._listener.before_kill()
-        self._log.report(process, messages.signalled(process.name, signum))
-        self._log.note("signal", process, pid=process.child.pid, signal=int(signum))
+        self._report_signal(process, process.child.pid, signum)
         process.child.signal_group(signum)
+
+    def _report_signal(
+        self, process: Process, pid: int, signum: int, at_s: float | None = None
+    ) -> None:
+        self._log.report(process, messages.signalled(process.name, signum))
+        self._log.note("signal", process, at_s, pid=pid, signal=int(signum))
 
     def _wake(self, process: Process) -> None:
         if process.child is not None:
@@ -177,10 +189,15 @@ class ProcessDriver:
             self._reactor.add_reader(child.status, left)
 
     def _refused(self, process: Process, number: int, what: str) -> None:
+        self._report_refusal(process, number, what)
+        self.advance(process, SpawnError(number, what))
+
+    def _report_refusal(
+        self, process: Process, number: int, what: str, at_s: float | None = None
+    ) -> None:
         self._log.report(process, messages.not_started(process.spec, number, what))
         reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
-        self._log.note("not started", process, reason=reason)
-        self.advance(process, SpawnError(number, what))
+        self._log.note("not started", process, at_s, reason=reason)
 
     def _limits_applied(self, process: Process, child: Child) -> None:
         """A process with limits has exec'd its program, or exits since a limit was refused."""
@@ -190,12 +207,15 @@ class ProcessDriver:
             self._runs(process, child)
 
     def _runs(self, process: Process, child: Child) -> None:
-        self._log.report(process, messages.started(child.pid))
-        restarts = process.machine.restarts
-        self._log.note("started", process, pid=child.pid, restarts=restarts)
-        process.history.starts += 1
+        self._report_start(process, child.pid)
         self.advance(process, Command.STARTED)
         self._listener.started(process, child.pid)
+
+    def _report_start(self, process: Process, pid: int, at_s: float | None = None) -> None:
+        self._log.report(process, messages.started(pid, process.host_name))
+        restarts = process.machine.restarts
+        self._log.note("started", process, at_s, pid=pid, restarts=restarts)
+        process.history.starts += 1
 
     def _exited(self, process: Process) -> None:
         child = process.child
@@ -228,10 +248,13 @@ class ProcessDriver:
             self._listener.may_have_left(process, child.pid)
         self._listener.idle()
 
-    def _ended(self, process: Process, end: Ended) -> None:
+    def _ended(self, process: Process, end: Ended, at_s: float | None = None) -> None:
+        """It exited `at_s`, on the monotonic clock; None: just now."""
         pid = -1 if process.child is None else process.child.pid
-        process.last_end, process.ended_wall_s = end, time.time()
-        self._add_to_history(process, end)
+        now = self._reactor.now()
+        ago_s = 0.0 if at_s is None else now - at_s
+        process.last_end, process.ended_wall_s = end, time.time() - ago_s
+        self._add_to_history(process, end, now - ago_s)
         returncode = end.outcome.returncode
         if returncode is not None:
             by_user = process.machine.is_held
@@ -239,6 +262,7 @@ class ProcessDriver:
             self._log.note(
                 "ended",
                 process,
+                at_s,
                 pid=pid,
                 returncode=returncode,
                 asked=end.asked,
@@ -248,11 +272,11 @@ class ProcessDriver:
         self.release(process)
         self._listener.ended(process, pid, end)
 
-    def _add_to_history(self, process: Process, end: Ended) -> None:
+    def _add_to_history(self, process: Process, end: Ended, at_s: float) -> None:
         history = process.history
         began_s = process.machine.running_since
         if end.outcome.returncode is not None:
-            history.run_s += self._reactor.now() - began_s
+            history.run_s += at_s - began_s
         if end.asked or not (end.outcome.failed or end.retry_in_s is not None):
             return
         history.deaths += 1

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class RunControl:
     """One per run; `on_process` is called with each process that is started for the first time.
 
-    `keep` is called with the pid of a helper process that outlives a killed launcher.
+    `keep` is called with the pid of a helper process that outlives a killed launcher. `has_hosts`:
+    there is a hosts file.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class RunControl:
         log_dir: str | None,
         keep: Callable[[int], None],
         screen: StdoutWriter,
+        has_hosts: bool = False,
     ) -> None:
         self.reactor = reactor
         self.log = log
@@ -46,6 +48,7 @@ class RunControl:
         self.log_dir = log_dir
         self.keep = keep
         self.screen = screen
+        self.has_hosts = has_hosts
         self.process_control = ProcessControl(reactor, driver, log, shutdown)
         self.filters = ScreenFilters(processes.values(), log)
         self.on_process: Callable[[Process], None] = lambda process: None

@@ -20,6 +20,7 @@ from launcher.errors import ExitCode
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.cleanup.leftovers import Leftovers
+    from launcher.engine.hosts.fleet import Fleet
 
 
 class Shutdown:
@@ -40,6 +41,7 @@ class Shutdown:
         run_id: str,
         processes: Collection[Process],
         close_helpers: Callable[[], None] = lambda: None,
+        fleet: Fleet | None = None,
         exit_when_any_dies: bool = False,
     ) -> None:
         self._machine = rules.ShutdownMachine(processes, exit_when_any_dies=exit_when_any_dies)
@@ -51,7 +53,9 @@ class Shutdown:
         self._watchdog = watchdog
         self._run_id = run_id
         self._close_helpers = close_helpers
+        self._fleet = fleet
         self._leftovers: Leftovers | None = None
+        self._sweeps = 0  # of this machine, and of the other hosts, that have not ended yet
         self._timer: Timer | None = None
 
     @property
@@ -100,6 +104,9 @@ class Shutdown:
     def over_budget(self, process: Process, report: str) -> None:
         self._handle(rules.BudgetExceeded(process.name, report))
 
+    def host_failed(self, cause: str) -> None:
+        self._handle(rules.HostFailed(cause))
+
     def idle(self) -> None:
         """End the run if nothing is left to wait for."""
         self._core.settle_requests()
@@ -133,6 +140,8 @@ class Shutdown:
                 self._reactor.call_later(0, self.idle)
                 if self._leftovers is not None:
                     self._leftovers.skip_grace()
+                if self._fleet is not None:
+                    self._fleet.skip_grace()
             case rules.Order.REPORT_WAITING:
                 now = self._reactor.now()
                 waiting = messages.waiting_for(self._processes, now)
@@ -150,6 +159,8 @@ class Shutdown:
         self._watchdog.prepare_end()
         for process in reversed(list(self._processes)):
             self._driver.advance(process, how)
+        if self._fleet is not None:
+            self._fleet.stopping()
         self._reactor.call_later(0, self.idle)
 
     # ---- leftovers
@@ -160,7 +171,8 @@ class Shutdown:
         self._close_helpers()
         self._watchdog.prepare_end()
         processes = self._processes
-        stuck = (process.child for process in processes if process.machine.is_stuck)
+        here = (process for process in processes if process.host is None)
+        stuck = (process.child for process in here if process.machine.is_stuck)
         stuck_pids = frozenset(child.pid for child in stuck if child is not None)
         self._leftovers = Leftovers(
             self._run_id,
@@ -170,6 +182,10 @@ class Shutdown:
             policy=stop_policy_for(process.machine.stop for process in processes),
             kin=subreaper.orphans,
         )
+        self._sweeps = 1
+        if self._fleet is not None:
+            self._sweeps = 2
+            self._fleet.finish(self.finished)
         self._leftovers.check()
         for _ in range(skipped):
             self._leftovers.skip_grace()
@@ -200,7 +216,9 @@ class Shutdown:
         self._handle(rules.Occurrence.LEFTOVERS_KILLED)
 
     def finished(self) -> None:
-        self._handle(rules.Occurrence.LEFTOVERS_GONE)
+        self._sweeps -= 1
+        if self._sweeps == 0:
+            self._handle(rules.Occurrence.LEFTOVERS_GONE)
 
 
 class _SessionListener:

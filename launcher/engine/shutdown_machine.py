@@ -84,6 +84,12 @@ class BudgetExceeded(Record):
     report: str
 
 
+class HostFailed(Record):
+    """A host was lost or could not be reached, which `cause` tells."""
+
+    cause: str
+
+
 class Idle(Record):
     """An event was handled completely. `expects_more`: a timer or an event may start something.
 
@@ -109,6 +115,7 @@ ShutdownEvent = (
     | StopRequested
     | ProcessEnded
     | BudgetExceeded
+    | HostFailed
     | Idle
     | Occurrence
 )
@@ -170,6 +177,7 @@ class ShutdownMachine:
         self.first_failure: str | None = None
         self._died: dict[str, Outcome] = {}  # how each did first
         self._over_budget: list[str] = []
+        self._failed_hosts: list[str] = []
         self._end_reason = ""
 
     @property
@@ -179,6 +187,8 @@ class ShutdownMachine:
 
     def exit_code(self, *, has_lost_output: bool = False) -> ExitCode:
         """The exit code as things stand; a run that could not write its output has failed."""
+        if self._failed_hosts:
+            return ExitCode.PROCESS_FAILED
         has_killed = self._has_killed_leftovers or any(
             process.machine.had_to_be_killed for process in self._processes
         )
@@ -196,6 +206,7 @@ class ShutdownMachine:
         causes += [f"{name} is over its budget" for name in self._over_budget]
         causes += [f"{', '.join(killed)} had to be killed"] if killed else []
         causes += ["leftovers had to be killed"] if self._has_killed_leftovers else []
+        causes += self._failed_hosts
         return causes + (["output was lost"] if has_lost_output else [])
 
     @property
@@ -224,6 +235,8 @@ class ShutdownMachine:
                 self.first_failure = self.first_failure or report
                 self._over_budget.append(name)
                 self._stop_soon(f"{name} is over its budget", now)
+            case HostFailed(cause=cause):
+                self._failed_hosts.append(cause)
             case Occurrence.LEFTOVERS_KILLED:
                 self._has_killed_leftovers = True
             case Idle() if self._is_over(event):
@@ -292,7 +305,7 @@ class ShutdownMachine:
             return self._announce(said, ShutdownAsked(reason=reason), now, reason=reason)
         if self.phase is Phase.NOTIFIED:  # the interpreter has not answered
             return self._stop(reason, now)
-        if not any(process.machine.state.is_alive for process in self._processes):
+        if not any(process.is_awaited for process in self._processes):
             self.deadline = None
             return []
         self.deadline = now + REPORT_EVERY_S
@@ -302,7 +315,7 @@ class ShutdownMachine:
         """Whether nothing is running and nothing can start any more."""
         if self.phase not in (Phase.RUNNING, Phase.STOPPING) or idle.expects_more:
             return False
-        machines = (process.machine for process in self._processes)
+        machines = (one.machine for one in self._processes if not one.is_abandoned)
         if self.phase is Phase.STOPPING:
             return not any(one.is_pending and not one.is_stuck for one in machines)
         return not (idle.is_loading or any(one.is_pending or one.is_held for one in machines))

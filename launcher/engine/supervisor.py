@@ -18,7 +18,7 @@ from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command, Ended
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import StdoutWriter
-from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child, set_close_on_exec, spawn, terminal_size_beside
 from launcher.engine.process import Process, child_environment, with_printable_name
 from launcher.engine.process_driver import ProcessDriver
@@ -35,7 +35,8 @@ from launcher.model.options import RunOptions
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.core_driver import Core
-    from launcher.engine.helpers.parameter_check import ParameterCheck
+    from launcher.engine.helpers.parameter_checks import ParameterChecks
+    from launcher.engine.hosts.fleet import Fleet, FleetPlan
     from launcher.engine.logs.run_log import Wishes
     from launcher.engine.monitor.budgets import Judge, Verdict
     from launcher.engine.monitor.housekeeping import Housekeeper
@@ -45,15 +46,14 @@ if TYPE_CHECKING:
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
-# After the start of nodes: comparing their parameters takes CPU time that they need to start.
-PARAMETER_CHECK_S = 5.0
 
 
 class Supervisor:
     """Composes the parts of a run; they report to it, as a `RunListener`.
 
     `env` is the environment of the ROS agent; the files of the run go to `run_path`, unless that is
-    None. `on_begun()` is called after the static part of the launch file was carried out.
+    None. `hosts` says which processes run on other hosts (None: no process). `on_begun()` is called
+    after the static part of the launch file was carried out.
     """
 
     def __init__(
@@ -67,6 +67,7 @@ class Supervisor:
         run_path: str | None = None,
         options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
         wishes: Wishes | None = None,
+        hosts: FleetPlan | None = None,
     ) -> None:
         self._core = core
         self._reactor = reactor
@@ -76,7 +77,6 @@ class Supervisor:
         self._processes: dict[int, Process] = {}
         self._control: RunControl | None = None
         self.is_script = False  # it decides on the exit code
-        self._check_timer: Timer | None = None
         self.on_begun: Callable[[], object] = lambda: None
         processes = self._processes.values()
         warn = functools.partial(screen.log, "WARNING", "launch")
@@ -85,10 +85,11 @@ class Supervisor:
         self._log = RunLog(reactor, screen, self._directory, wishes)
         self._watchdog = WatchdogClient(reactor, run_id, self._log.warn)
         self._reader = OutputReader(reactor, screen, self._directory, processes, self)
-        self._driver = ProcessDriver(reactor, self._reader, self._log, self)
+        self._env = env
+        self._fleet: Fleet | None = None
+        self._driver = self._process_driver(hosts)
         if options.stagger_s > 0 or options.max_starting is not None:
             self._driver.pace(stagger_s=options.stagger_s, most=options.max_starting)
-        self._env = env
         agent_env = {**env, RUN_ID_VARIABLE: run_id, **self._log_dir}
         self._core_driver = CoreDriver(
             core,
@@ -101,6 +102,14 @@ class Supervisor:
         )
         screen.on_closed = lambda: self._shutdown.output_closed()
         self._judge = self._budget_judge()
+
+    def _process_driver(self, hosts: FleetPlan | None) -> ProcessDriver:
+        if hosts is None:
+            return ProcessDriver(self._reactor, self._reader, self._log, self)
+        from launcher.engine.hosts.fleet import Fleet
+
+        self._fleet = fleet = Fleet(hosts, self._reactor, self._log, self)
+        return fleet.driver(self._reader, self._run_id, self._env, colour=self._screen.colour)
 
     def _budget_judge(self) -> Judge | None:
         """UsageError, before anything is started, if a budget is invalid."""
@@ -124,6 +133,7 @@ class Supervisor:
             run_id=self._run_id,
             processes=self._processes.values(),
             close_helpers=self._close_helpers,
+            fleet=self._fleet,
             exit_when_any_dies=self._options.exit_when_any_dies,
         )
 
@@ -140,6 +150,7 @@ class Supervisor:
             run_id=self._run_id,
             processes=self._processes.values(),
             judge=self._judge,
+            fleet=self._fleet,
         )
 
     @property
@@ -164,6 +175,7 @@ class Supervisor:
                 log_dir=self._directory.path,
                 keep=self._watchdog.keep,
                 screen=self._screen,
+                has_hosts=self._fleet is not None,
             )
         return self._control
 
@@ -186,8 +198,11 @@ class Supervisor:
             if self._directory.path is not None:
                 path = self._directory.path
                 self._log.log("INFO", "launch", f"All log files can be found below {path}")
-            self._begin()
-            self._shutdown.idle()
+            if self._fleet is None:
+                self._begin()
+            else:
+                self._fleet.open(self._begin)
+            self.idle()
             yield
             is_orderly = True
         finally:
@@ -213,20 +228,13 @@ class Supervisor:
     def _summarize(self) -> None:
         from launcher.engine.logs import summary
 
-        dropped_lines = self._screen.settle(is_interrupted=self.stop_signal is not None)
-        if dropped_lines:
-            text = f"the terminal is slow: {dropped_lines} lines dropped"
-            self._log.log("WARNING", "launch", text)
-        if self._shutdown.first_failure is not None:
-            self._log.log("ERROR", "launch", self._shutdown.first_failure)
-        summary.write(
+        summary.conclude(
             self._log,
+            self._screen,
             list(self._processes.values()),
-            columns=self._screen.columns,
+            self._shutdown,
             code=self._exit_code(),
-            causes=["exception in the launch file"] * self._core.has_failed
-            + self._shutdown.causes(),
-            end_reason=self._shutdown.end_reason,
+            has_exception=self._core.has_failed,
             is_script=self.is_script,
         )
 
@@ -252,6 +260,8 @@ class Supervisor:
         self._close_helpers()
         self._housekeeper.close()
         self._watchdog.close()
+        if self._fleet is not None:
+            self._fleet.close()
         self._write_plan()
         if is_orderly:
             self._summarize()  # as the last lines
@@ -267,8 +277,8 @@ class Supervisor:
 
     def _close_helpers(self) -> None:
         self._core_driver.close_requests()
-        if "_parameter_check" in vars(self):
-            self._parameter_check.close()
+        if "_checks" in vars(self):
+            self._checks.close()
 
     def _write_plan(self) -> None:
         self._directory.write_plan(self._core.plan)
@@ -291,41 +301,29 @@ class Supervisor:
         prefix = self._screen.prefix(spec, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process
+        if self._fleet is not None:
+            self._fleet.place(process, merge=self._merges(process))
         if self._control is not None:
             self._control.adopt(process)
         self._driver.advance(process, Command.START)
-        if spec.ros is not None:
-            self._check_parameters_later()
+        if spec.ros is not None and self._options.check_parameters:
+            self._checks.later()
 
     def loaded(self, effect: LoadComponent, full_name: str) -> None:
         if effect.request.parameters and self._options.check_parameters:
-            self._parameter_check.add_component(effect, full_name)
-            self._check_parameters_later()
-
-    def _check_parameters_later(self) -> None:
-        if self._options.check_parameters and self._check_timer is None:
-            check = self._check_parameters
-            self._check_timer = self._reactor.call_later(PARAMETER_CHECK_S, check)
-
-    def _check_parameters(self) -> None:
-        self._check_timer = None
-        if self._shutdown.has_begun:
-            return
-        self._parameter_check.check(self._processes.values())
-        if any(one.machine.is_pending and one.child is None for one in self._processes.values()):
-            self._check_parameters_later()  # those were queued to start
+            self._checks.loaded(effect, full_name)
 
     @functools.cached_property
-    def _parameter_check(self) -> ParameterCheck:
-        """Imported after the first processes have been started."""
-        from launcher.engine.helpers.parameter_check import ParameterCheck
+    def _checks(self) -> ParameterChecks:
+        """Imported after the first process has been started."""
+        from launcher.engine.helpers.parameter_checks import ParameterChecks
 
-        warn = functools.partial(self._log.log, "WARNING", "launch")
-        return ParameterCheck(self._reactor, self._env, warn)
+        processes = self._processes.values()
+        return ParameterChecks(self._reactor, self._env, self._log.warn, processes)
 
     def shut_down(self, reason: str, *, is_interrupted: bool) -> None:
-        if "_parameter_check" in vars(self):
-            self._parameter_check.leave()
+        if "_checks" in vars(self):
+            self._checks.leave()
         self._shutdown.decided(reason, is_interrupted=is_interrupted)
 
     def watches(self, process: Process) -> bool:
@@ -343,11 +341,14 @@ class Supervisor:
             log_dir=self._directory.path,
             colour=self._screen.colour,
         )
-        merge = process.streams_can_merge and not self.watches(process)
         is_tty = process.spec.emulate_tty
         size = terminal_size_beside(len(process.name) + 3) if is_tty else None
         self._watchdog.ensure()
+        merge = self._merges(process)
         return spawn(process.spec, env=env, merge=merge, terminal_size=size)
+
+    def _merges(self, process: Process) -> bool:
+        return process.streams_can_merge and not self.watches(process)
 
     def started(self, process: Process, pid: int) -> None:
         self._core_driver.feed(ProcessStarted(process_id=process.process_id, pid=pid))
@@ -356,7 +357,7 @@ class Supervisor:
     def ended(self, process: Process, pid: int, end: Ended) -> None:
         self._notify_control()
         outcome, returncode = end.outcome, end.outcome.returncode
-        if returncode is not None and returncode < 0:
+        if returncode is not None and returncode < 0 and process.host is None:
             self._housekeeper.killed()
         self._shutdown.ended(process, end, is_required=self._options.is_required(process.spec))
         will_restart = end.retry_in_s is not None or process.machine.is_held
@@ -392,8 +393,12 @@ class Supervisor:
     def may_have_left(self, process: Process, session: int) -> None:
         self._shutdown.end_session(process, session)
 
+    def host_failed(self, cause: str) -> None:
+        self._shutdown.host_failed(cause)
+
     def idle(self) -> None:
-        self._shutdown.idle()
+        if self._fleet is None or not self._fleet.is_connecting:
+            self._shutdown.idle()
         self._notify_control()
 
     def _notify_control(self) -> None:
@@ -401,14 +406,9 @@ class Supervisor:
             self._control.process_control.changed()
 
     def over_budget(self, process: Process, verdict: Verdict) -> None:
-        from launcher.engine.monitor.budgets import BudgetAction
+        from launcher.engine.monitor.housekeeping import enforce
 
-        self._log.log("WARNING", process.name, str(verdict))
-        self._log.note("over budget", process, action=verdict.action.value)
-        if verdict.action is BudgetAction.RESTART:
-            self._driver.advance(process, Command.RESTART)
-        elif verdict.action is BudgetAction.STOP_RUN:
-            self._shutdown.over_budget(process, str(verdict))
+        enforce(process, verdict, self._log, self._driver, self._shutdown)
 
 
 def _settle() -> None:

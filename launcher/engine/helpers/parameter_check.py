@@ -54,7 +54,9 @@ class ParameterCheck:
             nodes.setdefault(domain, []).append(node)
 
         for process in processes:
-            if process.child is None or process.process_id in self._seen:
+            if process.child is None or process.host is not None:
+                continue
+            if process.process_id in self._seen:
                 continue
             self._seen.add(process.process_id)
             options = {option for option, _ in ros_options(process.spec.argv)}

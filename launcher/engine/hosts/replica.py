@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     # event, time, seconds from then to the deadline
     Report = Callable[[MachineEvent, float, float | None], None]
 
-_STARTS = (Command.START, Command.USER_START)
+STARTS = (Command.START, Command.USER_START)
 
 
 class ReportingMachine(ProcessMachine):
@@ -47,16 +47,18 @@ class Replica(ProcessMachine):
     """Follows what the host reports.
 
     A start that was requested and not reported yet shows already: the process is STARTING.
+    `refusal` is set if it can never be started there: an errno, and the cause.
     """
 
     def __init__(self, restart: RestartPolicy, stop: StopPolicy) -> None:
         self._is_handling = False
         self._wanted_starts = 0
+        self.refusal: tuple[int, str] | None = None
         super().__init__(restart, stop, chance=lambda: 0.0)  # the host tells the delay
 
     @property
     def state(self) -> ProcessState:
-        if self._wanted_starts and not self._is_handling and not self._state.is_alive:
+        if self.is_only_wanted and not self._is_handling:
             return ProcessState.STARTING
         return self._state
 
@@ -64,17 +66,22 @@ class Replica(ProcessMachine):
     def state(self, state: ProcessState) -> None:
         self._state = state
 
-    def wants(self, command: Command) -> None:
-        """The host will get this command."""
-        self._wanted_starts += command in _STARTS
+    def wants_start(self) -> None:
+        """The host will get a command to start it."""
+        self._wanted_starts += 1
 
     def withdraw(self) -> None:
-        """A start will not be requested after all."""
-        self._wanted_starts -= 1
+        """The host will not get it after all."""
+        self._wanted_starts = 0
+
+    @property
+    def is_only_wanted(self) -> bool:
+        """Whether it does not run there, and its start was requested."""
+        return self._wanted_starts > 0 and not self._state.is_alive
 
     def follow(self, event: MachineEvent, at_s: float, left_s: float | None) -> list[Action]:
         """As `handle`, for an event that the host has handled; `left_s` as in its report."""
-        if event in _STARTS:
+        if event in STARTS:
             self._wanted_starts = max(0, self._wanted_starts - 1)
         if event is Command.TICK and self.deadline is not None:
             self.deadline = min(self.deadline, at_s)  # it was due there

@@ -23,9 +23,11 @@ class EventLog:
         self._resources = ""
         self.listeners: list[Callable[[str], None]] = []
 
-    def note(self, event: str, **details: object) -> bool:
-        """Add an event with the current time; True if it is the first since the last flush."""
+    def note(self, event: str, at_s: float | None = None, **details: object) -> bool:
+        """Add an event of that time, or of now; True if it is the first since the last flush."""
         now, since_boot = time.time(), time.monotonic()
+        if at_s is not None:
+            now, since_boot = now - (since_boot - at_s), at_s
         self._entries.append({"wall_s": now, "monotonic_s": since_boot, "event": event, **details})
         return len(self._entries) == 1
 

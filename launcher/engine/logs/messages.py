@@ -24,8 +24,8 @@ class Line(Record):
     text: str
 
 
-def started(pid: int) -> Line:
-    return Line("INFO", f"process started with pid [{pid}]")
+def started(pid: int, host: str = "") -> Line:
+    return Line("INFO", f"process started with pid [{pid}]{f' on {host}' if host else ''}")
 
 
 def signalled(name: str, signum: int) -> Line:
@@ -84,9 +84,15 @@ def first_failure(process: Process, outcome: Outcome) -> str:
 
 def waiting_for(processes: Iterable[Process], now: float) -> str:
     """The processes that have not exited, with the next signal for each."""
-    alive = (process for process in processes if process.machine.state.is_alive)
-    waits = ", ".join(f"{p.name}{_next_step(p.machine, now)}" for p in alive)
+    alive = (process for process in processes if process.is_awaited)
+    waits = ", ".join(f"{p.name}{_unreachable(p) or _next_step(p.machine, now)}" for p in alive)
     return f"still waiting for {waits}"
+
+
+def _unreachable(process: Process) -> str:
+    if process.host is None or process.host.unreachable_s is None:
+        return ""
+    return f" ({process.host.name} is unreachable, {process.host.unreachable_s:.0f} s)"
 
 
 def _next_step(machine: ProcessMachine, now: float) -> str:

@@ -136,7 +136,10 @@ class RunDirectory:
         """A line that is formatted already."""
         self._merge(f"{line}\n".encode(errors="surrogateescape"))
 
-    def write_lines(self, name: str, policy: OutputPolicy, stream: str, lines: bytes) -> None:
+    def write_lines(
+        self, name: str, policy: OutputPolicy, stream: str, lines: bytes, ago_s: float = 0.0
+    ) -> None:
+        """Write lines of a process that were read so many seconds ago."""
         if self.path is None or self._broken:
             return
         place = self._places.get((name, stream))
@@ -144,7 +147,7 @@ class RunDirectory:
             place = self._places[name, stream] = _place(name, policy, stream)
         prefix, files = place
         plain = without_colour(lines)
-        self._merge(with_prefix(b"%.7f %b" % (time.time(), prefix), plain))
+        self._merge(with_prefix(b"%.7f %b" % (time.time() - ago_s, prefix), plain))
         prefixed = with_prefix(prefix, plain)
         for file in files:
             self._append(file, prefixed)

@@ -83,11 +83,21 @@ class RunLog:
     def events(self) -> EventLog:
         return self._directory.events
 
-    def note(self, event: str, process: Process | None = None, **details: object) -> None:
-        """Add an entry to `events.jsonl`, which is written after this pass of the loop."""
+    def note(
+        self,
+        event: str,
+        process: Process | None = None,
+        at_s: float | None = None,
+        **details: object,
+    ) -> None:
+        """Add an entry to `events.jsonl`, which is written after this pass of the loop.
+
+        It happened `at_s`, on the monotonic clock; None: just now.
+        """
         if process is not None:
-            details = {"process": process.name, **details}
-        if self.events.note(event, **details):
+            host = {"host": process.host_name} if process.host is not None else {}
+            details = {"process": process.name, **host, **details}
+        if self.events.note(event, at_s, **details):
             self._reactor.call_later(0, self.events.flush)
 
 

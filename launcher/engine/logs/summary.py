@@ -18,6 +18,8 @@ from launcher.text import count
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.logs.run_log import RunLog
+    from launcher.engine.output.stdout import StdoutWriter
+    from launcher.engine.shutdown import Shutdown
 
 MAX_ROWS = 20  # beyond it, processes that ended as expected are only counted
 MAX_NAME = 24  # columns of a name on a terminal
@@ -34,6 +36,34 @@ _TRACEBACK = b"Traceback (most recent call last):"
 _WORDS = re.compile(rb"ERROR|FATAL|CRITICAL|" + re.escape(_TRACEBACK))
 _HEAD_OF_ROS = re.compile(rb"\[\w+\] \[[\d.]+\] \[[^\]]*\]: ")
 _OF_A_STOP = re.compile(rb"(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b")
+
+
+def conclude(
+    log: RunLog,
+    screen: StdoutWriter,
+    processes: Sequence[Process],
+    shutdown: Shutdown,
+    *,
+    code: int,
+    has_exception: bool,
+    is_script: bool,
+) -> None:
+    """Write the last lines of a run: what the screen lacks, the first failure, the summary."""
+    dropped_lines = screen.settle(is_interrupted=shutdown.stop_signal is not None)
+    if dropped_lines:
+        text = f"the terminal is slow: {dropped_lines} lines dropped"
+        log.log("WARNING", "launch", text)
+    if shutdown.first_failure is not None:
+        log.log("ERROR", "launch", shutdown.first_failure)
+    write(
+        log,
+        processes,
+        columns=screen.columns,
+        code=code,
+        causes=["exception in the launch file"] * has_exception + shutdown.causes(),
+        end_reason=shutdown.end_reason,
+        is_script=is_script,
+    )
 
 
 def write(

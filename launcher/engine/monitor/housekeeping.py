@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from launcher.engine.cleanup import subreaper
 from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import Command
 from launcher.engine.monitor.shared_memory import Ledger
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.posix.reactor import Reactor, Timer
@@ -14,9 +15,12 @@ from launcher.model.options import RunOptions, names_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.listener import RunListener
-    from launcher.engine.monitor.budgets import Judge
+    from launcher.engine.monitor.budgets import Judge, Verdict
     from launcher.engine.monitor.resources import Sample, Sampler, Steps
+    from launcher.engine.process_driver import ProcessDriver
+    from launcher.engine.shutdown import Shutdown
 
 PERIOD_S = 1.0
 SLICE_S = 0.0005  # of sampling, before the loop reads lines again
@@ -40,6 +44,7 @@ class Housekeeper:
         run_id: str,
         processes: Collection[Process],
         judge: Judge | None = None,
+        fleet: Fleet | None = None,
     ) -> None:
         self._reactor = reactor
         self._log = log
@@ -47,6 +52,7 @@ class Housekeeper:
         self._listener = listener
         self._processes = processes
         self._judge = judge
+        self._fleet = fleet
         self._sampler: Sampler | None = None
         self._ledger = Ledger(run_id)  # before the processes make anything
         self._has_killed = False
@@ -102,7 +108,7 @@ class Housekeeper:
         if self._sampler is None:
             self._rest_after(begun_s)
             return
-        pids = [p.child.pid for p in self._processes if p.child is not None]
+        pids = list(self._living())
         steps = self._sampler.steps(pids, self._reactor.now)
         self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
 
@@ -130,17 +136,24 @@ class Housekeeper:
 
     def _sampled(self, found: dict[int, Sample], now: float) -> None:
         # A process may have exited, or restarted, while the others were sampled.
-        living = {p.child.pid: p for p in self._processes if p.child is not None}
+        living = self._living()
         self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
-        for pid in found.keys() & living.keys():
-            living[pid].history.sampled(found[pid].uss_bytes)
+        if self._fleet is not None:
+            self.samples.update(self._fleet.samples())
+        by_name = {p.name: p for p in self._processes if p.name in self.samples}
+        for name, sample in self.samples.items():
+            by_name[name].history.sampled(sample.uss_bytes)
         if self.samples:
             self._log.note("resources", processes=_plain(self.samples))
         if self._judge is not None:
-            by_name = {process.name: process for process in living.values()}
             names = {name: names_of(process.spec) for name, process in by_name.items()}
             for verdict in self._judge.judge(self.samples, now, names):
                 self._listener.over_budget(by_name[verdict.process], verdict)
+
+    def _living(self) -> dict[int, Process]:
+        """The running processes of this machine, by pid."""
+        ours = (process for process in self._processes if process.host is None)
+        return {process.child.pid: process for process in ours if process.child is not None}
 
     def _free(self) -> None:
         if self._has_killed:
@@ -156,6 +169,20 @@ def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:
         name: {field: getattr(sample, field) for field in sample.__match_args__}
         for name, sample in samples.items()
     }
+
+
+def enforce(
+    process: Process, verdict: Verdict, log: RunLog, driver: ProcessDriver, shutdown: Shutdown
+) -> None:
+    """Carry out the action of a budget that a process has exceeded for too long."""
+    from launcher.engine.monitor.budgets import BudgetAction
+
+    log.log("WARNING", process.name, str(verdict))
+    log.note("over budget", process, action=verdict.action.value)
+    if verdict.action is BudgetAction.RESTART:
+        driver.advance(process, Command.RESTART)
+    elif verdict.action is BudgetAction.STOP_RUN:
+        shutdown.over_budget(process, str(verdict))
 
 
 def judge_for(options: RunOptions) -> Judge:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.machine import ProcessState
@@ -20,6 +20,8 @@ PARTIAL_LINE_S = 0.1  # after which an unfinished line or traceback is shown
 # While other processes write much, a silent process may just not have been scheduled.
 BUSY_PARTIAL_LINE_S = 1.0
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
+# Instead of descriptors, for streams that are read on another host.
+_KEYS = {"stdout": -1, "stderr": -2, "both": -3}
 
 
 class Stream:
@@ -64,6 +66,7 @@ class OutputReader:
         self._listener = listener
         self._paused = False
         self.read_at_s = 0.0
+        self.on_pause: Callable[[bool], None] = lambda paused: None
         screen.on_pressure = self._pause
 
     def attach(self, process: Process) -> None:
@@ -81,8 +84,9 @@ class OutputReader:
         for process in self._processes:
             for fd in process.streams:
                 self._reactor.remove(fd)
-                if not paused:
+                if not paused and fd >= 0:
                     self._listen(process, fd)
+        self.on_pause(paused)
 
     def drain(self, process: Process) -> None:
         """Read the rest of the output of a process that has exited, and flush its last line.
@@ -106,9 +110,8 @@ class OutputReader:
     def _read(self, process: Process, fd: int) -> int:
         """Read once; the number of bytes."""
         child = process.child
-        assert child is not None
-        chunk = child.read(fd)
-        if chunk is None:
+        chunk = None if child is None else child.read(fd)
+        if child is None or chunk is None:
             return 0
         stream = process.streams[fd]
         self.read_at_s = stream.read_at_s = self._reactor.now()
@@ -118,6 +121,19 @@ class OutputReader:
             del process.streams[fd]
             child.close_stream(fd)
             return 0
+        self._accept(process, fd, stream, chunk)
+        return len(chunk)
+
+    def feed(self, process: Process, name: str, chunk: bytes, read_at_s: float) -> None:
+        """What another host has read of a stream (`stdout`, `stderr` or `both`) at that time."""
+        fd = _KEYS[name]
+        if fd not in process.streams:
+            process.streams[fd] = Stream(name, shown=process.shows(name))
+        stream = process.streams[fd]
+        self.read_at_s, stream.read_at_s = self._reactor.now(), read_at_s
+        self._accept(process, fd, stream, chunk)
+
+    def _accept(self, process: Process, fd: int, stream: Stream, chunk: bytes) -> None:
         if self._listener.watches(process):
             self._listener.output(process, stream.name, chunk)
         lines, shown = stream.buffer.feed(chunk)
@@ -125,7 +141,6 @@ class OutputReader:
             self._deliver(process, fd, stream, lines, shown)
         if process.idle_timer is None and stream.waits:
             self._expect_end(process)
-        return len(chunk)
 
     def _deliver(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
@@ -137,7 +152,9 @@ class OutputReader:
             if passed:
                 unchanged = passed is lines
                 self._show(process, fd, stream, passed, shown if unchanged else 0)
-        self._directory.write_lines(process.name, process.spec.output, stream.name, lines)
+        ago_s = 0.0 if fd >= 0 else self._reactor.now() - stream.read_at_s
+        policy = process.spec.output
+        self._directory.write_lines(process.name, policy, stream.name, lines, ago_s)
 
     def _show(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
