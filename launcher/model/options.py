@@ -22,7 +22,8 @@ class RunOptions(Record):
     are limits on resources (see `budget_parser`), as are `budget_files`: (path, text) pairs, since
     a pipe can be read only once; `file_names` are their patterns, each with its place. `format` is
     the form of lines on the screen (see `engine.output.line_format`). `control`:
-    open the control socket; `ros`: publish the state of the run in ROS.
+    open the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a
+    hosts file, `discovery` how nodes find each other.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -42,6 +43,8 @@ class RunOptions(Record):
     budgets: tuple[str, ...] = ()
     budget_files: tuple[tuple[str, str], ...] = ()
     file_names: tuple[tuple[str, str], ...] = ()
+    hosts: str | None = None
+    discovery: str | None = None
 
     @property
     def has_budgets(self) -> bool:

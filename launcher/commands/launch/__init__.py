@@ -23,6 +23,7 @@ from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.engine.hosts.fleet import FleetPlan
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
 
@@ -81,6 +82,9 @@ def main(words: Sequence[str]) -> int:
 def launch(request: LaunchRequest, options: RunOptions) -> int:
     """Evaluate the launch file, then run what it describes; a script of a LaunchService runs."""
     if _is_script(request.path):
+        if options.hosts is not None:
+            hint = "a launch file with generate_launch_description() can run on several hosts"
+            raise UsageError("--hosts does not apply to a script with a LaunchService", hint=hint)
         from launcher.commands.launch.service import run_script
 
         return run_script(request, options)
@@ -102,6 +106,7 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
     from launcher.interpreter import Interpreter
     from launcher.language.compat import vocabulary
 
+    hosts = _hosts(request, options)
     run_path = new_run_path(os.environ) if options.log_files else None
     words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]
     with vocabulary(words) as session:
@@ -125,7 +130,7 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
             core = LaunchCore(interpreter, description, request)
             core.evaluate()
             _check(core, interpreter, options)
-            with supervising(core, options, run_path, request, session) as (supervisor, _):
+            with supervising(core, options, run_path, request, session, hosts) as (supervisor, _):
                 code = supervisor.run()
         finally:
             interpreter.close()
@@ -137,6 +142,15 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
 
         repeat_warnings()
     return code
+
+
+def _hosts(request: LaunchRequest, options: RunOptions) -> FleetPlan | None:
+    """Which processes run on other hosts; LauncherError."""
+    if options.hosts is None and options.discovery is None:
+        return None  # nearly always, so that nothing is imported for it
+    from launcher.commands.launch import hosts
+
+    return hosts.prepare(request, options)
 
 
 def _read_log_formats() -> None:

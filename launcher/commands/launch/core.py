@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from launcher.commands.launch.helpers import Helpers
     from launcher.commands.launch.run_plan import RunStep
     from launcher.commands.launch.target import LaunchRequest
+    from launcher.engine.hosts.fleet import FleetPlan
     from launcher.engine.posix.reactor import Reactor
     from launcher.engine.supervisor import Supervisor
     from launcher.interpreter import Interpreter
@@ -109,6 +110,7 @@ def supervising(
     run_path: str | None,
     request: LaunchRequest,
     session: Session,
+    hosts: FleetPlan | None = None,
 ) -> Iterator[tuple[Supervisor, Reactor]]:
     """A supervisor that is ready to run, with the control socket and the console."""
     from launcher.engine.output.stdout import StdoutWriter, passes_colour, wants_colour
@@ -131,6 +133,7 @@ def supervising(
             run_path=run_path,
             options=options,
             wishes=session,
+            hosts=hosts,
         )
         if not options.control:
             yield supervisor, reactor

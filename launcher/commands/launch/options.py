@@ -30,6 +30,13 @@ def _format(word: str) -> str:
     return line_format.check(word)
 
 
+def _discovery(word: str) -> str:
+    if word not in DISCOVERY_MODES:
+        raise ValueError(f"'{word}' is not one of {', '.join(DISCOVERY_MODES)}")
+    return word
+
+
+DISCOVERY_MODES = ("multicast", "peers", "server")
 # The names are fields of RunOptions; `settings` sets several of them.
 RUN_OPTIONS = (
     option(
@@ -55,6 +62,13 @@ RUN_OPTIONS = (
         "resource limits, with the names of `ulimit`",
         _later("parse_limit"),
         name="limits",
+    ),
+    option("--hosts FILE", "run processes on other hosts, as this file says", repeat="once"),
+    option(
+        "--discovery MODE",
+        "how the nodes of several hosts find each other: multicast, peers or server",
+        _discovery,
+        repeat="once",
     ),
     option("--stagger S", "start processes at least S seconds apart", seconds, name="stagger_s"),
     option(

@@ -1,0 +1,196 @@
+"""The host's side: a process driver of its own, which reports to whoever listens."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, cast
+
+from launcher.engine.hosts.replica import ReportingMachine
+from launcher.engine.machine import Command, MachineEvent, SignalSent
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import Child, spawn
+from launcher.engine.process import Process
+from launcher.engine.process_driver import ProcessDriver
+from launcher.hosts.order import Interpreter, Order, Part, SentFile
+from launcher.model.spec import ProcessSpec
+
+# event, process_id, at_s, pid, left_s; or output: stream, process_id, data, at_s
+Report = tuple[str, tuple[Any, ...]]
+
+
+class Machine:
+    """`report(method, arguments)` is called as for a `LinkListener`."""
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        environment: Mapping[str, str],
+        report: Callable[[str, tuple[Any, ...]], None],
+    ) -> None:
+        self.reactor = reactor
+        self.processes: dict[int, Process] = {}
+        self.on_idle: Callable[[], None] = lambda: None
+        self._orders: dict[int, Order] = {}
+        self._environment = environment
+        self._report = report
+        self._forwarder = _Forwarder(reactor, report)
+        quiet = cast(Any, _Quiet())
+        self._driver = ProcessDriver(reactor, cast(Any, self._forwarder), quiet, cast(Any, self))
+        self._files = tempfile.TemporaryDirectory(prefix="loopback-")
+
+    # ---- requests
+
+    def prepare(self, process_id: int, order: Order) -> None:
+        spec = ProcessSpec(
+            name=order.name,
+            label=order.label,
+            argv=tuple("".join(map(self._resolved(order), word)) for word in order.words),
+            env={k: v for k, v in self._environment.items() if k not in order.unset}
+            | dict(order.environment),
+            cwd=order.cwd,
+            shell=order.shell,
+            emulate_tty=order.emulate_tty,
+            restart=order.restart,
+            stop=order.stop,
+            limits=order.limits,
+        )
+        process = Process(process_id, spec, number=0, prefix=b"")
+        handled = functools.partial(self._handled, process)
+        process.machine = ReportingMachine(order.restart, order.stop, handled)
+        self.processes[process_id] = process
+        self._orders[process_id] = order
+
+    def _resolved(self, order: Order) -> Callable[[Part], str]:
+        def text(part: Part) -> str:
+            if isinstance(part, Interpreter):
+                return sys.executable
+            if isinstance(part, SentFile):
+                path = Path(self._files.name, part.name)
+                path.write_bytes(order.files[part.name])
+                return str(path)
+            assert isinstance(part, str), f"not for this machine: {part}"
+            return part
+
+        return text
+
+    def command(self, process_id: int, command: Command) -> None:
+        self._driver.advance(self.processes[process_id], command)
+
+    def signal(self, process_id: int, signum: int, by_user: bool) -> None:
+        process = self.processes[process_id]
+        if process.child is None:
+            process.machine.handle(SignalSent(signum, by_user=by_user), self.reactor.now())
+        else:
+            self._driver.signal(process, signum, by_user=by_user)
+
+    def write_stdin(self, process_id: int, data: bytes) -> None:
+        self._driver.write_stdin(self.processes[process_id], data)
+
+    def pause(self, paused: bool) -> None:
+        self._forwarder.pause(paused, self.processes.values())
+
+    def stop_all(self, command: Command = Command.STOP) -> None:
+        for process in self.processes.values():
+            self._driver.advance(process, command)
+
+    @property
+    def is_idle(self) -> bool:
+        return not any(process.machine.is_pending for process in self.processes.values())
+
+    def kill(self) -> None:
+        """The machine loses its power."""
+        for process in self.processes.values():
+            if process.timer is not None:
+                process.timer.cancel()
+            if process.child is not None:
+                process.child.signal_group(9)
+                self._driver.release(process)
+
+    def close(self) -> None:
+        self._files.cleanup()
+
+    # ---- events
+
+    def _handled(
+        self, process: Process, event: MachineEvent, now: float, left_s: float | None
+    ) -> None:
+        pid = -1 if process.child is None else process.child.pid
+        self._report("event", (process.process_id, event, now, pid, left_s))
+
+    # ---- as a RunListener
+
+    def spawn(self, process: Process) -> Child:
+        merge = self._orders[process.process_id].merge
+        return spawn(process.spec, env=process.spec.env, merge=merge)
+
+    def idle(self) -> None:
+        self.on_idle()
+
+    def __getattr__(self, name: str) -> Callable[..., None]:
+        if name not in ("started", "ended", "cancelled", "before_kill", "may_have_left"):
+            raise AttributeError(name)
+        return lambda *args, **more: None
+
+
+class _Forwarder:
+    """Takes the place of the OutputReader: reports what processes write."""
+
+    def __init__(self, reactor: Reactor, report: Callable[[str, tuple[Any, ...]], None]) -> None:
+        self._reactor = reactor
+        self._report = report
+        self._is_paused = False
+
+    def attach(self, process: Process) -> None:
+        assert process.child is not None
+        if not self._is_paused:
+            for fd in process.child.streams:
+                self._reactor.add_reader(fd, functools.partial(self._read, process, fd))
+
+    def _read(self, process: Process, fd: int) -> int:
+        assert process.child is not None
+        chunk = process.child.read(fd)
+        if chunk:
+            name = process.child.streams[fd]
+            self._report("output", (process.process_id, name, chunk, self._reactor.now()))
+        elif chunk is not None:
+            self._reactor.remove(fd)
+            process.child.close_stream(fd)
+        return len(chunk or b"")
+
+    def pause(self, paused: bool, processes: Any) -> None:
+        self._is_paused = paused
+        for process in processes:
+            for fd in process.child.streams if process.child is not None else ():
+                self._reactor.remove(fd)
+            if process.child is not None and not paused:
+                self.attach(process)
+
+    def drain(self, process: Process) -> None:
+        assert process.child is not None
+        for fd in list(process.child.streams):
+            while self._read(process, fd):
+                pass
+
+    def detach(self, process: Process) -> None:
+        assert process.child is not None
+        for fd in process.child.streams:
+            self._reactor.remove(fd)
+
+
+class _Quiet:
+    """Takes the place of the RunLog."""
+
+    def report(self, *args: object) -> None:
+        pass
+
+    def note(self, *args: object, **more: object) -> None:
+        pass
+
+
+def environment() -> dict[str, str]:
+    return dict(os.environ)
