@@ -1,0 +1,138 @@
+"""The command lines of OpenSSH."""
+
+from __future__ import annotations
+
+import itertools
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from launcher.errors import UsageError
+from launcher.hosts.model import Host
+from launcher.hosts.ssh import (
+    Connection,
+    posix_shell,
+    python_script,
+    setup_script,
+    ssh_environment,
+)
+
+TEXT = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\0"), max_size=20)
+
+
+def host(**fields: object) -> Host:
+    return Host(**{"name": "bot1", "address": "10.0.0.2", **fields})  # type: ignore[arg-type]
+
+
+def options(words: list[str]) -> list[str]:
+    return [word for before, word in itertools.pairwise(words) if before == "-o"]
+
+
+def first_values(words: list[str]) -> dict[str, str]:
+    """What ssh uses: of two values for an option, the first."""
+    values: dict[str, str] = {}
+    for option in options(words):
+        name, _, value = option.partition("=")
+        values.setdefault(name, value)
+    return values
+
+
+def test_a_session_never_asks_and_checks_the_host_key():
+    values = first_values(Connection(host(), "/run/x").session("true"))
+
+    assert values["BatchMode"] == "yes"
+    assert values["StrictHostKeyChecking"] == "yes"
+    assert int(values["ServerAliveInterval"]) * int(values["ServerAliveCountMax"]) > 16
+
+
+def test_options_of_the_hosts_file_come_before_the_defaults():
+    own = {"StrictHostKeyChecking": "accept-new", "BatchMode": "no", "Port": "2222"}
+
+    values = first_values(Connection(host(ssh=own), "/run/x").session("true"))
+
+    assert values["StrictHostKeyChecking"] == "accept-new"
+    assert values["Port"] == "2222"
+    assert values["BatchMode"] == "yes"
+
+
+def test_a_master_of_the_user_is_used_but_never_one_that_may_be_lost():
+    connection = Connection(host(), None)
+
+    assert "ControlPath" not in first_values(connection.session("true"))
+    assert first_values(connection.session("true"))["ControlMaster"] == "no"
+    assert first_values(connection.alone("true"))["ControlPath"] == "none"
+
+
+@pytest.mark.parametrize("address", ["-oProxyCommand=touch /tmp/x", "10.0.0.2"])
+def test_an_address_is_no_option(address: str):
+    words = Connection(host(address=address), None).session("true")
+
+    assert words[words.index("--") + 1] == address
+
+
+def test_hosts_do_not_share_a_socket():
+    paths = {
+        Connection(each, "/run/x").control_path
+        for each in (host(), host(name="bot2"), host(address="10.0.0.3"), host(ssh={"Port": "1"}))
+    }
+
+    assert len(paths) == 4
+
+
+def test_a_folder_with_a_long_path_is_refused():
+    with pytest.raises(UsageError, match="too long for a socket"):
+        Connection(host(), "/tmp/" + "x" * 90)
+
+
+@pytest.mark.parametrize("ssh", [{"Port": "22\nProxyCommand=x"}, {"Port Proxy": "1"}])
+def test_an_option_of_two_lines_or_words_is_refused(ssh: dict[str, str]):
+    with pytest.raises(UsageError, match="cannot be given to ssh"):
+        Connection(host(ssh=ssh), None)
+
+
+def test_messages_of_ssh_are_english_and_the_encoding_stays():
+    env = ssh_environment({"LC_ALL": "de_DE.UTF-8", "LANGUAGE": "de", "A": "b"})
+
+    assert env == {"LANG": "de_DE.UTF-8", "LC_MESSAGES": "C", "A": "b"}
+
+
+@given(words=st.lists(TEXT, min_size=1, max_size=4))
+def test_words_reach_the_program_unchanged(words: list[str]):
+    script = python_script(host(python="printf"), ["%s\\0", *words])
+
+    found = subprocess.run(["sh", "-c", posix_shell(script)], capture_output=True, check=True)
+
+    assert found.stdout == b"".join(word.encode() + b"\0" for word in words)
+
+
+@given(name=TEXT.filter(lambda text: text.strip("/.~") and "/" not in text))
+def test_the_name_of_a_setup_file_is_no_command(name: str):
+    script = posix_shell(setup_script(host(setup=(name,))) + "echo reached")
+
+    result = subprocess.run(
+        ["sh", "-c", script],
+        capture_output=True,
+        check=False,
+        stdin=subprocess.DEVNULL,
+        env={"HOME": "/sys/kernel/mm"},
+    )
+
+    assert result.stdout == b""
+
+
+def test_setup_files_are_read_in_the_home_and_do_not_print_to_the_protocol(tmp_path: Path):
+    (tmp_path / "my setup.sh").write_text("echo noise; A=found; false\n")
+    words = posix_shell(setup_script(host(setup=("~/my setup.sh",))) + 'echo "$A"')
+
+    for shell in {shutil.which(name) for name in ("sh", "bash", "zsh", "fish")} - {None}:
+        result = subprocess.run(
+            [str(shell), "-c", words],
+            capture_output=True,
+            check=True,
+            env={"HOME": str(tmp_path), "PATH": "/usr/bin:/bin"},
+        )
+        assert (result.stdout, result.stderr) == (b"found\n", b"noise\n")
