@@ -1,0 +1,248 @@
+"""Units of systemd for processes: names, settings from our policies, quoting, environment files.
+
+The one home of these: transient units of a run and exported unit files are made of the same
+settings. Nothing here starts anything. Systemd 249 to 257 are supported; `Setting.since` is the
+version that a setting needs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+import string
+
+from launcher.model.record import Record
+from launcher.model.spec import UNLIMITED, RestartMode
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from launcher.model.spec import Limits, RestartPolicy, StopPolicy
+
+OLDEST = 249  # the oldest version that is supported
+MAX_NAME = 255  # characters of a unit's name with its suffix
+_IN_NAMES = frozenset(string.ascii_letters + string.digits + ":_.")
+_VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+# Signals after which systemd takes an exit for a success, and does not restart on failure.
+_CLEAN_SIGNALS = "SIGHUP SIGINT SIGTERM SIGPIPE"
+
+
+class Setting(Record):
+    """`key=value` in a section of a unit, and the version of systemd that it needs."""
+
+    key: str
+    value: str
+    section: str = "Service"
+    since: int = OLDEST
+
+    def __str__(self) -> str:
+        return f"{self.key}={self.value}"
+
+
+# ---- names
+
+
+def unit_name(*parts: str, suffix: str = "service") -> str:
+    """`launcher-PART-PART.service`; other characters than systemd allows are escaped as `\\x40`.
+
+    A dash within a part stays; a name that is too long ends in a digest of it.
+    """
+    stem = "-".join(["launcher", *(_escaped(part, dash=True) for part in parts)])
+    return _shortened(stem, suffix)
+
+
+def slice_name(*parts: str) -> str:
+    """`launcher-PART.slice`, within `launcher.slice`; a dash within a part is escaped."""
+    stem = "-".join(["launcher", *(_escaped(part, dash=False) for part in parts)])
+    return _shortened(stem, "slice")
+
+
+def _escaped(part: str, *, dash: bool) -> str:
+    allowed = _IN_NAMES | {"-"} if dash else _IN_NAMES
+    return "".join(
+        char if char in allowed else "".join(f"\\x{byte:02x}" for byte in _bytes(char))
+        for char in part
+    )
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", "surrogateescape")
+
+
+def _shortened(stem: str, suffix: str) -> str:
+    most = MAX_NAME - len(suffix) - 1
+    if len(stem) > most:
+        digest = hashlib.sha256(_bytes(stem)).hexdigest()[:12]
+        stem = f"{stem[: most - 13].rstrip(chr(92))}_{digest}"
+    return f"{stem}.{suffix}"
+
+
+# ---- settings
+
+
+def process_settings(
+    restart: RestartPolicy, stop: StopPolicy, limits: Limits | None
+) -> tuple[Setting, ...]:
+    """The settings of a process's unit that follow from its policies, in a fixed order."""
+    return (
+        *restart_settings(restart),
+        *stop_settings(stop),
+        *limit_settings(limits),
+        *output_settings(),
+    )
+
+
+def restart_settings(policy: RestartPolicy) -> Iterator[Setting]:
+    """`Restart=` and the limits of restarts.
+
+    Systemd has no random delay and no reset of a growing delay after a quiet time; its limit within
+    a window counts the first start, too (see `unmet`).
+    """
+    if policy.mode is RestartMode.NEVER or policy.max_restarts == 0:
+        yield Setting("Restart", "no")
+        return
+    yield Setting("Restart", policy.mode.value)
+    if policy.mode is RestartMode.ON_FAILURE:
+        yield Setting("RestartForceExitStatus", _CLEAN_SIGNALS)
+    yield Setting("RestartSec", seconds(policy.delay_s))
+    yield from _growing_delay(policy)
+    if policy.max_restarts is None:
+        yield Setting("StartLimitIntervalSec", "0", "Unit")
+        return
+    interval = "infinity" if policy.window_s is None else seconds(max(policy.window_s, 1e-3))
+    yield Setting("StartLimitIntervalSec", interval, "Unit")
+    yield Setting("StartLimitBurst", str(policy.max_restarts + 1), "Unit")
+
+
+def _growing_delay(policy: RestartPolicy) -> Iterator[Setting]:
+    most = policy.backoff_max_s
+    if most is None or policy.delay_s <= 0 or most <= policy.delay_s:
+        return
+    steps = max(1, math.ceil(math.log2(most / policy.delay_s) - 1e-9))
+    yield Setting("RestartSteps", str(steps), since=254)
+    yield Setting("RestartMaxDelaySec", seconds(most), since=254)
+
+
+def stop_settings(policy: StopPolicy) -> Iterator[Setting]:
+    """The first signal, and SIGKILL after the whole grace; systemd has none in between."""
+    yield Setting("KillMode", "control-group")
+    yield Setting("KillSignal", policy.steps[0][0].name)
+    yield Setting("TimeoutStopSec", seconds(max(policy.grace_s, 1e-3)))  # 0 would mean for ever
+    yield Setting("SendSIGKILL", "yes")
+
+
+def limit_settings(limits: Limits | None) -> Iterator[Setting]:
+    if limits is None:
+        return
+    if limits.nice is not None:
+        yield Setting("Nice", str(limits.nice))
+    if limits.cpus is not None:
+        yield Setting("CPUAffinity", " ".join(map(str, limits.cpus)))
+    for name, soft, hard in limits.rlimits:
+        yield Setting(f"Limit{name.upper()}", f"{_amount(soft)}:{_amount(hard)}")
+
+
+def _amount(amount: int) -> str:
+    return "infinity" if amount == UNLIMITED else str(amount)
+
+
+def output_settings() -> Iterator[Setting]:
+    """Every line goes to the journal as it is, however many there are."""
+    yield Setting("StandardOutput", "journal")
+    yield Setting("StandardError", "journal")
+    yield Setting("SyslogLevelPrefix", "no")
+    yield Setting("LogRateLimitIntervalSec", "0")
+
+
+def seconds(amount_s: float) -> str:
+    """A time as systemd reads it: `5s`, `1500ms`, `infinity`."""
+    if math.isinf(amount_s):
+        return "infinity"
+    amount_ms = round(amount_s * 1000)
+    return f"{amount_ms}ms" if amount_ms % 1000 else f"{amount_ms // 1000}s"
+
+
+def supported(
+    settings: Iterable[Setting], version: int
+) -> tuple[tuple[Setting, ...], tuple[Setting, ...]]:
+    """(the settings that this version of systemd knows, those that it does not)."""
+    every = tuple(settings)
+    known = tuple(one for one in every if one.since <= version)
+    return known, tuple(one for one in every if one.since > version)
+
+
+def unmet(restart: RestartPolicy, stop: StopPolicy, version: int) -> Iterator[str]:
+    """What systemd does otherwise than the launcher, one phrase each, for messages."""
+    _, unknown = supported(restart_settings(restart), version)
+    for one in unknown:
+        if one.key == "RestartSteps":
+            yield f"its restart delay does not grow (needs systemd {one.since}, has {version})"
+    if restart.mode is not RestartMode.NEVER and restart.jitter:
+        yield "its restart delay has no random part"
+    polite = stop.steps[1:-1]
+    if polite:
+        names = " and ".join(signum.name for signum, _ in polite)
+        yield f"{names} is left out when systemd stops it by itself"
+
+
+# ---- quoting
+
+
+def exec_line(words: Sequence[str]) -> str:
+    """The words as the value of `ExecStart=`, so that systemd passes on exactly these."""
+    return " ".join(_quoted_word(word, is_program=not index) for index, word in enumerate(words))
+
+
+_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r", "%": "%%"}
+_PLAIN_WORD = re.compile(r"[A-Za-z0-9_./:=,+@^-]+\Z")
+
+
+def _quoted_word(word: str, *, is_program: bool) -> str:
+    if _PLAIN_WORD.match(word) and not (is_program and word[0] in "@-:+!"):
+        return word
+    escapes = _ESCAPES if is_program else {**_ESCAPES, "$": "$$"}
+    return '"' + "".join(_escaped_char(char, escapes) for char in word) + '"'
+
+
+def _escaped_char(char: str, escapes: Mapping[str, str]) -> str:
+    if char in escapes:
+        return escapes[char]
+    if char.isprintable():
+        return char
+    return "".join(f"\\x{byte:02x}" for byte in _bytes(char))
+
+
+def literal(value: str) -> str:
+    """A value (a path, a description) in which `%` has no meaning, on one line."""
+    return " ".join(value.split("\n")).replace("%", "%%")
+
+
+def environment_file(environment: Mapping[str, str]) -> str:
+    """The content of a file for `EnvironmentFile=`, which a POSIX shell can source, too.
+
+    ValueError names a variable that such a file cannot hold, see `fits_environment_file`; the
+    message has no value.
+    """
+    lines = []
+    for name, value in sorted(environment.items()):
+        if not fits_environment_file(name, value):
+            raise ValueError(f"the variable {name!r} does not fit into an environment file")
+        lines.append(f'{name}="{_ENVIRONMENT.sub(_backslashed, value)}"\n')
+    return "".join(lines)
+
+
+_ENVIRONMENT = re.compile(r'["\\`$]')
+
+
+def _backslashed(found: re.Match[str]) -> str:
+    return f"\\{found[0]}"
+
+
+def fits_environment_file(name: str, value: str) -> bool:
+    """Whether systemd takes the variable: a plain name, and UTF-8 without control characters."""
+    return _VARIABLE.match(name) is not None and not any(
+        (char < " " and char not in "\n\t") or char == "\x7f" or "\ud800" <= char <= "\udfff"
+        for char in value
+    )
