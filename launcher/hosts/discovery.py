@@ -24,8 +24,15 @@ PEERS = "ROS_STATIC_PEERS"
 SERVERS = "ROS_DISCOVERY_SERVER"
 _LOOPBACK = "127.0.0.1"
 _PORTS = 100  # that are tried
+# A server that starts again sooner is not told of all nodes that knew the last one: they forget
+# it after 20 s.
+RESTART_DELAY_S = 21.0
+MAX_WITH_PEERS = 32  # participants of a host that those of other hosts find
 # Every mode sets all of them; an empty one is as one that is not set.
 _NEUTRAL = {RANGE: "SUBNET", PEERS: "", SERVERS: "", SUPER_CLIENT: "", "ROS_LOCALHOST_ONLY": ""}
+# With SUBNET, Fast DDS announces itself only to the first 4 participants of each peer, with
+# LOCALHOST to the first MAX_WITH_PEERS, and with SYSTEM_DEFAULT to none.
+_OF_PEERS = {**_NEUTRAL, RANGE: "LOCALHOST"}
 
 
 class Server(Record):
@@ -65,7 +72,7 @@ class Wiring(Record):
             case DiscoveryMode.MULTICAST:
                 return dict(_NEUTRAL)
             case DiscoveryMode.PEERS:
-                return {**_NEUTRAL, PEERS: ";".join(self._peers_of(host))}
+                return {**_OF_PEERS, PEERS: ";".join(self._peers_of(host))}
             case DiscoveryMode.SERVER:
                 found = (f"{self._seen(one.host, host)}:{one.port}" for one in self.servers)
                 return {**_NEUTRAL, SERVERS: ";".join(found)}
@@ -112,9 +119,12 @@ def _servers(discovery: Discovery, addresses: Mapping[str, str]) -> tuple[Server
     found: list[Server] = []
     for index, (name, host) in enumerate(wanted):
         if host != LOCAL and host not in addresses:
-            where = f"{discovery.where}: " if discovery.where else ""
             known = ", ".join([LOCAL, *addresses])
-            raise UsageError(f"{where}unknown host '{host}'", hint=f"hosts: {known}")
+            raise UsageError(
+                f"unknown host '{host}' of a discovery server",
+                hint=f"hosts of the run: {known}",
+                where=discovery.where or None,
+            )
         taken = [one.port for one in found if one.host == host]
         port = _port(discovery, host, taken)
         # Of a run on this machine only, no other machine shall reach it.
@@ -159,13 +169,13 @@ def address_of(host: Host, ssh_name: Callable[[Host], str] | None = None) -> str
     try:
         found = socket.getaddrinfo(name, None, socket.AF_INET, socket.SOCK_DGRAM)
     except OSError as error:
-        where = f"{host.where}: " if host.where else ""
         is_six = _is_numeric(name) and ":" in name
         reason = "is an IPv6 address" if is_six else f"cannot be resolved: {error.strerror}"
         raise UsageError(
-            f"{where}the address '{host.address}' of {host.name} {reason}",
+            f"the address '{host.address}' of {host.name} {reason}",
             hint="discovery needs an IPv4 address: Fast DDS's usual transports are UDPv4 and "
             "shared memory",
+            where=host.where or None,
         ) from None
     return str(found[0][4][0])
 
