@@ -54,6 +54,7 @@ def needs_robots() -> None:
         pytest.skip(reason)
 
 
+@cache
 def why_no_robots() -> str:
     """Why robots cannot be made here; empty if they can. The first call makes their files."""
     reason = why_no_hosts() or _missing(_ROBOT_PROGRAMS) or why_no_groups()
@@ -79,7 +80,7 @@ def _why_no_namespaces() -> str:
     try:
         run_tool("unshare", *kinds, "sh", "-c", _TRIAL)
     except ToolError as error:
-        return f"namespaces of hosts cannot be made here: {error}"
+        return f"namespaces of hosts cannot be made here: {error.complaint}"
     return ""
 
 

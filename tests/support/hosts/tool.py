@@ -9,7 +9,11 @@ TIMEOUT_S = 60.0
 
 
 class ToolError(Exception):
-    """A tool failed; the text has its command and what it printed."""
+    """A tool failed; the text has its command and what it printed, `complaint` the end of it."""
+
+    def __init__(self, command: Sequence[str], done: subprocess.CompletedProcess[str]) -> None:
+        super().__init__(failure(command, done))
+        self.complaint = " / ".join(done.stderr.split("\n")[:-1][-3:])
 
 
 def run_tool(*words: object, timeout_s: float = TIMEOUT_S) -> str:
@@ -19,7 +23,7 @@ def run_tool(*words: object, timeout_s: float = TIMEOUT_S) -> str:
         command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout_s
     )
     if done.returncode:
-        raise ToolError(failure(command, done))
+        raise ToolError(command, done)
     return done.stdout
 
 

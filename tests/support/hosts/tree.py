@@ -91,5 +91,6 @@ def _make(folder: Path) -> None:
         run_tool("sh", "-c", _FINISH, "sh", making, USER, USER_ID)
     except (ToolError, subprocess.TimeoutExpired) as error:
         shutil.rmtree(making, ignore_errors=True)
-        raise NoTreeError(f"mmdebstrap cannot make the files of a robot: {error}") from None
+        reason = error.complaint if isinstance(error, ToolError) else "it takes too long"
+        raise NoTreeError(f"mmdebstrap cannot make the files of a robot: {reason}") from None
     making.rename(folder)
