@@ -85,6 +85,9 @@ class Plan:
         self.visits: list[Visit] = []  # caused by events; the others are below them
         self.warnings: tuple[Quirk, ...] = ()
         self.empty_run: str | None = None  # why no process would be started
+        # Only with scopes: what conditions have kept away, and whether that is all.
+        self.switched_off: tuple[ProcessSpec, ...] = ()
+        self.is_off_complete = True
         self.names_read: frozenset[str] = frozenset()
         # For the analysis of errors.
         self.description: LaunchDescription | None = None
@@ -101,8 +104,13 @@ class Plan:
         return frozenset([*listed, *self.declared, *self.names_read, *ROS_NAMES])
 
 
-def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
-    """The plan of a launch file of any kind; faults of the file are in `plan.error`."""
+def make_plan(
+    path: str, arguments: Iterable[tuple[str, str]], *, with_scopes: bool = False
+) -> Plan:
+    """The plan of a launch file of any kind; faults of the file are in `plan.error`.
+
+    `with_scopes`: as rules of hosts need it, with what is around each process.
+    """
     plan = Plan(path)
     arguments = list(arguments)
     words = [path, *(f"{name}:={value}" for name, value in arguments)]
@@ -110,7 +118,7 @@ def make_plan(path: str, arguments: Iterable[tuple[str, str]]) -> Plan:
     with vocabulary(words), contextlib.redirect_stdout(sys.stderr):
         description = _load(plan)
         if description is not None:
-            _evaluate(plan, description, arguments)
+            _evaluate(plan, description, arguments, with_scopes)
     return plan
 
 
@@ -126,7 +134,10 @@ def _load(plan: Plan) -> LaunchDescription | None:
 
 
 def _evaluate(
-    plan: Plan, description: LaunchDescription, arguments: Iterable[tuple[str, str]]
+    plan: Plan,
+    description: LaunchDescription,
+    arguments: Iterable[tuple[str, str]],
+    with_scopes: bool,
 ) -> None:
     simulation = _VirtualTime(plan)
     interpreter = Interpreter(
@@ -135,6 +146,8 @@ def _evaluate(
         arguments=arguments,
         answer=simulation.answer,
     )
+    if with_scopes:
+        interpreter.note_scopes()
     plan.environment = interpreter.environment
     plan.description = description
     plan.context = interpreter.context
@@ -142,6 +155,9 @@ def _evaluate(
     plan.warnings = tuple(interpreter.warnings)
     plan.empty_run = interpreter.empty_run
     plan.names_read = frozenset(interpreter.host.names_read)
+    if interpreter.host.scopes is not None:
+        plan.switched_off = tuple(interpreter.host.scopes.off)
+        plan.is_off_complete = interpreter.host.scopes.is_off_complete
 
 
 def plan_error(fault: LaunchFileError, stage: str, phase: str) -> PlanError:

@@ -23,6 +23,8 @@ from launcher.stdio import print_text, stdout_to_stderr
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.commands.launch.placing import Placing
+    from launcher.hosts.model import HostsFile
     from launcher.planner import Plan
 
 COMMAND = Command(
@@ -42,6 +44,7 @@ launch has done so far.
         ),
         LENIENT,
         EVALUATION_TIMEOUT,
+        option("--hosts FILE", "show where processes run as this file says, and what runs there"),
         option("--run ID", "without TARGET: the id, pid or target of the running launch"),
         DEBUG,
     ),
@@ -55,22 +58,43 @@ def main(words: Sequence[str]) -> int:
         return _show_running(parsed)
     if parsed.run is not None:
         raise UsageError("--run and TARGET exclude each other")
-    return show(LaunchRequest.of(parsed), as_json=parsed.json)
+    return show(LaunchRequest.of(parsed), as_json=parsed.json, hosts=parsed.hosts)
 
 
-def show(request: LaunchRequest, *, as_json: bool = False) -> int:
-    """Print the plan of the request; LauncherError below it for what is wrong."""
-    plan = evaluate(request)
+def show(request: LaunchRequest, *, as_json: bool = False, hosts: str | None = None) -> int:
+    """Print the plan of the request; LauncherError below it for what is wrong.
+
+    `hosts` is the path of a hosts file.
+    """
+    file = None if hosts is None else _hosts_file(hosts)
+    plan = evaluate(request, with_scopes=file is not None)
     errors = mistakes_of(plan, request)
+    placing = None if file is None else _placing(plan, file)
+    if placing is not None:
+        errors += placing.findings.errors
     if as_json:
-        _show_document(plan, errors)
-        return ExitCode.OK
-    _show_tree(plan)
+        _show_document(plan, errors, placing)
+        return ExitCode.OK if placing is None or not placing.findings.errors else ExitCode.USAGE
+    _show_tree(plan, placing)
     if not errors:
         return ExitCode.OK
     from launcher.commands.launch.mistakes import together
 
     raise together(errors) from (plan.error.fault if plan.error else None)
+
+
+def _hosts_file(path: str) -> HostsFile:
+    """The values of secrets are not needed for a plan."""
+    from launcher.hosts.file import read
+
+    return read(path, with_secrets=False)
+
+
+def _placing(plan: Plan, file: HostsFile) -> Placing:
+    from launcher.commands.launch.placing import place
+
+    with stdout_to_stderr():
+        return place(plan, file)
 
 
 def _show_running(parsed: Parsed) -> int:
@@ -95,13 +119,13 @@ def _show_running(parsed: Parsed) -> int:
     return ExitCode.OK
 
 
-def evaluate(request: LaunchRequest) -> Plan:
+def evaluate(request: LaunchRequest, *, with_scopes: bool = False) -> Plan:
     """The plan; what the launch file prints goes to standard error."""
     from launcher.planner import Plan, PlanError, make_plan
 
     try:
         with stdout_to_stderr(), limited(request.time_limit, request.path):
-            return make_plan(request.path, request.arguments)
+            return make_plan(request.path, request.arguments, with_scopes=with_scopes)
     except LaunchFileError as fault:
         # It was interrupted; how far it got is unknown.
         plan = Plan(request.path)
@@ -134,27 +158,34 @@ def mistakes_of(plan: Plan, request: LaunchRequest) -> list[LauncherError]:
     return errors
 
 
-def _show_document(plan: Plan, errors: Sequence[LauncherError]) -> None:
+def _show_document(
+    plan: Plan, errors: Sequence[LauncherError], placing: Placing | None = None
+) -> None:
     """The document alone on standard output; for people, the rest on standard error."""
     import json
 
     from launcher.render.plan_json import document
 
-    print_text(json.dumps(document(plan), indent=1))
-    for line in [*_warnings(plan), *(error.render() for error in errors)]:
+    placed = () if placing is None else placing.placed
+    print_text(json.dumps(document(plan, placed), indent=1))
+    for line in [*_warnings(plan, placing), *(error.render() for error in errors)]:
         print(line, file=sys.stderr)
 
 
-def _show_tree(plan: Plan) -> None:
+def _show_tree(plan: Plan, placing: Placing | None = None) -> None:
     from launcher.engine.output.stdout import wants_colour
     from launcher.render.command_line import ParameterFiles
     from launcher.render.plan_tree import plan_tree
     from launcher.render.tree import draw
 
-    tree = draw(plan_tree(plan, ParameterFiles()), colour=wants_colour(1, os.environ))
-    print_text("\n".join([tree, *_warnings(plan)]))
+    placed = () if placing is None else placing.placed
+    tree = draw(plan_tree(plan, ParameterFiles(), placed), colour=wants_colour(1, os.environ))
+    print_text("\n".join([tree, *_warnings(plan, placing)]))
 
 
-def _warnings(plan: Plan) -> list[str]:
+def _warnings(plan: Plan, placing: Placing | None) -> list[str]:
     lines = [surprise.render() for surprise in plan.warnings]
+    if placing is not None:
+        lines += [f"warning: {warning}" for warning in placing.findings.warnings]
+        lines += [f"note: {remark}" for remark in placing.findings.remarks]
     return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines

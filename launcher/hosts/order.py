@@ -143,6 +143,13 @@ class _Writer:
         self._spec = spec
         self._environ = spec.env
         self._tell = warn
+        ros = spec.ros
+        # Parameter files that the launcher writes: in a plan they are gone already.
+        self._generated = {
+            source.file: source.generated
+            for source in (ros.parameters if ros else ())
+            if source.file is not None and source.generated is not None
+        }
         self.files: dict[str, bytes] = {}
         self.marks: dict[str, SharedFile] = {}
 
@@ -226,6 +233,8 @@ class _Writer:
     def _reference(self, path: str) -> Part | None:
         if references.is_interpreter(path):
             return Interpreter()
+        if path in self._generated:
+            return self._send_content("params.yaml", _yaml(self._generated[path]))
         if not os.path.isabs(path) or "\0" in path or not os.path.exists(path):
             return None
         found = references.shared_at(path, self._environ) or references.executable_at(path)
@@ -250,11 +259,14 @@ class _Writer:
             )
         try:
             with open(path, "rb") as file:
-                content = self._marked(file.read())
+                return self._send_content(os.path.basename(path), file.read())
         except OSError as error:
             message = f"{self._spec.name}: cannot read '{path}': {error.strerror}"
             raise LaunchFileError(message, where=self._spec.place) from None
-        name = unused_name(os.path.basename(path), content, self.files)
+
+    def _send_content(self, name: str, content: bytes) -> SentFile:
+        content = self._marked(content)
+        name = unused_name(name, content, self.files)
         self.files[name] = content
         return SentFile(name)
 
@@ -329,6 +341,13 @@ class _Writer:
         if not references.is_of_system(f"{path}/") and path not in ("/", "/tmp"):
             self._warn(f"the working directory must be there at the same path: {path}")
         return path
+
+
+def _yaml(content: Mapping[str, object]) -> bytes:
+    import yaml
+
+    text: str = yaml.dump(content, default_flow_style=False)
+    return text.encode(errors="surrogateescape")
 
 
 def unused_name(name: str, content: bytes, taken: Mapping[str, bytes]) -> str:

@@ -11,7 +11,7 @@ from fnmatch import fnmatchcase
 from launcher.document.fields import FieldError, near
 from launcher.model.record import Record
 from launcher.model.ros_arguments import full_node_name
-from launcher.model.spec import ProcessSpec
+from launcher.model.spec import ProcessSpec, Scope
 
 _WILDCARDS = re.compile(r"[*?\[]")
 
@@ -101,7 +101,20 @@ class Pattern(Record):
 
     def scope_of(self, spec: ProcessSpec) -> int | None:
         """The depth of the innermost include or group that it names, around the process."""
-        return None
+        names = self._names_include if self.kind is Kind.INCLUDE else self._names_group
+        return max((n for n, scope in enumerate(spec.scopes) if names(scope)), default=None)
+
+    def _names_include(self, scope: Scope) -> bool:
+        return not scope.line and is_file(scope.path, self.body)
+
+    def _names_group(self, scope: Scope) -> bool:
+        if not scope.line:
+            return False
+        if self.body.startswith("/"):
+            pushed = (scope.namespace or "").split("/")
+            return path_matches(pushed, self.body.split("/"))
+        file, _, line = self.body.rpartition(":")
+        return scope.line == int(line) and is_file(scope.path, file)
 
     def is_wider_than(self, other: Pattern, spec: ProcessSpec) -> bool:
         """Whether the other is an exception from this one, for a process that both match.
@@ -196,5 +209,8 @@ def path_matches(names: Sequence[str], pattern: Sequence[str]) -> bool:
 
 
 def is_file(path: str, text: str) -> bool:
-    """Whether `text` is the end of a path: its file name, or more of it."""
-    return os.path.normpath(path) == text or path.endswith("/" + text.lstrip("/"))
+    """Whether `text`, which may have wildcards, is the end of a path: its file name, or more."""
+    path, text = os.path.normpath(path), os.path.normpath(text)
+    number = text.count("/")
+    parts = path.rsplit("/", number + 1)[-number - 1 :]
+    return fnmatchcase(path if text.startswith("/") else "/".join(parts), text)

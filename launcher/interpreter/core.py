@@ -125,6 +125,12 @@ class Interpreter:
         auxiliary = "would be" if self._is_virtual else "was"
         return message(self.host.skipped_actions, auxiliary, self.host.shutdown_reason)
 
+    def note_scopes(self) -> None:
+        """From now on give each process the groups and files around it, as rules of hosts need."""
+        from launcher.interpreter.scopes import Scopes
+
+        self.host.scopes = Scopes(self.context)
+
     # ---- the driver's side
 
     def start(self) -> list[model.Effect]:

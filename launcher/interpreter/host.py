@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterable
 from launcher.interpreter.specs import make_spec
 from launcher.language.events.launch import Shutdown
 from launcher.model import events as model
-from launcher.model.record import Record
+from launcher.model.record import Record, replace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from launcher.interpreter.node_names import NodeNames
+    from launcher.interpreter.scopes import Scopes
     from launcher.interpreter.trace import Trace
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
@@ -81,6 +82,7 @@ class RunHost:
         self.shutdown_pending = False
         self.shutdown_reason: str | None = None  # of the first one
         self.trace: Trace | None = None
+        self.scopes: Scopes | None = None  # of runs with a hosts file
         self._depth = 0
         self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
 
@@ -114,6 +116,8 @@ class RunHost:
             return
         try:
             spec = make_spec(action, self._context, self.generated)
+            if self.scopes is not None:
+                spec = replace(spec, scopes=self.scopes.around(action))
         except Exception as error:
             # As in ROS 2, only the task of this process fails.
             from launcher.language.diagnostics.own_faults import own_fault
@@ -181,6 +185,8 @@ class RunHost:
         self._depth += 1
         if self.trace is not None:
             self.trace.visiting(entity, self._depth)
+        if self.scopes is not None:
+            self.scopes.visiting(entity, self._depth)
 
     def visited(self) -> None:
         self._depth -= 1
@@ -194,6 +200,8 @@ class RunHost:
                 self.skipped_actions.append((action, values))
         if self.trace is not None:
             self.trace.skipped(action)
+        if self.scopes is not None:
+            self.scopes.skipped(action)
 
     def warn_quirk(self, text: str, origin: Origin | None) -> None:
         quirk = Quirk(text, origin)

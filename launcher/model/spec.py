@@ -162,12 +162,24 @@ class RosIdentity(Record):
     parameters: tuple[ParameterSource, ...] = ()
 
 
+class Scope(Record):
+    """An included launch file around a process, or a group (`line` above 0).
+
+    `path` is the file, of a group that in which it stands; `namespace` what the group pushes.
+    """
+
+    path: str
+    line: int = 0
+    namespace: str | None = None
+
+
 class ProcessSpec(Record):
     """One process, final: argv, environment, names are plain strings.
 
     `name` is the label with its running number (`robot_1-2`), unique in a run; `label` is the
     same without it. `output_given` is the launch file's own spelling of `output`, for the plan,
-    and so are the two timeouts `..._given`. `place` is the file and line of the action.
+    and so are the two timeouts `..._given`. `place` is the file and line of the action. `scopes`
+    are what is around it, the outermost first; only runs with a hosts file have them.
     """
 
     name: str
@@ -186,6 +198,7 @@ class ProcessSpec(Record):
     sigterm_timeout_given: str = "5"
     sigkill_timeout_given: str = "5"
     place: str = "the launch file"
+    scopes: tuple[Scope, ...] = ()
 
     @property
     def command_line(self) -> str:

@@ -9,15 +9,19 @@ from launcher.language.substitution import plain_text
 from launcher.render.command_line import changed_variables
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.model.events import LoadRequest
     from launcher.model.spec import ParameterSource
     from launcher.planner import Plan, PlanError, PlannedProcess, Stamp
+    from launcher.render.hosts import Placed
 
 GENERATED = "<generated>"
 
 
-def document(plan: Plan) -> dict[str, Any]:
+def document(plan: Plan, placed: Sequence[Placed] = ()) -> dict[str, Any]:
+    """The document; `placed` are the processes on their hosts, if there is a hosts file."""
     result: dict[str, Any] = {
         "arguments": None
         if plan.arguments is None
@@ -33,6 +37,11 @@ def document(plan: Plan) -> dict[str, Any]:
         "shutdowns": [{"reason": reason, **_stamp(stamp)} for reason, stamp in plan.shutdowns],
         "error": None if plan.error is None else _error(plan.error),
     }
+    if placed:
+        from launcher.render.hosts import document_there
+
+        for entry, process, one in zip(result["processes"], plan.processes, placed, strict=True):
+            entry.update(document_there(one, plan.environment, process.spec.env))
     if plan.arguments is None:
         result["arguments_error"] = plan.arguments_error
     return result

@@ -34,8 +34,11 @@ from launcher.render.entities import (
 from launcher.render.tree import Branch
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from launcher.interpreter.trace import Setting, Visit
     from launcher.planner import Plan, PlannedProcess
+    from launcher.render.hosts import Placed
 
 
 # Not shown, only the group that contains them.
@@ -51,9 +54,12 @@ _OUTER_DEPTH = 3  # description, include of the command line, description of the
 _MAX_DEPTH = 30  # of visits; a launch file that includes itself goes deeper
 
 
-def plan_tree(plan: Plan, files: ParameterFiles) -> Branch:
-    """The tree of a dry run; generated parameter files are written by `files`."""
-    return _PlanTree(plan, files).build()
+def plan_tree(plan: Plan, files: ParameterFiles, placed: Sequence[Placed] = ()) -> Branch:
+    """The tree of a dry run; generated parameter files are written by `files`.
+
+    `placed` are the processes on their hosts, if there is a hosts file.
+    """
+    return _PlanTree(plan, files, placed).build()
 
 
 def run_tree(plan: Plan) -> Branch:
@@ -69,9 +75,10 @@ def run_tree(plan: Plan) -> Branch:
 
 
 class _PlanTree:
-    def __init__(self, plan: Plan, files: ParameterFiles) -> None:
+    def __init__(self, plan: Plan, files: ParameterFiles, placed: Sequence[Placed]) -> None:
         self._plan = plan
         self._files = files
+        self._placed = dict(enumerate(placed))
         self._loads = list(plan.loads)
         self._visit_of: dict[int, Visit] = {}  # by id of the entity, the last one
         self._owner: dict[int, Visit] = {}  # by id of an entity, the visit that yields it later
@@ -200,18 +207,26 @@ class _PlanTree:
 
     def _process(self, visit: Visit, number: int) -> Branch:
         process = self._plan.processes[number]
-        asides = [_identity(process), _time(process.stamp.time_s), _condition_result(visit)]
+        host = f"on {self._placed[number].host_name}" if number in self._placed else ""
+        asides = [_identity(process), host, _time(process.stamp.time_s), _condition_result(visit)]
         children = [_load_branch(load, stamp) for load, stamp in self._loads_of(process)]
         return Branch(
             process.spec.name,
             style="process",
             aside=_joined(*asides, place(visit.entity._origin)),
-            lines=self._process_lines(process),
+            lines=self._process_lines(process, self._placed.get(number)),
             children=children + self._what_follows(visit),
         )
 
-    def _process_lines(self, process: PlannedProcess) -> list[tuple[str, str]]:
+    def _process_lines(
+        self, process: PlannedProcess, placed: Placed | None
+    ) -> list[tuple[str, str]]:
         spec = process.spec
+        if placed is not None and placed.host is not None:
+            from launcher.render.hosts import lines_there
+
+            there = lines_there(placed, self._plan.environment, spec.env)
+            return [*there[:1], *_restart_line(process), *there[1:]]
         lines: list[tuple[str, str]] = []
         paths: dict[str, str] = {}
         for source in spec.ros.parameters if spec.ros else ():

@@ -46,7 +46,7 @@ MAY_IMPORT = {
     "smoke": {"errors", "command_line", "document", "engine", "control", "ros", "domain_lease"},
     "testing": {"errors", "build", "domain_lease", "engine"},
     "pytest_plugin": {"errors", "smoke", "workspace"},
-    "render": {"errors", "packages", "model", "interpreter", "language", "planner"},
+    "render": {"errors", "packages", "model", "interpreter", "language", "planner", "hosts"},
     "commands": {
         "errors",
         "build",

@@ -75,7 +75,7 @@ def main(words: Sequence[str]) -> int:
     if parsed.print_plan:
         from launcher.commands import plan
 
-        return plan.show(request)
+        return plan.show(request, hosts=options.hosts)
     return launch(request, options)
 
 
@@ -126,6 +126,8 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
             arguments=request.arguments,
             noninteractive=request.noninteractive or sys.stdin is None or not sys.stdin.isatty(),
         )
+        if hosts is not None:
+            interpreter.note_scopes()
         try:
             core = LaunchCore(interpreter, description, request)
             core.evaluate()

@@ -13,17 +13,16 @@ from typing import Any
 
 from launcher.commands import launch
 from launcher.commands import plan as planning
+from launcher.commands.launch.certainty import is_certain
 from launcher.commands.launch.target import LaunchRequest
 from launcher.control.selection import ProcessNames
 from launcher.errors import ExitCode, LauncherError
 from launcher.interpreter.trace import Visit
-from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
 from launcher.language.events.launch import IncludeLaunchDescription, TimerEvent
 from launcher.model.events import LoadRequest
 from launcher.planner import Plan, Stamp
 
 _ANY_TIME: dict[str, Any] = {"time_s": None, "cause": None}
-_OURS = ("launch.", "launch_ros.", "launcher.")  # entities of others may do anything
 
 
 def main(words: Sequence[str]) -> int:
@@ -94,29 +93,6 @@ def _component(load: LoadRequest) -> str | None:
     if load.name is None:
         return None
     return f"{(load.namespace or '').rstrip('/')}/{load.name}"
-
-
-def is_certain(plan: Plan) -> bool:
-    """Whether the plan covers everything that the launch file can do while it runs.
-
-    Event handlers whose entities the plan has visited are covered; functions that are called with
-    the exit or the output of a process may start anything.
-    """
-    visits = [visit for root in plan.visits for visit in root.walk()]
-    seen = {id(visit.entity) for visit in visits}
-    return not any(_is_open(visit, seen) for visit in visits)
-
-
-def _is_open(visit: Visit, seen: set[int]) -> bool:
-    entity = visit.entity
-    if isinstance(entity, RegisterEventHandler):
-        known = entity.event_handler.describe()[1]
-        return not known or any(id(one) not in seen for one in known)
-    if isinstance(entity, OpaqueFunction):
-        return bool(visit.stamp.phase == "exit")
-    if not type(entity).__module__.startswith(_OURS):
-        return True
-    return callable(getattr(entity, "_ExecuteLocal__on_exit", None))  # `on_exit` of a process
 
 
 if __name__ == "__main__":

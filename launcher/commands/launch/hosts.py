@@ -6,12 +6,14 @@ import os
 import sys
 from collections.abc import Iterable
 
+from launcher.commands.launch.placing import place
 from launcher.commands.launch.target import LaunchRequest
 from launcher.commands.launch.time_limit import limited
+from launcher.document.reader import together
 from launcher.engine.hosts.fleet import FleetPlan
 from launcher.hosts import discovery
 from launcher.hosts.file import read
-from launcher.hosts.model import Discovery, DiscoveryMode, Host
+from launcher.hosts.model import Discovery, DiscoveryMode, Host, HostsFile
 from launcher.hosts.placement import Placement
 from launcher.model.options import RunOptions
 from launcher.model.record import replace
@@ -29,19 +31,25 @@ def prepare(request: LaunchRequest, options: RunOptions) -> FleetPlan | None:
         _wire(Discovery(), options, ())
         return None
     file = read(options.hosts)
-    for warning in file.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
     placement = Placement(file)
-    needed = _needed(placement, _planned(request))
+    needed = _needed(placement, _planned(request, file))
     wiring = _wire(file.discovery, options, needed)
     environments = {host.name: wiring.environment_of(host.name) for host in needed}
     return FleetPlan(host_of=placement.host_of, needed=needed, environments=environments)
 
 
-def _planned(request: LaunchRequest) -> list[ProcessSpec]:
-    """The processes that the launch file would start; an error in it is reported by the run."""
+def _planned(request: LaunchRequest, file: HostsFile) -> list[ProcessSpec]:
+    """The processes that the launch file would start; an error in it is reported by the run.
+
+    LauncherError with what is wrong about their places.
+    """
     with limited(request.time_limit, request.path), silence():
-        plan = make_plan(request.path, request.arguments)
+        plan = make_plan(request.path, request.arguments, with_scopes=True)
+        findings = place(plan, file).findings
+    for warning in findings.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    if findings.errors:
+        raise together(findings.errors)
     return [process.spec for process in plan.processes]
 
 

@@ -9,7 +9,7 @@ import pytest
 import std_msgs.msg
 
 from launcher.commands import plan as planning
-from launcher.commands.launch.forecast import is_certain
+from launcher.commands.launch.certainty import is_certain
 from launcher.commands.launch.target import LaunchRequest
 from launcher.control.selection import ProcessNames
 from launcher.errors import UsageError

@@ -1,0 +1,147 @@
+"""Processes on other hosts in a plan: what runs there, without secrets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launcher.hosts.model import LOCAL, Host
+from launcher.hosts.order import Order
+from launcher.hosts.order_words import as_words, is_simple
+from launcher.hosts.references import (
+    Executable,
+    Inherited,
+    Interpreter,
+    Part,
+    SentFile,
+    SharedFile,
+    Word,
+)
+from launcher.model.record import Record
+from launcher.render.command_line import changed_variables, shell_word
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+FILES = "<files>"  # the folder on the host with the files that are sent
+
+
+class Placed(Record):
+    """A process on a host, with its order; without a host it runs on this machine."""
+
+    host: Host | None = None
+    order: Order | None = None
+
+    @property
+    def host_name(self) -> str:
+        return LOCAL if self.host is None else self.host.name
+
+
+HERE = Placed()
+
+
+def words_there(host: Host, order: Order) -> tuple[str, ...]:
+    """The command line on the host; what the host finds itself stands in `<...>`."""
+    if is_simple(order):
+        return as_words(order, python=host.python, folder=FILES)
+    words = tuple("".join(_text(part, host) for part in word) for word in order.words)
+    return ("sh", "-c", " ".join(words)) if order.shell else words
+
+
+def _text(part: Part, host: Host) -> str:
+    match part:
+        case str():
+            return part
+        case Executable():
+            return f"<{part.package}/{part.name}>"
+        case SharedFile():
+            return f"<share of {part.package}>" + (f"/{part.path}" if part.path else "")
+        case SentFile():
+            return f"{FILES}/{part.name}"
+        case Interpreter():
+            return host.python
+        case Inherited():
+            return f"<{part.variable}>"
+
+
+def command_there(host: Host, order: Order, given: Mapping[str, str]) -> str:
+    """A line as in a shell on the host; `given` are the variables that the launch file sets."""
+    parts = [f". {shell_word(path)} &&" for path in host.setup]
+    folder = folder_there(order, host)
+    parts += [] if folder is None else [f"cd {_quoted(folder)} &&"]
+    variables = values_there(order, host, given)
+    parts += ["env", *(f"{name}={_quoted(v)}" for name, v in variables.items())] * bool(variables)
+    return " ".join([*parts, *map(_quoted, words_there(host, order))])
+
+
+def _quoted(word: str) -> str:
+    """Quoted for a shell, but what stands for something there stays readable."""
+    return word if "<" in word and " " not in word.replace("<share of ", "") else shell_word(word)
+
+
+def folder_there(order: Order, host: Host) -> str | None:
+    if order.cwd_in_share is not None:
+        return _text(order.cwd_in_share, host)
+    return order.cwd
+
+
+def values_there(order: Order, host: Host, given: Mapping[str, str]) -> dict[str, str]:
+    """The variables that the launch file sets, with their values there."""
+    words: dict[str, Word] = {**{n: (v,) for n, v in order.environment.items()}, **order.variables}
+    return {
+        name: "".join(_text(part, host) for part in words[name])
+        for name in sorted(given)
+        if name in words
+    }
+
+
+def names_there(placed: Placed, given: Mapping[str, str]) -> list[str]:
+    """The variables whose values are not shown: the operator's, and those of the hosts file."""
+    assert placed.host is not None and placed.order is not None
+    names = {*placed.order.environment, *placed.order.variables} - given.keys()
+    return sorted(names | placed.host.environment.keys())
+
+
+def lines_there(
+    placed: Placed, environment: Mapping[str, str], env: Mapping[str, str]
+) -> list[tuple[str, str]]:
+    """The lines below a process in the tree: the command, and what is sent with it."""
+    host, order = placed.host, placed.order
+    assert host is not None and order is not None
+    given = changed_variables(env, environment)
+    lines = [("command", f"$ {command_there(host, order, given)}")]
+    names = names_there(placed, given)
+    lines += [("aside", f"variables whose values are not shown: {', '.join(names)}")] * bool(names)
+    for name, content in order.files.items():
+        lines.append(("aside", f"{FILES}/{name}: sent, {len(content)} bytes"))
+        if name.startswith("params") and name.endswith(".yaml"):
+            text = _with_marks(order, content.decode(errors="replace"), host)
+            lines += [("aside", f"  {line}") for line in text.splitlines()]
+    return lines
+
+
+def _with_marks(order: Order, text: str, host: Host) -> str:
+    for mark, shared in order.marks.items():
+        text = text.replace(mark, _text(shared, host))
+    return text
+
+
+def document_there(
+    placed: Placed, environment: Mapping[str, str], env: Mapping[str, str]
+) -> dict[str, Any]:
+    """The entries of a process in the document of a plan with hosts."""
+    host, order = placed.host, placed.order
+    if host is None or order is None:
+        return {"host": LOCAL, "on_host": None}
+    given = changed_variables(env, environment)
+    return {
+        "host": host.name,
+        "on_host": {
+            "cmd": list(words_there(host, order)),
+            "setup": list(host.setup),
+            "cwd": folder_there(order, host),
+            "env_set": values_there(order, host, given),
+            "env_names": names_there(placed, given),
+            "env_unset": list(order.unset),
+            "files": [{"name": n, "bytes": len(data)} for n, data in order.files.items()],
+        },
+    }
