@@ -78,6 +78,7 @@ setup(
         "launcher": ["py.typed"],
         "launcher.build.create": ["templates/*/*.in"],
         "launcher.build.toolchain": ["*.cmake"],
+        "launcher.hosts": ["*.json"],
         "launcher.smoke": ["*.json"],
         "launcher.ros.draw": ["*.html"],
         "launcher.ros.probe": ["*.xml"],

@@ -14,6 +14,7 @@ VERBS = {
     "service": "list and call services",
     "interface": "show the installed types of messages, services and actions",
     "pkg": "make packages of nodes and of interfaces",
+    "hosts": "prepare and check the other hosts of a run",
     "env": "print the environment of a workspace, for shells and editors",
     "test": "run the tests of packages; to test a launch file: smoke",
     "doctor": "find what is wrong on this machine, and repair it",

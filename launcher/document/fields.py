@@ -87,7 +87,10 @@ def nested(parse: Callable[[object], Any], value: object, *path: object) -> Any:
     try:
         return parse(value)
     except ValueError as error:
-        raise FieldError(str(error), path, getattr(error, "hint", None)) from None
+        inner: tuple[object, ...] = getattr(error, "path", ())
+        key = getattr(error, "key", False)
+        hint = getattr(error, "hint", None)
+        raise FieldError(str(error), (*path, *inner), hint, key=key) from None
 
 
 def record(noun: str, **entries: FieldType) -> FieldType:

@@ -14,6 +14,7 @@ from launcher.text import suggest
 
 QUOTES = "a string with a brace, a bracket or ': ' in it needs quotes"
 BAD: Any = object()  # what `parsed` returns instead of an invalid value
+_MAX_DEPTH = 100
 # The C library reads a long file twenty times as fast.
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -63,8 +64,9 @@ class DocumentReader:
         LauncherError if it is not YAML.
         """
         try:
+            self._refuse_depth()
             loader = self._loader(self.text)
-        except yaml.YAMLError as error:
+        except (yaml.YAMLError, ValueError) as error:
             raise self._yaml_error(error) from None
         try:
             root = loader.get_single_node()
@@ -73,7 +75,7 @@ class DocumentReader:
             self._refuse_duplicates(root)
             self.source.root = root
             document = loader.construct_document(root)
-        except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+        except (yaml.YAMLError, ValueError, TypeError) as error:
             raise self._yaml_error(error) from None
         finally:
             loader.dispose()
@@ -82,13 +84,22 @@ class DocumentReader:
             return None
         return document
 
+    def _refuse_depth(self) -> None:
+        """The C library reads nested entries recursively, and crashes if they are too deep."""
+        depth = 0
+        for event in yaml.parse(self.text, self._loader):
+            depth += isinstance(event, yaml.CollectionStartEvent)
+            depth -= isinstance(event, yaml.CollectionEndEvent)
+            if depth > _MAX_DEPTH:
+                mark: Any = event.start_mark
+                problem = "entries are nested too deeply"
+                raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
+
     def _yaml_error(self, error: Exception) -> LauncherError:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
         message = getattr(error, "problem", None) or str(error)
         if message.startswith("but "):
             message = f"{getattr(error, 'context', None)}, {message}"
-        if isinstance(error, RecursionError):
-            message = "too deeply nested"
         if mark is None:
             return LaunchFileError(f"invalid YAML: {message}", where=self.path)
         lines = self.source.lines

@@ -14,6 +14,8 @@ from launcher.hosts.ssh_options import SSH_OPTIONS
 
 T = TypeVar("T")
 _SCALAR = {"type": ["string", "number", "boolean"]}
+HOST_NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]*"
+NOT_DEFAULT = ("address",)  # what `defaults` cannot have
 _LABEL = r"[A-Za-z0-9_](?:[A-Za-z0-9_-]{0,61}[A-Za-z0-9_])?"
 _HOST_NAME = re.compile(rf"{_LABEL}(?:\.{_LABEL})*\.?")
 _USER = r"[A-Za-z_][A-Za-z0-9_.-]*\$?"

@@ -13,13 +13,13 @@ import yaml
 from launcher.document.fields import near
 from launcher.document.reader import BAD, DocumentReader, meant_names, text_of, together
 from launcher.errors import LaunchFileError
-from launcher.hosts.fields import HOST_FIELDS
-from launcher.hosts.model import LOCAL, Host, HostEngine, HostsFile, Rule, Secret
+from launcher.hosts.discovery_field import DISCOVERY
+from launcher.hosts.fields import HOST_FIELDS, HOST_NAME, NOT_DEFAULT
+from launcher.hosts.model import LOCAL, Discovery, Host, HostEngine, HostsFile, Rule, Secret
 from launcher.hosts.pattern import Pattern
+from launcher.model.record import replace
 
-TOP_KEYS = ("defaults", "hosts", "place")
-HOST_NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]*"
-_NOT_DEFAULT = ("address",)
+TOP_KEYS = ("defaults", "hosts", "place", "discovery")
 _KINDS_OF_PYTHON = ("python", "venv")
 _KEPT = ("tag:yaml.org,2002:null", "tag:yaml.org,2002:merge")
 
@@ -82,9 +82,16 @@ class _Reader(DocumentReader):
         hosts = {host.name: host for host in self._hosts(document)}
         rules = tuple(self._rules(document.get("place")))
         self._check_targets(rules, document.get("hosts"))
+        discovery = self._discovery(document)
         if self.errors:
             raise together(self.errors)
-        return HostsFile(path=self.path, hosts=hosts, rules=rules, warnings=tuple(self._warnings))
+        return HostsFile(
+            path=self.path,
+            hosts=hosts,
+            rules=rules,
+            warnings=tuple(self._warnings),
+            discovery=discovery,
+        )
 
     def hint_of(self, error: Exception, line: str, column: int, message: str) -> str | None:
         found = re.search(r"\*[^:\s,}]*", line[max(0, column - 2) :])
@@ -124,7 +131,7 @@ class _Reader(DocumentReader):
         if not isinstance(value, Mapping):
             self.wrong(("defaults",), "'defaults' must be a mapping", "as in {user: robot}")
             return {}
-        known = [field for field in HOST_FIELDS if field.name not in _NOT_DEFAULT]
+        known = [field for field in HOST_FIELDS if field.name not in NOT_DEFAULT]
         values = self.fields(value, known, ("defaults",), "'defaults'")
         self._check_python(values, ("defaults",))
         return values
@@ -222,14 +229,15 @@ class _Reader(DocumentReader):
             text = self._environ.get(secret.variable)
             if text is None:
                 hint = f"set it for the launcher: {secret.variable}=... launcher ..."
-                self.wrong(path, f"the environment has no variable '{secret.variable}'", hint)
+                message = f"the environment has no variable '{secret.variable}'"
+                self.wrong(path, message, hint, value=True)
             return text
         assert secret.file is not None
         try:
             return self._content(secret.file)
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-            self.wrong(path, f"cannot read '{secret.file}': {reason}")
+            self.wrong(path, f"cannot read '{secret.file}': {reason}", value=True)
             return None
 
     def _content(self, path: str) -> str:
@@ -271,6 +279,19 @@ class _Reader(DocumentReader):
             source_line=place.source_line,
             column=place.column,
         )
+
+    def _discovery(self, document: Mapping[object, object]) -> Discovery:
+        given = document.get("discovery")
+        found = Discovery() if given is None else self.parsed(DISCOVERY, given, ("discovery",))
+        if given is None or found is BAD:
+            return Discovery()
+        hosts = document.get("hosts")
+        known = list(dict.fromkeys([*(hosts if isinstance(hosts, Mapping) else ()), LOCAL]))
+        for key, host in (("server", found.server), ("backup", found.backup)):
+            if host is not None and host not in known:
+                hint = near(host, list(map(str, known)))
+                self.wrong(("discovery", key), f"unknown host '{host}'", hint, value=True)
+        return replace(found, where=str(self.source.origin(("discovery",))))
 
     def _check_targets(self, rules: tuple[Rule, ...], hosts: object) -> None:
         if not isinstance(hosts, Mapping):
