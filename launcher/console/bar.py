@@ -9,6 +9,7 @@ from typing import Any
 from prompt_toolkit.utils import get_cwidth
 
 from launcher.console.format import cpu, end_cut, ending, is_in_trouble, memory, middle_cut
+from launcher.control.format import unreachable
 
 Fragment = tuple[str, str]
 Line = list[Fragment]
@@ -148,7 +149,7 @@ def _joined(cells: Sequence[Line]) -> Line:
 
 
 def _style(process: Mapping[str, Any]) -> str:
-    if process.get("paused"):
+    if process.get("paused") or unreachable(process):
         return "class:bar.waiting"
     if process["state"] == "EXITED" and is_in_trouble(process):
         return "class:bar.trouble"
@@ -157,6 +158,7 @@ def _style(process: Mapping[str, Any]) -> str:
 
 def _marks(process: Mapping[str, Any]) -> list[str]:
     marks = [] if process["state"] == "RUNNING" else [_state(process)]
+    marks += filter(None, [unreachable(process)])
     if process.get("restarts"):
         marks.append(f"x{process['restarts']}")
     if process.get("paused"):
@@ -215,6 +217,8 @@ def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -
 
 def _counted_as(process: Mapping[str, Any]) -> str:
     state = str(process["state"]).lower()
+    if unreachable(process):
+        return "unreachable"
     if state != "exited":
         return state
     if is_in_trouble(process):

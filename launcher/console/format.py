@@ -70,8 +70,9 @@ def ending(process: Mapping[str, Any]) -> str:
 
 
 def is_in_trouble(process: Mapping[str, Any]) -> bool:
-    """Whether it needs attention: it is stopped or stopping, paused, or has failed."""
+    """Whether it needs attention: it is stopped or stopping, paused, unreachable, or has failed."""
     state = process["state"]
     last = process.get("last_exit") or {}
     died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")
-    return died or state in _TROUBLE or bool(process.get("paused"))
+    is_known = process.get("unreachable_s") is None
+    return died or state in _TROUBLE or bool(process.get("paused")) or not is_known

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
-from launcher.control.format import filters
+from launcher.control.format import filters, unreachable
 from launcher.text import shown_path
 
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
@@ -54,6 +54,8 @@ def details(process: Process) -> Table:
 
 def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "name", Text(one["name"], "bold")
+    if "host" in one:
+        yield "host", one["host"]
     yield "state", state(one)
     yield "pid", _text(one["pid"])
     yield "up", _text(one["uptime_s"], duration)
@@ -116,7 +118,9 @@ def _figure(key: str, form: Callable[[Any], str] = str) -> Callable[[Process], T
 
 
 def state(process: Process) -> Text:
-    """State of a process; with its last exit, unless it runs."""
+    """State of a process; with its last exit, unless it runs; with how old it is, if it is."""
+    if unreachable(process):
+        return Text(f"{process['state'].lower()}, {unreachable(process)}", "yellow")
     if process.get("paused"):
         return Text("paused", "yellow")
     word = process["state"].lower()
@@ -128,6 +132,7 @@ def state(process: Process) -> Text:
 COLUMNS = (
     Column("name", lambda process: Text(process["name"]), is_left=True),
     Column("state", state, is_left=True),
+    Column("host", _figure("host"), 8, is_left=True),
     Column("pid", _figure("pid"), 2),
     Column("restarts", lambda process: Text(str(process.get("restarts") or "-")), 5),
     Column("up", _figure("uptime_s", duration), 3),
@@ -140,7 +145,9 @@ COLUMNS = (
 
 def process_table(found: Sequence[Process], columns: int, *, has_head: bool = True) -> Table:
     """One row per process, at most so many columns wide."""
-    cells = {column: [column.cell(process) for process in found] for column in COLUMNS}
+    has_hosts = any("host" in process for process in found)
+    shown = [column for column in COLUMNS if has_hosts or column.title != "host"]
+    cells = {column: [column.cell(process) for process in found] for column in shown}
     widths = _widths(cells, columns)
     table = Table(
         box=None, pad_edge=False, header_style="bold", padding=(0, GAP, 0, 0), show_header=has_head
@@ -169,7 +176,7 @@ def _widths(cells: Mapping[Column, Sequence[Text]], columns: int) -> dict[Column
             (shown, MIN_SHOWN, SHOWN_PART),
         ):
             widths[column] = min(widths[column], max(least, int(columns * part)))
-    for column in sorted((c for c in COLUMNS if c.dropped), key=lambda c: c.dropped):
+    for column in sorted((c for c in cells if c.dropped), key=lambda c: c.dropped):
         if _total(widths) > columns:
             del widths[column]
     return _adjusted(widths, wanted, columns)

@@ -12,6 +12,7 @@ from launcher.text import count, shown_path
 
 _HEAD = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "USS", "")
 _LEFT = (0, 1, 7)  # columns that are aligned to the left
+_LEFT_WITH_HOSTS = (0, 1, 2, 8)
 
 
 _COLOUR = re.compile(r"\x1b\[[0-9;:]*m")
@@ -86,16 +87,31 @@ def filters(row: Mapping[str, Any]) -> str:
 
 
 def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """`ps` in aligned columns."""
-    cells = [_HEAD, *map(_cells, rows)]
+    """`ps` in aligned columns; with the hosts if the run has some."""
+    cells: list[tuple[str, ...]] = [_HEAD, *map(_cells, rows)]
+    left: tuple[int, ...] = _LEFT
+    if any("host" in row for row in rows):
+        hosts = ["HOST", *(row["host"] for row in rows)]
+        cells = [(line[0], host, *line[1:]) for line, host in zip(cells, hosts, strict=True)]
+        left = _LEFT_WITH_HOSTS
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return [
         "  ".join(
-            cell.ljust(width) if i in _LEFT else cell.rjust(width)
+            cell.ljust(width) if i in left else cell.rjust(width)
             for i, (cell, width) in enumerate(zip(line, widths, strict=True))
         ).rstrip()
         for line in cells
     ]
+
+
+def unreachable(row: Mapping[str, Any]) -> str:
+    """`unreachable 4 s`: what is known of the process is as old; empty if it is current."""
+    silent_s = row.get("unreachable_s")
+    return "" if silent_s is None else f"unreachable {_duration(int(silent_s))}"
+
+
+def _with_reachability(state: str, row: Mapping[str, Any]) -> str:
+    return ", ".join(filter(None, [state, unreachable(row)]))
 
 
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -104,7 +120,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         remarks.append(row["last_exit"]["text"])
     return (
         row["name"],
-        "PAUSED" if row["paused"] else row["state"],
+        _with_reachability("PAUSED" if row["paused"] else row["state"], row),
         _or_dash(row["pid"]),
         str(row["restarts"]),
         _duration(row["uptime_s"]),
@@ -119,7 +135,8 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
     last = row["last_exit"]
     asked = " (requested)" if last is not None and last["asked"] else ""
     facts = {
-        "state": f"{row['state']}{', paused' if row['paused'] else ''}",
+        **({"host": row["host"]} if "host" in row else {}),
+        "state": _with_reachability(f"{row['state']}{', paused' if row['paused'] else ''}", row),
         "pid": _or_dash(row["pid"]),
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",
@@ -148,7 +165,7 @@ def _duration(seconds: float | None) -> str:
     if seconds is None:
         return "-"
     if seconds < 60:
-        return f"{seconds:.1f} s"
+        return f"{seconds} s" if isinstance(seconds, int) else f"{seconds:.1f} s"
     minutes, rest = divmod(int(seconds), 60)
     return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 

@@ -43,6 +43,8 @@ def _what(result: Result) -> str:
         written=result.written,
         size=result.size,
         error=os.strerror(result.errno),
+        host=result.host,
+        silent_s=result.elapsed_s,
     )
 
 
@@ -64,6 +66,11 @@ _SENTENCES = {
     Kind.WITHOUT_EFFECT: "received {signal}, without effect so far",
     Kind.PARTLY_WRITTEN: "received {written} of {size} bytes: it does not read its standard input",
     Kind.NOT_WRITTEN: "cannot receive standard input: {error}",
+    Kind.UNREACHABLE: "is on {host}, which is unreachable ({silent_s:.0f} s): nothing was done",
+    Kind.STOP_WAITS: "is on {host}, which is unreachable ({silent_s:.0f} s): it will be stopped "
+    "when {host} can be reached",
+    Kind.LINK_LOST: "is on {host}, which has become unreachable ({silent_s:.0f} s): the request "
+    "may take effect there",
 }
 
 

@@ -220,10 +220,14 @@ class Service:
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
         control = self._control.process_control
         signum = call.options.get("signal")
+        as_crash = bool(call.options.get("as_crash"))
+        if signum is None and as_crash:
+            raise BadCallError("bad-option", "--as-crash needs a signal", "for example: -9")
         if signum is None:
             self._each(call, exchange, control.stop)
         else:
-            self._each(call, exchange, lambda process, done: control.kill(process, signum, done))
+            kill = functools.partial(control.kill, as_crash=as_crash)
+            self._each(call, exchange, lambda process, done: kill(process, signum, done))
 
     def _do_send(self, call: Call, exchange: Exchange) -> None:
         data = (call.options["text"] + "\n").encode(errors="surrogateescape")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from launcher import proc
 from launcher.control.selection import ProcessNames
 from launcher.engine.output.filters import LEVELS, LineFilter
 from launcher.engine.process import Process
@@ -41,8 +40,18 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "muted_lines": 0 if shown is None else shown.hidden_lines,
         "level": None if shown is None or not shown.level else LEVELS[shown.level],
         "grep": None if shown is None or shown.pattern is None else shown.pattern.text,
-        "paused": child is not None and proc.is_suspended(child.pid),
+        "paused": process.is_halted,
         "last_exit": _last_exit(process),
+        **(_place(process) if control.has_hosts else {}),
+    }
+
+
+def _place(process: Process) -> dict[str, Any]:
+    """Only in runs with a hosts file: the host, and since when its rows are not current."""
+    silent_s = None if process.host is None else process.host.unreachable_s
+    return {
+        "host": process.host_name or "local",
+        "unreachable_s": None if silent_s is None else round(silent_s, 1),
     }
 
 

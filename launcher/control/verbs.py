@@ -84,6 +84,10 @@ SIGNAL = option(
     "send exactly this signal, once; also as -9 or -TERM; 0 only tests whether it is running",
     kind="signal",
 )
+AS_CRASH = option(
+    "--as-crash",
+    "with a signal: an exit by it counts as a crash, and its restart policy applies",
+)
 LINES = option(
     "-n, --lines N",
     "print the last N lines (default: 100, with -f 10)",
@@ -111,7 +115,11 @@ _TEXT_IN_SHELL = option(
 VERBS = (
     Verb("ps [NAME ...]", "list processes with state, restarts, CPU and memory (USS)"),
     Verb("top [NAME ...]", "list processes live", (FOLLOW, PERIOD), streams=True),
-    Verb("kill NAME ... [-s SIGNAL]", "stop processes, or send them exactly one signal", (SIGNAL,)),
+    Verb(
+        "kill NAME ... [-s SIGNAL]",
+        "stop processes, or send them exactly one signal",
+        (SIGNAL, AS_CRASH),
+    ),
     Verb("stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL"),
     Verb("start NAME ...", "start processes that have ended"),
     Verb("restart NAME ...", "stop processes and start them again"),

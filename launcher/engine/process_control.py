@@ -6,7 +6,6 @@ import enum
 import signal
 from collections.abc import Callable
 
-from launcher import proc
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import POLITE, Command, Outcome, ProcessState, signal_name
 from launcher.engine.posix.reactor import Reactor
@@ -64,6 +63,10 @@ class Kind(enum.Enum):
     WRITTEN = enum.auto()  # written
     PARTLY_WRITTEN = enum.auto()  # written, size
     NOT_WRITTEN = enum.auto()  # errno
+    # processes on other hosts: host, elapsed_s since it was heard of last
+    UNREACHABLE = enum.auto()  # nothing was requested
+    STOP_WAITS = enum.auto()  # until the host can be reached
+    LINK_LOST = enum.auto()  # after it was requested
 
 
 class Result(Record):
@@ -89,6 +92,7 @@ class Result(Record):
     errno: int = 0
     runs_again: bool = False
     restart_disabled: bool = False
+    host: str = ""
 
 
 Done = Callable[[Result], None]
@@ -105,7 +109,7 @@ class ProcessControl:
         self._driver = driver
         self._log = log
         self._shutdown = shutdown
-        self._waiting: list[tuple[ResultCheck, Done]] = []
+        self._waiting: list[tuple[ResultCheck, Done, Process]] = []
 
     # ---- stop and start
 
@@ -118,6 +122,9 @@ class ProcessControl:
         self._note("stop", process)
         was_alive = machine.state.is_alive
         self._driver.advance(process, Command.USER_STOP)
+        if waits := _unreachable(process, Kind.STOP_WAITS):
+            done(waits)
+            return
         if not was_alive:
             done(Result(process.name, Kind.RESTART_CANCELLED, done=True))
             return
@@ -135,7 +142,7 @@ class ProcessControl:
             is_disabled = not runs_again and _may_restart(process)
             return replace(result, runs_again=runs_again, restart_disabled=is_disabled)
 
-        self._when(check, done)
+        self._when(check, done, process)
 
     def _stopped(self, process: Process, began_s: float) -> Result:
         return Result(
@@ -152,12 +159,15 @@ class ProcessControl:
         state, name = process.machine.state, process.name
         if self._shutdown.has_begun:
             done(Result(name, Kind.RUN_STOPPING, done=False))
+        elif refusal := _unreachable(process):
+            done(refusal)
         elif state is ProcessState.STOPPING:
 
             def start(ended: Result) -> None:
-                done(ended) if ended.kind is Kind.STUCK else self.start(process, done)
+                is_over = ended.kind in (Kind.STUCK, Kind.LINK_LOST)
+                done(ended) if is_over else self.start(process, done)
 
-            self._when(lambda: _end_of(process), start)
+            self._when(lambda: _end_of(process), start, process)
         elif _is_queued(process):
             done(Result(name, Kind.QUEUED, done=False))
         elif state.is_alive:
@@ -188,7 +198,7 @@ class ProcessControl:
             failed = Result(name, Kind.START_FAILED, done=False, exit=last.outcome)
             return replace(failed, stopped=stopped)
 
-        self._when(check, done)
+        self._when(check, done, process)
 
     def restart(self, process: Process, done: Done) -> None:
         """Stop it if it runs, then start it."""
@@ -198,6 +208,9 @@ class ProcessControl:
         if self._shutdown.has_begun:
             done(Result(process.name, Kind.RUN_STOPPING, done=False))
             return
+        if refusal := _unreachable(process):
+            done(refusal)
+            return
         if _is_queued(process):
             done(Result(process.name, Kind.QUEUED, done=True))
             return
@@ -205,7 +218,7 @@ class ProcessControl:
         old_pid, began_s = _pid_of(process), self._reactor.now()
 
         def start(ended: Result) -> None:
-            if ended.kind is Kind.STUCK:
+            if ended.kind in (Kind.STUCK, Kind.LINK_LOST):
                 done(ended)
                 return
             stopped = self._stopped(process, began_s)
@@ -215,21 +228,24 @@ class ProcessControl:
             self._start(process, done, stopped, old_pid)
 
         self._driver.advance(process, Command.USER_STOP)
-        self._when(lambda: _end_of(process), start)
+        self._when(lambda: _end_of(process), start, process)
 
     # ---- signals
 
-    def kill(self, process: Process, signum: int, done: Done) -> None:
-        """Send it only this signal; if it exits by it, it is not restarted."""
+    def kill(self, process: Process, signum: int, done: Done, *, as_crash: bool = False) -> None:
+        """Send it only this signal; if it exits by it, it is not restarted, unless `as_crash`."""
         child, name, began_s = process.child, process.name, self._reactor.now()
         if child is None:
             done(_not_running(process))
+            return
+        if refusal := _unreachable(process):
+            done(refusal)
             return
         if signum == 0:
             done(Result(name, Kind.EXISTS, done=True, pid=child.pid))
             return
         self._note("kill", process, signal=signal_name(signum))
-        self._driver.signal(process, signum, by_user=True)
+        self._driver.signal(process, signum, by_user=not as_crash)
         if signum not in FATAL_BY_DEFAULT:
             done(Result(name, Kind.SIGNALLED, done=True, signum=signum))
             return
@@ -247,20 +263,20 @@ class ProcessControl:
                 elapsed_s=elapsed_s,
                 signum=signum,
                 exit=None if process.last_end is None else process.last_end.outcome,
-                restart_disabled=_may_restart(process),
+                restart_disabled=_may_restart(process) and not as_crash,
             )
 
-        self._when(check, done)
+        self._when(check, done, process)
         self._reactor.call_later(SIGNAL_TIMEOUT_S, self.changed)
 
     def suspend(self, process: Process, done: Done) -> None:
         """Suspend it, with its whole group, until it is resumed."""
-        is_suspended = process.machine.is_suspended and _is_halted(process)
+        is_suspended = process.machine.is_suspended and process.is_halted
         refusal = Kind.ALREADY_SUSPENDED if is_suspended else None
         self._suspend_or_resume(process, signal.SIGSTOP, refusal, done)
 
     def resume(self, process: Process, done: Done) -> None:
-        refusal = None if _is_halted(process) else Kind.NOT_SUSPENDED
+        refusal = None if process.is_halted else Kind.NOT_SUSPENDED
         self._suspend_or_resume(process, signal.SIGCONT, refusal, done)
 
     def _suspend_or_resume(
@@ -270,6 +286,9 @@ class ProcessControl:
         if child is None or refusal is not None:
             done(Result(name, refusal, done=False) if child and refusal else _not_running(process))
             return
+        if unreachable := _unreachable(process):
+            done(unreachable)
+            return
         is_suspending = signum == signal.SIGSTOP
         self._note("pause" if is_suspending else "resume", process)
         self._driver.advance(process, Command.SUSPEND if is_suspending else Command.RESUME)
@@ -278,7 +297,7 @@ class ProcessControl:
         def check() -> None:
             if process.child is not child:
                 done(Result(name, Kind.ENDED, done=False))
-            elif proc.is_suspended(child.pid) is is_suspending:
+            elif process.is_halted is is_suspending:
                 kind = Kind.SUSPENDED if is_suspending else Kind.RESUMED
                 done(Result(name, kind, done=True, signum=signum))
             elif self._reactor.now() >= deadline_s:
@@ -293,6 +312,9 @@ class ProcessControl:
     def send(self, process: Process, data: bytes, done: Done) -> None:
         if process.child is None:
             done(_not_running(process))
+            return
+        if refusal := _unreachable(process):
+            done(refusal)
             return
         try:
             written = process.child.write_stdin(data)
@@ -311,25 +333,31 @@ class ProcessControl:
         if self._waiting:
             self._reactor.call_later(0, self._check_waiting)
 
-    def _when(self, check: ResultCheck, done: Done) -> None:
-        """Call `done` when `check` has a result, which may be now."""
-        result = check()
+    def _when(self, check: ResultCheck, done: Done, process: Process) -> None:
+        """Call `done` when `check` has a result, which may be now, or the process is cut off."""
+        result = check() or _unreachable(process, Kind.LINK_LOST)
         if result is None:
-            self._waiting.append((check, done))
+            self._waiting.append((check, done, process))
         else:
             done(result)
 
     def _check_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
-        for check, done in waiting:
-            self._when(check, done)
+        for check, done, process in waiting:
+            self._when(check, done, process)
 
     def _note(self, verb: str, process: Process, **details: object) -> None:
         self._log.note("asked", process, None, verb=verb, **details)
 
 
-def _is_halted(process: Process) -> bool:
-    return process.child is not None and proc.is_suspended(process.child.pid)
+def _unreachable(process: Process, kind: Kind = Kind.UNREACHABLE) -> Result | None:
+    """The answer for a process on a host that cannot be reached; None if it can."""
+    host = process.host
+    if host is None or host.unreachable_s is None:
+        return None
+    is_accepted = kind is Kind.STOP_WAITS
+    silent_s = host.unreachable_s
+    return Result(process.name, kind, done=is_accepted, host=host.name, elapsed_s=silent_s)
 
 
 def _not_running(process: Process) -> Result:

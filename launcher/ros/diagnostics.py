@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from launcher.control.format import unreachable
 from launcher.text import count
 
 YOUNG_S = 10.0  # a restarted process is shown as WARN for this time
@@ -78,6 +79,8 @@ def _judged(row: Row) -> tuple[Level, str]:
     last = row["last_exit"]
     end = "" if last is None else last["text"]
     restarts = row["restarts"]
+    if unreachable(row):
+        return Level.STALE, f"{row['state'].lower()}, {unreachable(row)}"
     match row["state"]:
         case "RUNNING" if row["paused"]:
             return Level.WARN, "paused"
@@ -102,6 +105,7 @@ def _judged(row: Row) -> tuple[Level, str]:
 def _values(row: Row) -> tuple[tuple[str, str], ...]:
     last = row["last_exit"]
     values = {
+        "host": row.get("host"),
         "state": row["state"],
         "pid": row["pid"],
         "nodes": ", ".join(row["node_names"]) or None,

@@ -38,9 +38,8 @@ class RemoteHost:
 
     @property
     def unreachable_s(self) -> float | None:
-        """How long it has been silent; None if it can be reached."""
-        is_lost = self.state in (LinkState.UNREACHABLE, LinkState.GONE)
-        return self.link.silent_s if is_lost else None
+        """How long it has been silent; None if it can be reached, or is gone."""
+        return self.link.silent_s if self.state is LinkState.UNREACHABLE else None
 
     @property
     def is_gone(self) -> bool:

@@ -1,0 +1,331 @@
+"""Runs with processes on other hosts, over a link within the launcher's process."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from launcher.control.client import RefusedError
+from tests.support.controlled_run import ControlledRun, state_of
+from tests.support.loopback.bench import HostsBench
+from tests.support.waiting import wait_until
+
+SLEEPER = 'sh("exec sleep 1000", name="{}")'
+FLEET = ",".join(SLEEPER.format(name) for name in ("bot1_a", "bot2_b", "here"))
+COUNTER = 'sh("i=0; while :; do i=$((i+1)); echo count $i; sleep 0.05; done", name="bot1_counter")'
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[HostsBench]:
+    with tempfile.TemporaryDirectory(prefix="run-") as runtime:
+        one = HostsBench(tmp_path, Path(runtime))
+        yield one
+        one.close()
+
+
+def is_running(run: ControlledRun, name: str) -> bool:
+    return run.row(name)["state"] == "RUNNING"
+
+
+def wait_for_fleet(run: ControlledRun) -> None:
+    names = ("bot1_a", "bot2_b", "here")
+    wait_until(lambda: all(is_running(run, name) for name in names), "a running fleet")
+
+
+def events(run: ControlledRun) -> list[dict[str, Any]]:
+    return run.ask("events")["events"]
+
+
+def test_processes_run_where_the_hosts_file_says(bench: HostsBench):
+    with bench.launch(FLEET) as run:
+        wait_for_fleet(run)
+        hosts = {row["name"]: row["host"] for row in run.ask("ps")["processes"]}
+        assert hosts == {"bot1_a-1": "bot1", "bot2_b-2": "bot2", "here-3": "local"}
+        pid = run.row("bot1_a")["pid"]
+        assert f"[bot1_a-1]: process started with pid [{pid}] on bot1" in run.screen
+        started = {e["process"]: e.get("host") for e in events(run) if e["event"] == "started"}
+        assert started == {"bot1_a-1": "bot1", "bot2_b-2": "bot2", "here-3": None}
+        assert run.ask_text("ps").splitlines()[0].split()[:3] == ["NAME", "HOST", "STATE"]
+        assert "host       bot1" in run.ask_text("info", "bot1_a")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 0
+        assert not state_of(pid)
+        assert "exit code 0" in run.screen
+
+
+def test_a_run_without_a_hosts_file_shows_no_hosts(bench: HostsBench):
+    run = bench.launch(SLEEPER.format("here"))
+    assert "host" in run.row("here")
+    plain = [word for word in run.process.args if word not in ("--hosts", str(bench.hosts))]
+    run.__exit__()
+    with ControlledRun(
+        plain, env=bench.env, runtime=bench.runtime, screen=bench.folder / "plain"
+    ) as run:
+        assert "host" not in run.row("here")
+        run.ask("quit")
+        run.exit_code()
+
+
+def test_output_of_another_host_has_prefix_log_and_handlers(bench: HostsBench):
+    handler = """RegisterEventHandler(__import__("launch").event_handlers.OnProcessIO(
+        on_stdout=lambda event: LogInfo(msg="heard " + event.text.decode().strip())))"""
+    done = bench.run(f'{handler}, sh("echo one; echo two >&2; printf three", name="bot1_a")')
+    text = done.stdout.decode()
+    for line in ("[bot1_a-1] one", "[bot1_a-1] two", "[bot1_a-1] three", "heard one"):
+        assert line in text
+    assert done.returncode == 0
+    (log,) = (bench.folder / "log").glob("2*/launch.log")
+    assert "[bot1_a-1] three" in log.read_text()
+
+
+def test_nothing_starts_if_hosts_cannot_be_used(bench: HostsBench):
+    actions = ",".join(
+        f'sh("touch {bench.folder}/{name}", name="{name}")'
+        for name in ("here", "bot1_a", "refuses1_b", "missing1_c")
+    )
+    done = bench.run(actions)
+    text = done.stdout.decode()
+    assert done.returncode == 1
+    assert "refuses1 (127.0.0.1) cannot be used: the host key has changed" in text
+    assert "missing1 (127.0.0.1) cannot be used: connection timed out" in text
+    assert "exit code 1: cannot be used: refuses1, missing1" in text
+    assert not any((bench.folder / name).exists() for name in ("here", "bot1_a"))
+
+
+def test_an_error_in_the_hosts_file_is_an_error_of_usage(bench: HostsBench):
+    bench.hosts.write_text("hosts: {bot1: {address: 127.0.0.1}}\nplace: {x: bot3}\n")
+    done = bench.run(SLEEPER.format("x"))
+    assert done.returncode == 2
+    assert b"bot3" in done.stderr
+
+
+def test_a_restart_policy_is_the_hosts_and_is_seen(bench: HostsBench):
+    actions = 'sh("exit 3", name="bot1_a", respawn=True, respawn_delay=0.05)'
+    done = bench.run(actions, "--restart", "bot1_a=on-failure,max=2,backoff=0.05..0.1")
+    text = done.stdout.decode()
+    assert text.count("process started with pid") == 3
+    assert "restart 2 of 2 in 0." in text
+    assert "process is given up after 2 restarts" in text
+    assert done.returncode == 1
+
+
+@pytest.mark.parametrize("option", [["--required", "bot1_a"], ["--exit-when-any-dies"]])
+def test_a_death_there_can_end_the_run(bench: HostsBench, option: list[str]):
+    done = bench.run(f'sh("exit 3", name="bot1_a"), {SLEEPER.format("bot2_b")}', *option)
+    assert done.returncode == 1
+    assert b"bot1_a-1 ended unexpectedly (exit code 3)" in done.stdout
+
+
+def test_what_follows_an_exit_there_follows(bench: HostsBench):
+    handler = """RegisterEventHandler(OnProcessExit(
+        on_exit=lambda event, context: LogInfo(msg=f"{event.process_name} {event.returncode}")))"""
+    done = bench.run(f'{handler}, sh("exit 4", name="bot1_a")')
+    assert b"bot1_a-1 4" in done.stdout
+
+
+def test_a_program_that_is_missing_there(bench: HostsBench):
+    done = bench.run('ExecuteProcess(cmd=["./no-such-program"], name="bot1_a")')
+    assert done.returncode == 1
+    assert b"process could not be started: No such file or directory" in done.stdout
+
+
+def test_a_time_limit_stops_all_hosts(bench: HostsBench):
+    done = bench.run(FLEET, "--timeout", "0.5")
+    assert done.returncode == 0
+    assert done.stdout.count(b"process was stopped") == 3
+
+
+def test_stops_escalate_there_and_are_reported(bench: HostsBench):
+    actions = """sh("trap '' INT TERM; echo ready; while :; do sleep 0.1; done", name="bot1_a",
+                    sigterm_timeout="0.1", sigkill_timeout="0.1")"""
+    with bench.launch(actions) as run:
+        run.wait_for("[bot1_a-1] ready")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 130
+        assert "failed to terminate '0.1' seconds after receiving 'SIGINT'" in run.screen
+        assert "sending signal 'SIGKILL' to process[bot1_a-1]" in run.screen
+
+
+def test_starts_are_paced_over_all_hosts(bench: HostsBench):
+    done = bench.run(
+        ",".join(f'sh("exit 0", name="{name}")' for name in ("bot1_a", "bot2_b", "here")),
+        *("--stagger", "0.3"),
+    )
+    assert done.returncode == 0
+    (path,) = (bench.folder / "log").glob("2*/events.jsonl")
+    entries = [json.loads(line) for line in path.read_text().splitlines()]
+    times = [e["monotonic_s"] for e in entries if e["event"] == "started"]
+    assert len(times) == 3
+    assert times[2] - times[0] > 0.5
+
+
+# ---- requests
+
+
+def test_verbs_work_on_processes_of_other_hosts(bench: HostsBench):
+    with bench.launch(f'sh("exec cat", name="bot1_cat"), {SLEEPER.format("here")}') as run:
+        wait_until(lambda: is_running(run, "bot1_cat"), "the process")
+        assert run.ask_text("send", "bot1_cat", text="hello").endswith(
+            "received 6 bytes on its standard input"
+        )
+        run.wait_for_log("bot1_cat", "hello")
+        pid = run.row("bot1_cat")["pid"]
+        assert run.ask_text("pause", "bot1_cat") == "bot1_cat-1 paused with SIGSTOP"
+        assert state_of(pid) == "T"
+        assert run.row("bot1_cat")["paused"]
+        assert run.ask_text("resume", "bot1_cat") == "bot1_cat-1 resumed with SIGCONT"
+        assert f"instead of {pid}" in run.ask_text("restart", "bot1_cat")
+        assert "stopped in" in run.ask_text("stop", "bot1_cat")
+        assert run.row("bot1_cat")["state"] == "STOPPED"
+        assert "started with pid" in run.ask_text("start", "bot1_cat")
+        answer = run.ask_text("kill", "bot1_cat", signal="SIGTERM")
+        assert "ended in" in answer
+        assert run.row("bot1_cat")["last_exit"]["asked"]
+        run.ask("quit")
+        assert run.exit_code() == 0
+
+
+def test_a_signal_can_count_as_a_crash(bench: HostsBench):
+    actions = ",".join(
+        f'sh("exec sleep 1000", name="{name}", respawn=True)' for name in ("bot1_a", "here")
+    )
+    with bench.launch(actions) as run:
+        for name in ("bot1_a", "here"):
+            wait_until(lambda name=name: is_running(run, name), "the process")
+            run.ask("kill", name, signal="SIGKILL", as_crash=True)
+            wait_until(lambda name=name: run.row(name)["restarts"] == 1, "a restart")
+            assert not run.row(name)["last_exit"]["asked"]
+        with pytest.raises(RefusedError, match="needs a signal"):
+            run.ask("kill", "here", as_crash=True)
+
+
+# ---- the link
+
+
+def test_a_lost_link_is_a_state_and_is_caught_up(bench: HostsBench):
+    actions = f"{COUNTER}, {SLEEPER.format('bot1_a')}, {SLEEPER.format('here')}"
+    with bench.launch(actions) as run:
+        run.wait_for("count 3")
+        pid = run.row("bot1_a")["pid"]
+        bench.switch("cut bot1")
+        wait_until(lambda: run.row("bot1_a")["unreachable_s"] is not None, "a lost link")
+        row = run.row("bot1_a")
+        assert (row["state"], row["pid"]) == ("RUNNING", pid)
+        assert "bot1 is unreachable: cut by the test; its processes run on" in run.screen
+        assert "RUNNING, unreachable" in run.ask_text("ps", "bot1_a")
+        assert "RUNNING, unreachable" in run.ask_text("info", "bot1_a")
+        assert run.row("here")["unreachable_s"] is None
+        os.kill(pid, signal.SIGSEGV)
+        seen = run.screen.count("count")
+        wait_until(lambda: run.row("bot1_a")["unreachable_s"] > 1, "a while")
+        assert run.screen.count("count") == seen
+        bench.switch("restore bot1")
+        run.wait_for("bot1 is reachable again after")
+        assert "caught up with 1 event and" in run.screen
+        assert run.row("bot1_a")["last_exit"]["text"].startswith("SIGSEGV")
+        assert run.row("bot1_a")["unreachable_s"] is None
+        counted = [int(line.split()[-1]) for line in run.screen.splitlines() if "] count" in line]
+        assert counted == list(range(1, len(counted) + 1))
+        links = [(e["host"], e["state"]) for e in events(run) if e["event"] == "link"]
+        assert links == [("bot1", "ready"), ("bot1", "unreachable"), ("bot1", "ready")]
+        ended = next(e for e in events(run) if e["event"] == "ended")
+        back = [e for e in events(run) if e["event"] == "link"][-1]
+        assert ended["wall_s"] < back["wall_s"] - 0.5  # its own time, not that of the return
+
+
+def test_requests_for_unreachable_processes_are_answered(bench: HostsBench):
+    with bench.launch(f"{SLEEPER.format('bot1_a')}, {SLEEPER.format('here')}") as run:
+        wait_until(lambda: is_running(run, "bot1_a"), "the process")
+        bench.switch("cut bot1")
+        wait_until(lambda: run.row("bot1_a")["unreachable_s"] is not None, "a lost link")
+        for verb, more in (
+            ("start", {}),
+            ("restart", {}),
+            ("pause", {}),
+            ("send", {"text": "x"}),
+            ("kill", {"signal": "SIGUSR1"}),
+        ):
+            with pytest.raises(RefusedError, match=r"which is unreachable .*: nothing was done"):
+                run.ask(verb, "bot1_a", **more)
+        assert "it will be stopped when bot1 can be reached" in run.ask_text("stop", "bot1_a")
+        assert is_running(run, "bot1_a")
+        bench.switch("restore bot1")
+        wait_until(lambda: run.row("bot1_a")["state"] == "STOPPED", "the stop")
+
+
+def test_a_host_that_is_gone_takes_its_processes_along(bench: HostsBench):
+    handler = """RegisterEventHandler(OnProcessExit(
+        on_exit=lambda event, context: LogInfo(msg=f"{event.process_name} {event.returncode}")))"""
+    again = 'sh("exec sleep 1000", name="bot1_again", respawn=True)'
+    with bench.launch(f"{handler}, {FLEET}, {again}") as run:
+        wait_for_fleet(run)
+        bench.switch("power_off bot1")
+        run.wait_for("bot1_again-4 -9")
+        assert "bot1 is lost: it was restarted" in run.screen
+        assert run.row("bot1_a")["last_exit"]["text"] == "lost with bot1"
+        assert run.row("bot1_again")["state"] == "EXITED"
+        with pytest.raises(RefusedError, match="could not be started: bot1"):
+            run.ask("start", "bot1_a")
+        assert is_running(run, "bot2_b")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 1
+        assert "bot1 was lost" in run.screen
+
+
+# ---- the end
+
+
+def test_an_unreachable_host_is_named_at_the_end(bench: HostsBench):
+    with bench.launch(FLEET, "--stop", "*=int:0.2") as run:
+        wait_for_fleet(run)
+        pid = run.row("bot2_b")["pid"]
+        bench.switch("cut bot2")
+        run.wait_for("bot2 is unreachable")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 1
+        assert "could not be reached: bot2 (bot2_b-2); its processes run on" in run.screen
+        assert "exit code 1: could not be reached: bot2 (bot2_b-2)" in run.screen
+        assert "bot2 is unreachable, " in run.screen  # while it waits
+        assert state_of(pid)
+
+
+def test_a_second_interrupt_gives_up_an_unreachable_host(bench: HostsBench):
+    with bench.launch(FLEET, "--stop", "*=int:600") as run:
+        wait_for_fleet(run)
+        bench.switch("cut bot2")
+        run.wait_for("bot2 is unreachable")
+        run.process.send_signal(signal.SIGINT)
+        run.wait_for("still waiting for bot2_b-2 (bot2 is unreachable")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 1
+        assert "could not be reached: bot2 (bot2_b-2)" in run.screen
+
+
+def test_a_host_that_returns_during_the_stop_is_stopped(bench: HostsBench):
+    with bench.launch(FLEET) as run:
+        wait_for_fleet(run)
+        bench.switch("cut bot2")
+        run.wait_for("bot2 is unreachable")
+        run.process.send_signal(signal.SIGINT)
+        run.wait_for("still waiting for bot2_b-2")
+        bench.switch("restore bot2")
+        assert run.exit_code() == 0
+
+
+def test_a_host_with_a_leash_stops_its_processes(bench: HostsBench):
+    with bench.launch(f"{SLEEPER.format('leashed_a')}, {SLEEPER.format('here')}") as run:
+        wait_until(lambda: is_running(run, "leashed_a"), "the process")
+        pid = run.row("leashed_a")["pid"]
+        bench.switch("cut leashed")
+        wait_until(lambda: not state_of(pid), "the stop")
+        assert "its processes are stopped there after 0.2 s (leashed_a-1)" in run.screen
+        bench.switch("restore leashed")
+        wait_until(lambda: run.row("leashed_a")["state"] == "STOPPED", "what was caught up")
+        assert run.row("leashed_a")["last_exit"]["asked"]
