@@ -247,7 +247,7 @@ def test_a_blank_follows_what_was_completed():
         ("kill r", ["robot_1", "robot_2", "robot_*"]),
         ("kill robot_1 r", ["robot_2", "robot_*"]),
         ("kill -s SIGTE", ["SIGTERM"]),
-        ("kill -", ["-s", "--as-crash", "--signal"]),
+        ("kill -", ["-s", "--signal", "--as-crash"]),
         ("level W", ["WARN"]),
         ("level WARN d", ["dispatcher"]),
         ("stop robot_*", ["robot_1-2 robot_2-3"]),
