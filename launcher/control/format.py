@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from launcher.engine.machine import signal_name
+from launcher.model.events import signal_name
 from launcher.text import count, shown_path
 
 _HEAD = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "USS", "")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
-from launcher.engine.machine import signal_name
 from launcher.engine.output.filters import LEVELS
 from launcher.engine.output.screen_filters import Change, Shown
 from launcher.engine.process_control import Kind, Result
+from launcher.model.events import signal_name
 from launcher.text import count
 
 

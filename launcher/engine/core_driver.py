@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import functools
+import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
     from launcher.engine.helpers.ros_agent import RosTimer
     from launcher.engine.listener import RunListener
+    from launcher.engine.machine import Ended
     from launcher.engine.ros_requests import RosRequests
 
     class Core(Protocol):
@@ -92,6 +95,27 @@ class CoreDriver:
         """Pass an event to the core after the effects of earlier events."""
         self._inbox.append(event)
         self._pump()
+
+    def ended(self, process: Process, pid: int, end: Ended) -> None:
+        """A process has exited, or could not be started."""
+        will_restart = end.retry_in_s is not None or process.machine.is_held
+        returncode = end.outcome.returncode
+        if returncode is None:
+            number = end.outcome.spawn_errno or errno.EIO
+            self.not_started(process, number, will_restart=will_restart)
+            return
+        number = process.process_id
+        self.feed(events.ProcessExited(number, pid, returncode, will_restart=will_restart))
+
+    def not_started(self, process: Process, number: int, *, will_restart: bool = False) -> None:
+        self.feed(
+            events.SpawnFailed(
+                process_id=process.process_id,
+                errno=number,
+                reason=os.strerror(number),
+                will_restart=will_restart,
+            )
+        )
 
     def _pump(self) -> None:
         if self._busy:

@@ -18,6 +18,7 @@ import signal
 from collections import deque
 from collections.abc import Callable
 
+from launcher.model.events import Outcome
 from launcher.model.record import Record
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
@@ -148,51 +149,6 @@ class Order(enum.Enum):
 
 
 Action = Order | Signal | Escalate | Stuck | Ended
-
-
-class Outcome(Record):
-    """The exit or failed start of a process: exactly one of the first two is set.
-
-    `spawn_what` is the cause of a failed start if it is not the program, for example a limit.
-    `core_dumped` and `out_of_memory` are details of an exit by a signal. `lost_with` is the host
-    with which it was lost: the return code is then that of SIGKILL.
-    """
-
-    returncode: int | None = None
-    spawn_errno: int | None = None
-    spawn_what: str = ""
-    core_dumped: bool = False
-    out_of_memory: bool = False
-    lost_with: str = ""
-
-    @property
-    def failed(self) -> bool:
-        """Whether this is a failure (a code other than 0, a signal, or no start at all)."""
-        return self.returncode != 0
-
-    def __str__(self) -> str:
-        if self.spawn_errno is not None:
-            what = f"{self.spawn_what}: " if self.spawn_what else ""
-            return f"could not be started: {what}{os.strerror(self.spawn_errno)}"
-        if self.lost_with:
-            return f"lost with {self.lost_with}"
-        if self.returncode is not None and self.returncode < 0:
-            return signal_name(-self.returncode) + self._remark
-        return f"exit code {self.returncode}"
-
-    @property
-    def _remark(self) -> str:
-        if self.out_of_memory:
-            return ", out of memory"
-        return ", core dumped" if self.core_dumped else ""
-
-
-def signal_name(signum: int) -> str:
-    """`SIGSEGV` for 11; `signal 40` for one without a name."""
-    try:
-        return signal.Signals(signum).name
-    except ValueError:
-        return f"signal {signum}"
 
 
 class ProcessMachine:

@@ -16,9 +16,10 @@ from launcher.text import escape
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.hosts.remote_host import RemoteHost
-    from launcher.engine.machine import Ended, Outcome
+    from launcher.engine.machine import Ended
     from launcher.engine.output.filters import LineFilter
     from launcher.engine.output.reader import Stream
+    from launcher.model.events import Outcome
 
 LAST_BYTES = 4096  # of each of its last lines, in the report on a failure
 

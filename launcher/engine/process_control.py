@@ -7,11 +7,12 @@ import signal
 from collections.abc import Callable
 
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import POLITE, Command, Outcome, ProcessState, signal_name
+from launcher.engine.machine import POLITE, Command, ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.shutdown import Shutdown
+from launcher.model.events import Outcome, signal_name
 from launcher.model.record import Record, replace
 from launcher.model.spec import RestartMode
 

@@ -19,7 +19,6 @@ from launcher.engine.machine import (
     Exited,
     MachineEvent,
     Order,
-    Outcome,
     ProcessState,
     Signal,
     SignalSent,
@@ -30,6 +29,7 @@ from launcher.engine.output.reader import OutputReader
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child
 from launcher.engine.process import Process
+from launcher.model.events import Outcome
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

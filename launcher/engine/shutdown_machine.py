@@ -15,9 +15,9 @@ import enum
 import signal
 from collections.abc import Collection, Mapping
 
-from launcher.engine.machine import Ended, Outcome
+from launcher.engine.machine import Ended
 from launcher.errors import ExitCode
-from launcher.model.events import Event, ShutdownAsked, SignalReceived
+from launcher.model.events import Event, Outcome, ShutdownAsked, SignalReceived
 from launcher.model.record import Record
 
 TYPE_CHECKING = False

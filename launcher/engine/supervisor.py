@@ -6,7 +6,6 @@ import contextlib
 import errno
 import functools
 import gc
-import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
 
@@ -23,13 +22,7 @@ from launcher.engine.posix.spawn import Child, set_close_on_exec, spawn, termina
 from launcher.engine.process import Process, child_environment, with_printable_name
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import ExitCode
-from launcher.model.events import (
-    LoadComponent,
-    ProcessExited,
-    ProcessStarted,
-    SpawnFailed,
-    StartProcess,
-)
+from launcher.model.events import LoadComponent, ProcessStarted, StartProcess
 from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
@@ -356,36 +349,15 @@ class Supervisor:
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
         self._notify_control()
-        outcome, returncode = end.outcome, end.outcome.returncode
+        returncode = end.outcome.returncode
         if returncode is not None and returncode < 0 and process.host is None:
             self._housekeeper.killed()
         self._shutdown.ended(process, end, is_required=self._options.is_required(process.spec))
-        will_restart = end.retry_in_s is not None or process.machine.is_held
-        if returncode is None:
-            self._spawn_failed(process, outcome.spawn_errno or errno.EIO, will_restart=will_restart)
-            return
-        self._core_driver.feed(
-            ProcessExited(
-                process_id=process.process_id,
-                pid=pid,
-                returncode=returncode,
-                will_restart=will_restart,
-            )
-        )
+        self._core_driver.ended(process, pid, end)
 
     def cancelled(self, process: Process) -> None:
         if not process.machine.is_held:
-            self._spawn_failed(process, errno.ECANCELED, will_restart=False)
-
-    def _spawn_failed(self, process: Process, number: int, *, will_restart: bool) -> None:
-        self._core_driver.feed(
-            SpawnFailed(
-                process_id=process.process_id,
-                errno=number,
-                reason=os.strerror(number),
-                will_restart=will_restart,
-            )
-        )
+            self._core_driver.not_started(process, errno.ECANCELED)
 
     def before_kill(self) -> None:
         self._housekeeper.note_shared_memory()

@@ -17,7 +17,6 @@ from launcher.engine.machine import (
     Exited,
     MachineEvent,
     Order,
-    Outcome,
     Signal,
     SignalSent,
     SpawnError,
@@ -25,6 +24,7 @@ from launcher.engine.machine import (
 )
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import LauncherError
+from launcher.model.events import Outcome
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

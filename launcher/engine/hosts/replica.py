@@ -8,10 +8,10 @@ from launcher.engine.machine import (
     Ended,
     Exited,
     MachineEvent,
-    Outcome,
     ProcessMachine,
     ProcessState,
 )
+from launcher.model.events import Outcome
 from launcher.model.record import replace
 from launcher.model.spec import RestartPolicy, StopPolicy
 

@@ -9,8 +9,9 @@ import os
 import signal
 from collections.abc import Iterable
 
-from launcher.engine.machine import Ended, Escalate, Outcome, ProcessMachine, signal_name
+from launcher.engine.machine import Ended, Escalate, ProcessMachine
 from launcher.engine.process import Process
+from launcher.model.events import Outcome, signal_name
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec, RestartPolicy
 

@@ -8,9 +8,10 @@ import signal
 import pytest
 
 from launcher.control.results import sentence, shown_sentences
-from launcher.engine.machine import Outcome, ProcessState
+from launcher.engine.machine import ProcessState
 from launcher.engine.output.screen_filters import Change, Shown
 from launcher.engine.process_control import Kind, Result
+from launcher.model.events import Outcome
 
 INT, KILL = signal.SIGINT, signal.SIGKILL
 

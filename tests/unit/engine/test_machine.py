@@ -11,7 +11,6 @@ from launcher.engine.machine import (
     Escalate,
     Exited,
     Order,
-    Outcome,
     ProcessMachine,
     ProcessState,
     Signal,
@@ -19,6 +18,7 @@ from launcher.engine.machine import (
     SpawnError,
     Stuck,
 )
+from launcher.model.events import Outcome
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 
 INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL

@@ -14,13 +14,13 @@ from launcher.engine.machine import (
     Exited,
     MachineEvent,
     Order,
-    Outcome,
     ProcessMachine,
     ProcessState,
     Signal,
     SignalSent,
     SpawnError,
 )
+from launcher.model.events import Outcome
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 from tests.support.examples import examples
 

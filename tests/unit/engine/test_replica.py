@@ -20,7 +20,6 @@ from launcher.engine.machine import (
     Exited,
     MachineEvent,
     Order,
-    Outcome,
     ProcessMachine,
     ProcessState,
     Signal,
@@ -28,6 +27,7 @@ from launcher.engine.machine import (
     SpawnError,
     Stuck,
 )
+from launcher.model.events import Outcome
 from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 from tests.support.examples import examples
 

@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from launcher.engine.machine import Command, Ended, Exited, Outcome, ProcessState, SignalSent
+from launcher.engine.machine import Command, Ended, Exited, ProcessState, SignalSent
 from launcher.engine.process import Process
 from launcher.engine.shutdown_machine import (
     OUTPUT_CLOSED,
@@ -25,7 +25,7 @@ from launcher.engine.shutdown_machine import (
     StopRequested,
 )
 from launcher.errors import ExitCode
-from launcher.model.events import ShutdownAsked, SignalReceived
+from launcher.model.events import Outcome, ShutdownAsked, SignalReceived
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 
 INT, TERM, HUP, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL

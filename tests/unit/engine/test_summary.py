@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from launcher.engine.logs import summary
-from launcher.engine.machine import Command, Ended, Outcome
+from launcher.engine.machine import Command, Ended
 from launcher.engine.process import Process
+from launcher.model.events import Outcome
 from launcher.model.spec import ProcessSpec, RestartPolicy
 
 STOPPED = Ended(Outcome(returncode=-2), asked=True, retry_in_s=None)
