@@ -85,7 +85,9 @@ class Process:
     @property
     def is_awaited(self) -> bool:
         """Whether the end of the run waits for its exit."""
-        return self.machine.state.is_alive and not self.is_abandoned
+        if self.host is not None:  # one that waits for its restart may be started meanwhile
+            return self.machine.is_pending and not self.is_abandoned
+        return self.machine.state.is_alive
 
     @property
     def is_halted(self) -> bool:

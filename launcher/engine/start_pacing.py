@@ -97,13 +97,15 @@ class _StartingProcess:
         self._usage = TreeCpuUsage()
 
     def is_over(self, process: Process, now: float) -> bool:
+        if process.host is not None and process.host.unreachable_s is not None:
+            return True  # it may take hours
         if process.machine.state is not ProcessState.RUNNING or process.child is None:
             return process.machine.state is not ProcessState.STARTING
         age_s, elapsed_s = now - self._started_s, now - self._polled_s
         if elapsed_s < POLL_S * 0.9:
             return False
         self._polled_s = now
-        used_s = self._usage.used_s(process.child.pid)
+        used_s = None if process.host is not None else self._usage.used_s(process.child.pid)
         if used_s is None:
             return age_s >= SETTLE_S
         is_idle = age_s >= MIN_S and used_s < IDLE_SHARE * elapsed_s

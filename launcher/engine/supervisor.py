@@ -254,7 +254,7 @@ class Supervisor:
         self._housekeeper.close()
         self._watchdog.close()
         if self._fleet is not None:
-            self._fleet.close()
+            self._fleet.close(is_orderly=is_orderly)
         self._write_plan()
         if is_orderly:
             self._summarize()  # as the last lines

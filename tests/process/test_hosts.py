@@ -99,6 +99,15 @@ def test_nothing_starts_if_hosts_cannot_be_used(bench: HostsBench):
     assert not any((bench.folder / name).exists() for name in ("here", "bot1_a"))
 
 
+def test_an_interrupt_ends_the_wait_for_hosts(bench: HostsBench):
+    actions = f"{SLEEPER.format('silent1_a')}, {SLEEPER.format('here')}"
+    with bench.launch(actions) as run:
+        run.wait_for("All log files")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 0
+        assert "process started" not in run.screen
+
+
 def test_an_error_in_the_hosts_file_is_an_error_of_usage(bench: HostsBench):
     bench.hosts.write_text("hosts: {bot1: {address: 127.0.0.1}}\nplace: {x: bot3}\n")
     done = bench.run(SLEEPER.format("x"))
@@ -164,6 +173,23 @@ def test_starts_are_paced_over_all_hosts(bench: HostsBench):
     times = [e["monotonic_s"] for e in entries if e["event"] == "started"]
     assert len(times) == 3
     assert times[2] - times[0] > 0.5
+
+
+def test_starts_on_an_unreachable_host_hold_up_no_others(bench: HostsBench):
+    actions = f"""{SLEEPER.format("bot1_a")}, RegisterEventHandler(
+        __import__("launch").event_handlers.OnProcessIO(
+        on_stdout=lambda event: [{SLEEPER.format("bot1_b")}, {SLEEPER.format("here_b")}])),
+        sh("exec cat", name="here")"""
+    with bench.launch(actions, "--max-starting", "1") as run:
+        wait_until(lambda: is_running(run, "bot1_a") and is_running(run, "here"), "the start")
+        bench.switch("cut bot1")
+        run.wait_for("bot1 is unreachable")
+        run.ask("send", "here-2", text="go")
+        wait_until(lambda: len(run.ask("ps")["processes"]) == 4, "four processes")
+        wait_until(lambda: is_running(run, "here_b"), "a start here")
+        assert run.row("bot1_b")["state"] == "STARTING"
+        bench.switch("restore bot1")
+        wait_until(lambda: is_running(run, "bot1_b"), "a start there")
 
 
 # ---- requests

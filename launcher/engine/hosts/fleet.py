@@ -127,10 +127,11 @@ class Fleet:
         self._connecting.discard(host.name)
         if refusal:
             self._refused.append(host.name)
+            host.is_abandoned = True
             self._log.log("ERROR", "launch", f"{host.place} cannot be used: {refusal}")
         if self._connecting:
             return
-        self._timers.pop("").cancel()
+        self._forget_timer("")
         if self._refused:
             names = ", ".join(name for name in self._hosts if name in self._refused)
             self._listener.host_failed(f"cannot be used: {names}")
@@ -145,7 +146,7 @@ class Fleet:
 
     def samples(self) -> dict[str, Sample]:
         """The last samples of processes on hosts that can be reached, by name of process."""
-        return {name: one for host in self.hosts for name, one in host.samples.items()}
+        return {name: one for host in self.hosts for name, one in host.current_samples()}
 
     def host_of(self, spec: ProcessSpec) -> RemoteHost | None:
         """Where it runs; a host that was not planned is connected to now."""
@@ -161,7 +162,13 @@ class Fleet:
         defaults = {k: v for k, v in self._defaults.items() if k not in spec.env}
         more = self._plan.environments.get(host.name, {})
         environment = {**defaults, **more, **host.host.environment}
-        return order_for(spec, base=self._environment, environment=environment, merge=merge)
+        return order_for(
+            spec,
+            base=self._environment,
+            environment=environment,
+            merge=merge,
+            warn=self._log.warn,
+        )
 
     def pause(self, paused: bool) -> None:
         for host in self.hosts:
@@ -170,6 +177,8 @@ class Fleet:
     # ---- the links
 
     def link_changed(self, host: RemoteHost, state: LinkState, reason: str) -> None:
+        if host.is_gone:
+            return
         before, host.state = host.state, state
         self._log.note("link", host=host.name, state=state.value, reason=reason)
         if host.is_abandoned:
@@ -198,13 +207,13 @@ class Fleet:
             self._await_return(host)
 
     def _returned(self, host: RemoteHost) -> None:
-        self._forget_timer(host)
+        self._forget_timer(host.name)
         silent_s = self._reactor.now() - host.lost_at_s
         text = f"{host.name} is reachable again after {silent_s:.1f} s: {host.caught_up()}"
         self._log.log("WARNING" if host.dropped else "INFO", "launch", text)
 
     def _gone(self, host: RemoteHost, reason: str) -> None:
-        self._forget_timer(host)
+        self._forget_timer(host.name)
         host.samples = {}
         because = f": {reason}" if reason else ""
         self._log.log("ERROR", "launch", f"{host.name} is lost{because}")
@@ -244,7 +253,7 @@ class Fleet:
     def _give_up(self, host: RemoteHost) -> None:
         if host.is_abandoned:
             return
-        self._forget_timer(host)
+        self._forget_timer(host.name)
         host.is_abandoned = True
         names = ", ".join(process.name for process in host.pending)
         for process in host.pending:
@@ -257,9 +266,9 @@ class Fleet:
         self._has_finished(host)
         self._listener.idle()
 
-    def _forget_timer(self, host: RemoteHost) -> None:
-        if host.name in self._timers:
-            self._timers.pop(host.name).cancel()
+    def _forget_timer(self, name: str) -> None:
+        if name in self._timers:
+            self._timers.pop(name).cancel()
 
     def finish(self, done: Callable[[], None]) -> None:
         """Have every host stop what is left there; `done` is called when all have."""
@@ -267,6 +276,7 @@ class Fleet:
         used = [one for one in self.hosts if not (one.is_abandoned or one.is_gone)]
         waiting = [one for one in used if one.state is not LinkState.CONNECTING]
         self._connecting.clear()
+        self._forget_timer("")
         self._finishing = {host.name for host in waiting}
         for host in used:
             host.link.finish(at_once=self._has_skipped or host not in waiting)
@@ -284,7 +294,7 @@ class Fleet:
         self._has_finished(host)
 
     def _has_finished(self, host: RemoteHost) -> None:
-        self._forget_timer(host)
+        self._forget_timer(host.name)
         self._finishing.discard(host.name)
         self._check_finished()
 
@@ -293,9 +303,12 @@ class Fleet:
             done, self._done = self._done, None
             self._reactor.call_later(0, done)
 
-    def close(self) -> None:
+    def close(self, *, is_orderly: bool) -> None:
+        """Release everything; after an exception the hosts are told to stop all at once."""
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()
         for host in self.hosts:
+            if not is_orderly:
+                host.link.finish(at_once=True)
             host.link.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Iterator
 
 from launcher.engine.hosts.link import Link, LinkState
 from launcher.engine.posix.spawn import Child
@@ -61,6 +62,13 @@ class RemoteHost:
         """`bot1 (robot@10.0.0.2)`."""
         user = f"{self.host.user}@" if self.host.user else ""
         return f"{self.name} ({user}{self.host.address})"
+
+    def current_samples(self) -> Iterator[tuple[str, Sample]]:
+        """The samples of processes that still run, by name."""
+        for process in self.processes:
+            sample, child = self.samples.get(process.name), process.child
+            if sample is not None and child is not None and sample.pid == child.pid:
+                yield process.name, sample
 
     def lost(self, now: float) -> None:
         """The link has reported that the host cannot be reached."""

@@ -26,11 +26,13 @@ class LauncherProcess:
     Its output goes to the file `output`. Ctrl-C in the terminal does not reach it.
     """
 
+    module = "launcher"
+
     def __init__(self, words: Sequence[str], environment: Mapping[str, str], output: Path) -> None:
         self._output = output
         with output.open("wb") as file:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "launcher", *words],
+                [sys.executable, "-m", self.module, *words],
                 stdin=subprocess.DEVNULL,
                 stdout=file,
                 stderr=subprocess.STDOUT,

@@ -13,6 +13,7 @@ from typing import Any
 from launcher.control.socket_directory import ControlError
 from launcher.document.fields import near
 from launcher.domain_lease import leased_domain
+from launcher.hosts.model import LOCAL
 from launcher.smoke.expect.expectation import STOP
 from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
@@ -21,6 +22,7 @@ from launcher.smoke.observe.followers import Followers
 from launcher.smoke.observe.leftovers import SharedMemory, end_processes, is_of_run
 from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
 from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.run import network
 from launcher.smoke.run.launcher_process import LauncherProcess
 from launcher.smoke.run.waits import Waits
 
@@ -80,7 +82,7 @@ class System(Waits):
             self.environment = {
                 **self._environment,
                 "ROS_DOMAIN_ID": str(self.domain_id),
-                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+                **network.of_system(self.words),
                 "ROS_LOG_DIR": str(self.log_root.absolute()),
             }
             self._memory = SharedMemory(self.domain_id)
@@ -95,7 +97,8 @@ class System(Waits):
             self._stack = stack.pop_all()
 
     def _start_probe(self, stack: contextlib.ExitStack) -> None:
-        probe = ProbeClient(self.environment, self.recorder, self.folder / "probe.log")
+        environment = {**self.environment, **network.of_probe(self.words, self.environment)}
+        probe = ProbeClient(environment, self.recorder, self.folder / "probe.log")
         stack.callback(probe.close)
         try:
             probe.wait_until_ready()
@@ -205,7 +208,9 @@ class System(Waits):
         for row in rows:
             self.recorder.expect_exit(row["name"])
             self._memory.note(self._launcher.pid)
-            if is_of_run(row["pid"], self._launcher.pid):
+            if row.get("host", LOCAL) != LOCAL:  # its pid is of another machine
+                self._request("kill", row["name"], signal=signum, as_crash=True)
+            elif is_of_run(row["pid"], self._launcher.pid):
                 with contextlib.suppress(ProcessLookupError):
                     os.killpg(row["pid"], signal.Signals[signum])
         if signum == "SIGKILL":

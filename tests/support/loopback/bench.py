@@ -13,7 +13,7 @@ from tests.support.loopback.run import SWITCHES
 class HostsBench(ControlBench):
     """Processes run on the host that their names begin with: `bot1_talker` on `bot1`."""
 
-    HOSTS = ("bot1", "bot2", "refuses1", "missing1", "leashed")
+    HOSTS = ("bot1", "bot2", "refuses1", "missing1", "silent1", "leashed")
 
     def __init__(self, folder: Path, runtime: Path) -> None:
         super().__init__(folder, runtime)

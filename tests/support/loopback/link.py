@@ -15,12 +15,14 @@ from tests.support.loopback.machine import Machine
 
 REFUSES = "refuses"  # hosts whose names begin so
 MISSING = "missing"
+SILENT = "silent"
 
 
 class LoopbackLink:
     """`cut()`, `restore()`, `power_off()`. All calls go through queues, later on the reactor.
 
-    A host named `refuses...` refuses the connection, one named `missing...` cannot be reached.
+    A host named `refuses...` refuses the connection, one named `missing...` cannot be reached,
+    and one named `silent...` does not answer.
     """
 
     def __init__(self, context: LinkContext) -> None:
@@ -106,6 +108,8 @@ class LoopbackLink:
         return None if policy is None else policy.stop_after_s
 
     def open(self) -> None:
+        if self.host.name.startswith(SILENT):
+            return
         outcome = (LinkState.READY, "")
         if self.host.name.startswith(REFUSES):
             outcome = (LinkState.GONE, "the host key has changed")
