@@ -1,12 +1,29 @@
-"""`hosts schema`: commands about the hosts of a hosts file."""
+"""`hosts VERB ...`: check and prepare the hosts of a hosts file."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 
-from launcher.command_line import Command
+from launcher.command_line import DEBUG, Command, Parsed, option, positive_seconds
 from launcher.commands import VERBS
 from launcher.commands.hosts_schema import SCHEMA
+from launcher.commands.launch.target import (
+    ABOUT_TARGET,
+    EVALUATION_TIMEOUT,
+    SYNOPSIS,
+    TARGET,
+    LaunchRequest,
+)
+from launcher.errors import ExitCode, UsageError
+from launcher.model.record import replace
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.hosts.check.facts import Needs
+    from launcher.hosts.model import HostsFile
+
+DEFAULT_FILE = "hosts.yaml"
 
 
 def main(words: Sequence[str]) -> int:
@@ -15,4 +32,96 @@ def main(words: Sequence[str]) -> int:
     return parsed.command.run(parsed)
 
 
-COMMAND = Command("hosts", VERBS["hosts"], commands=(SCHEMA,))
+def hosts_file(parsed: Parsed) -> HostsFile:
+    """The file that --hosts names, or hosts.yaml; LauncherError."""
+    from launcher.hosts.file import read
+
+    if parsed.hosts is None and not os.path.exists(DEFAULT_FILE):
+        raise UsageError(
+            f"there is no {DEFAULT_FILE} here", hint="name the hosts file: --hosts FILE"
+        )
+    return read(parsed.hosts or DEFAULT_FILE, with_secrets=False)
+
+
+def _check(parsed: Parsed) -> int:
+    from launcher.hosts.check.examine import examine
+    from launcher.hosts.check.report import as_document, as_text
+    from launcher.hosts.model import DiscoveryMode
+    from launcher.ros.discovery.domains import environment_domain
+    from launcher.stdio import print_text
+
+    file = hosts_file(parsed)
+    discovery = file.discovery
+    if parsed.discovery is not None:
+        discovery = replace(discovery, mode=DiscoveryMode(parsed.discovery))
+    result = examine(
+        file,
+        discovery,
+        _needs(parsed, file) if parsed.words else {},
+        domain=environment_domain(),
+        timeout_s=parsed.timeout,
+    )
+    if parsed.json:
+        import json
+
+        print_text(json.dumps(as_document(result), indent=1))
+    else:
+        print_text(as_text(result))
+    return ExitCode.OK if result.is_well else ExitCode.PROCESS_FAILED
+
+
+def _needs(parsed: Parsed, file: HostsFile) -> dict[str, Needs]:
+    """What the plan needs on each host; LauncherError if the launch file is wrong."""
+    from launcher.commands.launch.mistakes import together
+    from launcher.commands.plan import evaluate, mistakes_of
+    from launcher.hosts.check.needs import needs_of
+    from launcher.hosts.placement import Placement
+
+    request = LaunchRequest.of(parsed)
+    plan = evaluate(request)
+    errors = mistakes_of(plan, request)
+    if errors:
+        raise together(errors) from (plan.error.fault if plan.error else None)
+    specs = [process.spec for process in plan.processes]
+    return needs_of(specs, Placement(file), plan.environment)
+
+
+HOSTS = option("--hosts FILE", f"the hosts file (default: {DEFAULT_FILE})")
+DISCOVERY = option(
+    "--discovery MODE",
+    "how nodes on several hosts find each other (default: as the hosts file or the environment "
+    "says)",
+    choices=("multicast", "peers", "server"),
+)
+
+COMMAND = Command(
+    "hosts",
+    VERBS["hosts"],
+    commands=(
+        Command(
+            "hosts check",
+            "try each host of a hosts file, and say what is wrong",
+            arguments=(TARGET,),
+            synopsis=f"[{SYNOPSIS.removesuffix(' [options]')}] [options]",
+            options=(
+                HOSTS,
+                DISCOVERY,
+                option("--timeout S", "longest wait for a host", positive_seconds, 5.0),
+                option("--json", "print one JSON object"),
+                EVALUATION_TIMEOUT,
+                DEBUG,
+            ),
+            about=f"""\
+Log in to all hosts at the same time, and to find what would keep a run from working: login, Python
+and launcher, engine, clock, ROS distribution, middleware and domain, space on disks, and whether
+UDP and multicast reach every host from every other. With TARGET also whether each host has the
+packages, executables and message packages that its processes need. Nothing is left on the hosts.
+
+{ABOUT_TARGET}""",
+            epilog="exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line "
+            "or bad file",
+            run=_check,
+        ),
+        SCHEMA,
+    ),
+)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ipaddress
 import socket
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from launcher.errors import UsageError
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host
@@ -95,10 +95,10 @@ class Wiring(Record):
         return _LOOPBACK if host == LOCAL else self.own[host]
 
 
-def wire(discovery: Discovery, hosts: Sequence[Host] = ()) -> Wiring:
+def wire(discovery: Discovery, hosts: Sequence[Host] = (), known: Collection[str] = ()) -> Wiring:
     """Find the addresses that the mode needs. UsageError if there is none.
 
-    `hosts` are those of the run.
+    `hosts` are those of the run; a server on others that are `known` is left out.
     """
     if discovery.mode is None:
         return Wiring()
@@ -109,15 +109,21 @@ def wire(discovery: Discovery, hosts: Sequence[Host] = ()) -> Wiring:
         mode=discovery.mode,
         addresses=addresses,
         own={name: own_address(address) for name, address in addresses.items()},
-        servers=_servers(discovery, addresses) if discovery.mode is DiscoveryMode.SERVER else (),
+        servers=_servers(discovery, addresses, known)
+        if discovery.mode is DiscoveryMode.SERVER
+        else (),
     )
 
 
-def _servers(discovery: Discovery, addresses: Mapping[str, str]) -> tuple[Server, ...]:
+def _servers(
+    discovery: Discovery, addresses: Mapping[str, str], known: Collection[str]
+) -> tuple[Server, ...]:
     names = {SERVER_NAME: discovery.server, BACKUP_NAME: discovery.backup}
     wanted = [(name, host) for name, host in names.items() if host is not None]
     found: list[Server] = []
     for index, (name, host) in enumerate(wanted):
+        if host != LOCAL and host not in addresses and host in known:
+            continue
         if host != LOCAL and host not in addresses:
             known = ", ".join([LOCAL, *addresses])
             raise UsageError(

@@ -1,0 +1,87 @@
+"""The whole check: who is asked what, and what is wrong."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+
+from launcher.errors import LauncherError
+from launcher.hosts import discovery
+from launcher.hosts.check.facts import Finding, Level, Needs, Survey
+from launcher.hosts.check.host_judges import SHM, check_member
+from launcher.hosts.check.needs import environment_of, log_folder
+from launcher.hosts.check.pair_judges import check_pairs
+from launcher.hosts.check.party import Party
+from launcher.hosts.check.probe import SETTINGS
+from launcher.hosts.check.survey import TIMEOUT_S, Question, survey
+from launcher.hosts.discovery import Wiring
+from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
+from launcher.model.record import Record
+
+_ORDER = (Level.PROBLEM, Level.NOTE)
+
+
+class Examination(Record):
+    survey: Survey
+    findings: tuple[Finding, ...]
+    mode: DiscoveryMode | None
+
+    @property
+    def is_well(self) -> bool:
+        return all(finding.level is not Level.PROBLEM for finding in self.findings)
+
+
+def examine(
+    file: HostsFile,
+    found_discovery: Discovery,
+    needs: Mapping[str, Needs],
+    *,
+    domain: int,
+    timeout_s: float = TIMEOUT_S,
+) -> Examination:
+    """Ask all hosts of the file; UsageError for a discovery server on none of them."""
+    parties = [Party(LOCAL, None, "127.0.0.1", Needs())]
+    resolved: list[Host] = []
+    own: dict[str, str] = {}
+    for host in file.hosts.values():
+        address = host.address
+        try:
+            address = discovery.address_of(host)
+            own[host.name] = discovery.own_address(address)
+            resolved.append(host)
+        except LauncherError:
+            pass  # ssh says why it cannot be reached, or the network does
+        parties.append(Party(host.name, host, address, needs.get(host.name, Needs())))
+    wiring = discovery.wire(found_discovery, resolved, known=file.hosts)
+    question = _question(file, wiring, domain)
+    result = survey(parties, question, own, timeout_s)
+    mode = found_discovery.mode
+    findings = [one for member in result.members.values() for one in check_member(member)]
+    findings += check_pairs(result, mode)
+    findings.sort(key=lambda finding: _ORDER.index(finding.level))
+    return Examination(survey=result, findings=tuple(findings), mode=mode)
+
+
+def _question(file: HostsFile, wiring: Wiring, domain: int) -> Question:
+    passed_on = environment_of(SETTINGS, os.environ)
+    environments = {LOCAL: wiring.environment_of()}
+    folders: dict[str, Sequence[str]] = {LOCAL: [log_folder(os.environ)]}
+    for host in file.hosts.values():
+        wired = wiring.environment_of(host.name)
+        environments[host.name] = {**passed_on, **wired, **_plain(host)}
+        folders[host.name] = [host.workspace, log_folder({}), SHM]
+    return Question(
+        domain=domain,
+        environments=environments,
+        folders=folders,
+        workspaces={
+            LOCAL: os.getcwd(),
+            **{host.name: host.workspace for host in file.hosts.values()},
+        },
+        server_ports={server.host: server.port for server in wiring.servers},
+    )
+
+
+def _plain(host: Host) -> dict[str, str]:
+    """Without what is secret, which no check needs."""
+    return {k: v for k, v in host.environment.items() if k not in host.secrets}

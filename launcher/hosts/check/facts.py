@@ -1,0 +1,111 @@
+"""What the check of hosts has found out, as plain data."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable, Mapping, Sequence
+
+from launcher.hosts.failures import HostError
+from launcher.hosts.model import LOCAL, Host
+from launcher.model.record import Record
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+
+class Level(enum.Enum):
+    """Severity of a finding; only a problem makes the exit code 1."""
+
+    OK = "ok"
+    NOTE = "note"
+    PROBLEM = "problem"
+
+
+class Finding(Record):
+    """What is wrong, or worth knowing; `advice` is the repair. `hosts` has one name or two."""
+
+    check: str
+    hosts: tuple[str, ...]
+    level: Level
+    text: str
+    advice: str
+
+
+class Clock(Record):
+    """How far the clock of a host is ahead of this machine's, at most `uncertainty_s` off."""
+
+    offset_s: float
+    uncertainty_s: float
+
+
+class Needs(Record):
+    """What the plan needs on a host."""
+
+    packages: tuple[str, ...] = ()
+    executables: tuple[tuple[str, str], ...] = ()
+    interfaces: tuple[str, ...] = ()
+    processes: int = 0
+
+    @property
+    def count(self) -> int:
+        return len(self.packages) + len(self.executables) + len(self.interfaces)
+
+
+class Member(Record):
+    """A host, or this machine (`host` None), and what it has told.
+
+    `reached_s` is how long the login took. `facts` are those of `probe.facts`; None with an
+    `error`.
+    """
+
+    name: str
+    host: Host | None
+    address: str
+    needs: Needs = Needs()
+    user: str = ""
+    reached_s: float | None = None
+    facts: Mapping[str, Any] | None = None
+    clock: Clock | None = None
+    error: HostError | None = None
+
+    @property
+    def settings(self) -> Mapping[str, str]:
+        settings: Mapping[str, str] = {} if self.facts is None else self.facts["settings"]
+        return {name: value for name, value in settings.items() if value}
+
+
+class Arrival(Record):
+    """A datagram that has arrived; `kind` is `unicast`, `multicast` or `server`."""
+
+    kind: str
+    sender: str
+    receiver: str
+
+
+class Survey(Record):
+    """All members by name, LOCAL among them, and which datagrams arrived."""
+
+    members: Mapping[str, Member]
+    arrived: frozenset[Arrival] = frozenset()
+
+    @property
+    def reached(self) -> Sequence[Member]:
+        """Those that have answered, this machine first."""
+        return [one for one in self.members.values() if one.facts is not None]
+
+    @property
+    def hosts(self) -> Iterable[Member]:
+        return [one for name, one in self.members.items() if name != LOCAL]
+
+    def lost(self, kind: str, receivers: Iterable[str] | None = None) -> list[tuple[str, str]]:
+        """The pairs (sender, receiver) between which nothing of this kind arrived."""
+        names = [one.name for one in self.reached]
+        wanted = names if receivers is None else [name for name in receivers if name in names]
+        return [
+            (sender, receiver)
+            for sender in names
+            for receiver in wanted
+            if sender != receiver
+            and Arrival(kind=kind, sender=sender, receiver=receiver) not in self.arrived
+        ]

@@ -1,0 +1,178 @@
+"""Runs the probes of all hosts and of this machine at the same time, and has them find each other.
+
+Nobody waits for a host that does not answer: those that have answered are introduced to each
+other at once.
+"""
+
+from __future__ import annotations
+
+import secrets
+import selectors
+import time
+from collections.abc import Iterable, Mapping, Sequence
+
+from launcher.hosts.check.facts import Arrival, Survey
+from launcher.hosts.check.party import Party
+from launcher.hosts.model import LOCAL
+from launcher.model.record import Record
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+TIMEOUT_S = 5.0
+SETTLE_S = 1.0  # after which a datagram that was sent ten times is lost
+
+
+class Question(Record):
+    """What every probe is told; `environments` are by name, as is `server_ports`."""
+
+    domain: int
+    environments: Mapping[str, Mapping[str, str]]
+    folders: Mapping[str, Sequence[str]]
+    workspaces: Mapping[str, str]
+    server_ports: Mapping[str, int] = {}
+
+
+def survey(
+    parties: Sequence[Party],
+    question: Question,
+    own_addresses: Mapping[str, str],
+    timeout_s: float = TIMEOUT_S,
+) -> Survey:
+    """Ask all parties, this machine among them.
+
+    `own_addresses` are those of this machine as each host sees it.
+    """
+    surveyor = _Surveyor(parties, question, own_addresses, timeout_s)
+    try:
+        surveyor.start()
+        surveyor.run()
+    finally:
+        surveyor.close()
+    members = {party.name: party.member() for party in parties}
+    return Survey(members=members, arrived=frozenset(surveyor.arrived))
+
+
+class _Surveyor:
+    def __init__(
+        self,
+        parties: Sequence[Party],
+        question: Question,
+        own_addresses: Mapping[str, str],
+        timeout_s: float,
+    ) -> None:
+        self._parties = parties
+        self._question = question
+        self._own_addresses = own_addresses
+        self._timeout_s = timeout_s
+        self._nonce = secrets.token_hex(8)
+        self._selector = selectors.DefaultSelector()
+        self._started: list[Party] = []
+        self._ready: list[Party] = []
+        self._settled_s = 0.0  # when datagrams are no longer waited for
+        self.arrived: set[Arrival] = set()
+
+    def start(self) -> None:
+        self._deadline_s = time.monotonic() + self._timeout_s
+        for party in self._parties:
+            party.start(self._request(party))
+            self._started.append(party)
+            self._selector.register(party.fd, selectors.EVENT_READ, party)
+
+    def _request(self, party: Party) -> dict[str, Any]:
+        question, needs, name = self._question, party.needs, party.name
+        return {
+            "name": name,
+            "nonce": self._nonce,
+            "domain": question.domain,
+            "environment": dict(question.environments.get(name, {})),
+            "folders": list(question.folders.get(name, ())),
+            "workspace": question.workspaces.get(name, "."),
+            "server_port": question.server_ports.get(name),
+            "packages": needs.packages,
+            "executables": needs.executables,
+            "interfaces": needs.interfaces,
+        }
+
+    def run(self) -> None:
+        """Until all have answered, or are given up."""
+        while not self._is_over():
+            for key, _ in self._selector.select(self._wait_s()):
+                self._take(key.data)
+            if time.monotonic() >= self._deadline_s:
+                self._give_up(party for party in self._parties if party.facts is None)
+
+    def _wait_s(self) -> float:
+        now_s = time.monotonic()
+        ends = [end_s for end_s in (self._deadline_s, self._settled_s) if end_s > now_s]
+        return min(ends, default=now_s) - now_s
+
+    def _is_over(self) -> bool:
+        now_s = time.monotonic()
+        if now_s >= self._deadline_s + SETTLE_S:
+            return True
+        if not all(party.is_done for party in self._parties):
+            return False
+        return now_s >= self._settled_s or not self._missing()
+
+    def _give_up(self, parties: Iterable[Party]) -> None:
+        for party in parties:
+            if party.error is None:
+                self._selector.unregister(party.fd)
+                party.give_up(self._timeout_s)
+
+    def _take(self, party: Party) -> None:
+        for answer in party.take():
+            if "facts" in answer:
+                self._introduce(party)
+            elif "heard" in answer:
+                self._arrived(answer["kind"], answer["heard"], party)
+        if party.error is not None:
+            self._selector.unregister(party.fd)
+
+    # ---- who hears whom
+
+    def _introduce(self, new: Party) -> None:
+        for other in self._ready:
+            for sender, receiver in ((new, other), (other, new)):
+                assert receiver.facts is not None
+                sender.ask(
+                    peer=receiver.name,
+                    address=self._address(receiver, sender),
+                    ports=receiver.facts["ports"],
+                )
+        self._ready.append(new)
+        self._settled_s = time.monotonic() + SETTLE_S
+
+    def _address(self, receiver: Party, sender: Party) -> str:
+        """Of the receiver, as the sender sees it."""
+        if receiver.name == LOCAL:
+            return self._own_addresses.get(sender.name, receiver.address)
+        return receiver.address
+
+    def _arrived(self, kind: str, sender: str, receiver: Party) -> None:
+        self.arrived.add(Arrival(kind=kind, sender=sender, receiver=receiver.name))
+        if not self._missing_between(sender, receiver):
+            party = next(one for one in self._parties if one.name == sender)
+            party.ask(enough=receiver.name)
+
+    def _missing(self) -> bool:
+        return any(
+            self._missing_between(sender.name, receiver)
+            for sender in self._ready
+            for receiver in self._ready
+            if sender is not receiver
+        )
+
+    def _missing_between(self, sender: str, receiver: Party) -> bool:
+        assert receiver.facts is not None
+        return any(
+            Arrival(kind=kind, sender=sender, receiver=receiver.name) not in self.arrived
+            for kind in receiver.facts["ports"]
+        )
+
+    def close(self) -> None:
+        self._selector.close()
+        for party in self._started:
+            party.close()
