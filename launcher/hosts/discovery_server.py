@@ -54,7 +54,9 @@ def environment(env: Mapping[str, str], binary: str) -> dict[str, str]:
     folders += sorted(glob.glob(f"{prefix}/lib/python3*/site-packages/ros_*.libs"))
     known = [one for one in env.get("LD_LIBRARY_PATH", "").split(os.pathsep) if one]
     path = os.pathsep.join(dict.fromkeys([*folders, *known]))
-    return {**env, "LD_LIBRARY_PATH": path}
+    # It would take the other servers for its own.
+    own = {name: value for name, value in env.items() if name != "ROS_DISCOVERY_SERVER"}
+    return {**own, "LD_LIBRARY_PATH": path}
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.engine.hosts.fleet import FleetPlan
+    from launcher.commands.launch.hosts import Preparation
     from launcher.interpreter import Interpreter
     from launcher.language.description import LaunchDescription
 
@@ -129,10 +129,12 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
         if hosts is not None:
             interpreter.note_scopes()
         try:
-            core = LaunchCore(interpreter, description, request)
+            services = () if hosts is None else hosts.services
+            fleet = None if hosts is None else hosts.fleet
+            core = LaunchCore(interpreter, description, request, services)
             core.evaluate()
             _check(core, interpreter, options)
-            with supervising(core, options, run_path, request, session, hosts) as (supervisor, _):
+            with supervising(core, options, run_path, request, session, fleet) as (supervisor, _):
                 code = supervisor.run()
         finally:
             interpreter.close()
@@ -146,8 +148,8 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
     return code
 
 
-def _hosts(request: LaunchRequest, options: RunOptions) -> FleetPlan | None:
-    """Which processes run on other hosts; LauncherError."""
+def _hosts(request: LaunchRequest, options: RunOptions) -> Preparation | None:
+    """Which processes run on other hosts, and how nodes find each other; LauncherError."""
     if options.hosts is None and options.discovery is None:
         return None  # nearly always, so that nothing is imported for it
     from launcher.commands.launch import hosts

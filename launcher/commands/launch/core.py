@@ -26,23 +26,34 @@ if TYPE_CHECKING:
     from launcher.language.session import Session
     from launcher.model.events import Effect, Event
     from launcher.model.options import RunOptions
+    from launcher.model.spec import ProcessSpec
 
 # What serves the control socket takes 15 ms to import; the first processes start meanwhile.
 HELPERS_DELAY_S = 0.05
 MAX_RECORDED_STEPS = 2000  # bounds the memory for the plan of a run
+_FIRST_SERVICE = 1 << 30  # ids of processes of the launch file are smaller
 
 
 class LaunchCore:
-    """An interpreter whose start is limited in time, and which records what the run did."""
+    """An interpreter whose start is limited in time, and which records what the run did.
+
+    `services` are processes of the launcher's own, which start first and stop last. The
+    interpreter does not know them: no handler hears of them, and no run goes on for their sake.
+    """
 
     def __init__(
-        self, interpreter: Interpreter, description: LaunchDescription, request: LaunchRequest
+        self,
+        interpreter: Interpreter,
+        description: LaunchDescription,
+        request: LaunchRequest,
+        services: Sequence[ProcessSpec] = (),
     ) -> None:
         self._interpreter = interpreter
         self._description = description
         self._request = request
         self.effects: Sequence[Effect] = ()  # of the static part
         self._steps: list[RunStep] = []
+        self._services = dict(enumerate(services, _FIRST_SERVICE))
 
     def evaluate(self) -> None:
         """Visit the static part, before any file or process is created; LauncherError."""
@@ -67,9 +78,17 @@ class LaunchCore:
     def start(self) -> Sequence[Effect]:
         """Begin the run: the effects of the static part, which are recorded."""
         self._steps.append((time.monotonic(), None, self.effects))
-        return self.effects
+        if not self._services:
+            return self.effects
+        from launcher.model.events import StartProcess
+
+        found = self._services.items()
+        services = [StartProcess(process_id=number, spec=spec) for number, spec in found]
+        return [*services, *self.effects]
 
     def handle(self, event: Event) -> Sequence[Effect]:
+        if self._services and getattr(event, "process_id", None) in self._services:
+            return ()
         effects = self._interpreter.handle(event)
         if effects and len(self._steps) < MAX_RECORDED_STEPS:
             self._steps.append((time.monotonic(), _ended_process(event), effects))

@@ -1,4 +1,6 @@
-"""Which hosts a run needs, by a dry run of its launch file and its hosts file."""
+"""Which hosts a run needs, by a dry run of its launch file and its hosts file, and how nodes find
+each other.
+"""
 
 from __future__ import annotations
 
@@ -11,31 +13,46 @@ from launcher.commands.launch.target import LaunchRequest
 from launcher.commands.launch.time_limit import limited
 from launcher.document.reader import together
 from launcher.engine.hosts.fleet import FleetPlan
-from launcher.hosts import discovery
+from launcher.errors import UsageError
+from launcher.hosts import discovery, discovery_server
 from launcher.hosts.file import read
-from launcher.hosts.model import Discovery, DiscoveryMode, Host, HostsFile
+from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
 from launcher.hosts.placement import Placement
 from launcher.model.options import RunOptions
-from launcher.model.record import replace
-from launcher.model.spec import ProcessSpec
+from launcher.model.record import Record, replace
+from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 from launcher.planner import make_plan
 from launcher.stdio import silence
 
 
-def prepare(request: LaunchRequest, options: RunOptions) -> FleetPlan | None:
-    """Read the hosts file, and set the variables for discovery; None if there is no file.
+class Preparation(Record):
+    """What a run does about other hosts; `services` are processes of ours that it starts first."""
+
+    fleet: FleetPlan | None = None
+    services: tuple[ProcessSpec, ...] = ()
+
+
+def prepare(request: LaunchRequest, options: RunOptions) -> Preparation:
+    """Read the hosts file, and set the variables for discovery.
 
     LauncherError for a mistake in the file, before anything is started.
     """
     if options.hosts is None:
-        _wire(Discovery(), options, ())
-        return None
+        wiring = _wire(Discovery(), options, ())
+        return Preparation(services=_services(wiring))
     file = read(options.hosts)
     placement = Placement(file)
-    needed = _needed(placement, _planned(request, file))
-    wiring = _wire(file.discovery, options, needed)
+    wanted = _discovery(file.discovery, options)
+    needed = _needed(file, wanted, placement, _planned(request, file))
+    wiring = _wire(wanted, options, needed)
     environments = {host.name: wiring.environment_of(host.name) for host in needed}
-    return FleetPlan(host_of=placement.host_of, needed=needed, environments=environments)
+    servers = {one.name: file.hosts.get(one.host) for one in wiring.servers}
+
+    def host_of(spec: ProcessSpec) -> Host | None:
+        return servers[spec.name] if spec.name in servers else placement.host_of(spec)
+
+    fleet = FleetPlan(host_of=host_of, needed=needed, environments=environments)
+    return Preparation(fleet=fleet, services=_services(wiring))
 
 
 def _planned(request: LaunchRequest, file: HostsFile) -> list[ProcessSpec]:
@@ -53,15 +70,48 @@ def _planned(request: LaunchRequest, file: HostsFile) -> list[ProcessSpec]:
     return [process.spec for process in plan.processes]
 
 
-def _needed(placement: Placement, specs: Iterable[ProcessSpec]) -> tuple[Host, ...]:
-    found = (placement.host_of(spec) for spec in specs)
+def _discovery(found: Discovery, options: RunOptions) -> Discovery:
+    """Of the hosts file, with the mode of the command line."""
+    if options.discovery is None:
+        return found
+    return replace(found, mode=DiscoveryMode(options.discovery))
+
+
+def _needed(
+    file: HostsFile, wanted: Discovery, placement: Placement, specs: Iterable[ProcessSpec]
+) -> tuple[Host, ...]:
+    found = [placement.host_of(spec) for spec in specs]
+    if wanted.mode is DiscoveryMode.SERVER:
+        found += [file.hosts.get(name) for name in (wanted.server, wanted.backup or "")]
     return tuple({host.name: host for host in found if host is not None}.values())
 
 
 def _wire(wanted: Discovery, options: RunOptions, hosts: tuple[Host, ...]) -> discovery.Wiring:
     """The variables for discovery on each host; those of this machine are set."""
-    if options.discovery is not None:
-        wanted = replace(wanted, mode=DiscoveryMode(options.discovery))
-    wiring = discovery.wire(wanted, hosts)
+    wiring = discovery.wire(_discovery(wanted, options), hosts)
     os.environ.update(wiring.environment_of())
     return wiring
+
+
+def _services(wiring: discovery.Wiring) -> tuple[ProcessSpec, ...]:
+    """The discovery servers; UsageError if there is no program for one that runs here."""
+    for server in wiring.servers:
+        if server.host == LOCAL and discovery_server.find(os.environ, sys.prefix) is None:
+            raise UsageError(
+                f"the discovery server is not installed: there is no {discovery_server.PROGRAM}",
+                hint="pip install ros-fastrtps; or source a ROS 2 installation",
+            )
+    return tuple(map(_service, wiring.servers))
+
+
+def _service(server: discovery.Server) -> ProcessSpec:
+    words = (sys.executable, "-m", "launcher.hosts.discovery_server", *server.arguments)
+    restart = RestartPolicy(mode=RestartMode.ALWAYS, delay_s=discovery.RESTART_DELAY_S)
+    return ProcessSpec(
+        name=server.name,
+        label=server.name,
+        argv=words,
+        env=dict(os.environ),
+        restart=restart,
+        place="--discovery",
+    )
