@@ -124,6 +124,7 @@ _WITHOUT_RCLPY = (
     "interface",
     "completion",
     "test",
+    "hosts",
 )
 
 
@@ -168,7 +169,7 @@ def _help_words(words: list[str]) -> list[str]:
 
 
 # Those that have verbs of their own.
-_WITH_VERBS = ("topic", "node", "param", "service", "interface", "pkg")
+_WITH_VERBS = ("topic", "node", "param", "service", "interface", "pkg", "hosts")
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:

@@ -17,7 +17,7 @@ VERBS = {
     "env": "print the environment of a workspace, for shells and editors",
     "test": "run the tests of packages; to test a launch file: smoke",
     "doctor": "find what is wrong on this machine, and repair it",
-    "hosts": "check and prepare the other hosts of a run",
+    "hosts": "try other hosts, and bring the launcher and packages to them",
     "smoke": "test a launch file against expectations",
     "graph": "show the ROS graph as a tree, a drawing or data",
     "completion": "print the script that completes words in bash, zsh or fish",

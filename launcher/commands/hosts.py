@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 
 from launcher.command_line import DEBUG, Command, Parsed, option, positive_seconds
 from launcher.commands import VERBS
+from launcher.commands.hosts_file import HOSTS, hosts_file
 from launcher.commands.hosts_schema import SCHEMA
+from launcher.commands.hosts_sync import SYNC
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     EVALUATION_TIMEOUT,
@@ -15,7 +16,7 @@ from launcher.commands.launch.target import (
     TARGET,
     LaunchRequest,
 )
-from launcher.errors import ExitCode, UsageError
+from launcher.errors import ExitCode
 from launcher.model.record import replace
 
 TYPE_CHECKING = False
@@ -23,24 +24,11 @@ if TYPE_CHECKING:
     from launcher.hosts.check.facts import Needs
     from launcher.hosts.model import HostsFile
 
-DEFAULT_FILE = "hosts.yaml"
-
 
 def main(words: Sequence[str]) -> int:
     parsed = COMMAND.parse(words)
     assert parsed.command.run is not None
     return parsed.command.run(parsed)
-
-
-def hosts_file(parsed: Parsed) -> HostsFile:
-    """The file that --hosts names, or hosts.yaml; LauncherError."""
-    from launcher.hosts.file import read
-
-    if parsed.hosts is None and not os.path.exists(DEFAULT_FILE):
-        raise UsageError(
-            f"there is no {DEFAULT_FILE} here", hint="name the hosts file: --hosts FILE"
-        )
-    return read(parsed.hosts or DEFAULT_FILE, with_secrets=False)
 
 
 def _check(parsed: Parsed) -> int:
@@ -86,7 +74,6 @@ def _needs(parsed: Parsed, file: HostsFile) -> dict[str, Needs]:
     return needs_of(specs, Placement(file), plan.environment)
 
 
-HOSTS = option("--hosts FILE", f"the hosts file (default: {DEFAULT_FILE})")
 DISCOVERY = option(
     "--discovery MODE",
     "how nodes on several hosts find each other (default: as the hosts file or the environment "
@@ -122,6 +109,7 @@ packages, executables and message packages that its processes need. Nothing is l
             "or bad file",
             run=_check,
         ),
+        SYNC,
         SCHEMA,
     ),
 )

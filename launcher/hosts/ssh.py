@@ -129,8 +129,14 @@ def setup_script(host: Host) -> str:
 
 
 def python_script(host: Host, words: Sequence[str]) -> str:
-    """`cd || exit; . setup.sh; exec python3 WORDS`, quoted."""
-    return f"{setup_script(host)}exec {quoted([host_python(host), *words])}"
+    """`cd || exit; . setup.sh; exec python3 WORDS`, quoted, with the Python of `set_python`."""
+    return f'{setup_script(host)}{set_python(host)}exec "$python" {quoted(words)}'
+
+
+def set_python(host: Host) -> str:
+    """Sets `python`, in the home: that which `hosts sync` brought, else that of the hosts file."""
+    synced = shlex.quote(in_home(f"{host.workspace.rstrip('/')}/current/bin/python"))
+    return f'python={synced}; test -x "$python" || python={shlex.quote(host_python(host))}; '
 
 
 def host_python(host: Host) -> str:

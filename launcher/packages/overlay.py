@@ -60,6 +60,21 @@ class Overlay:
         self.share = source if _serves(name, source, contents) else f"{prefix}/share/{name}"
 
     @property
+    def files(self) -> Mapping[str, str]:
+        """Place below a prefix -> source file, of `data_files`."""
+        return self._contents.files
+
+    @property
+    def scripts(self) -> Mapping[str, str]:
+        """Name -> `MODULE:OBJECT` of its console scripts."""
+        return self._contents.scripts
+
+    @property
+    def code(self) -> str:
+        """The folder of its modules; empty if setup.py was not read."""
+        return self._contents.code
+
+    @property
     def problem(self) -> str | None:
         """Why setup.py could not be read, so that the source folder is taken for share."""
         return self._contents.problem

@@ -36,7 +36,7 @@ MAY_IMPORT = {
     "interpreter": {"errors", "model", "language", "packages"},
     "planner": {"errors", "model", "language", "compat", "frontends", "interpreter"},
     "document": {"errors"},
-    "hosts": {"errors", "model", "command_line", "document", "packages"},
+    "hosts": {"errors", "model", "command_line", "document", "packages", "workspace"},
     "engine": {"errors", "model", "hosts"},
     "control": {"errors", "command_line", "command_help", "model", "engine"},
     "console": {"errors", "control"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import shutil
 import subprocess
@@ -136,3 +137,21 @@ def test_setup_files_are_read_in_the_home_and_do_not_print_to_the_protocol(tmp_p
             env={"HOME": str(tmp_path), "PATH": "/usr/bin:/bin"},
         )
         assert (result.stdout, result.stderr) == (b"found\n", b"noise\n")
+
+
+def test_the_python_that_was_synchronized_is_used_if_there_is_one(tmp_path: Path):
+    folder = "my workspace/'$(touch injected)"
+    one = host(python="echo", workspace=f"~/{folder}/")
+    brought = tmp_path / folder / "current/bin/python"
+    words = posix_shell(python_script(one, ["-m", "launcher"]))
+    run = functools.partial(subprocess.run, ["sh", "-c", words], capture_output=True, check=True)
+    env = {"HOME": str(tmp_path), "PATH": "/usr/bin:/bin"}
+
+    before = run(env=env).stdout
+    brought.parent.mkdir(parents=True)
+    brought.write_text('#!/bin/sh\necho brought "$@"\n')
+    brought.chmod(0o755)
+    after = run(env=env).stdout
+
+    assert (before, after) == (b"-m launcher\n", b"brought -m launcher\n")
+    assert not (tmp_path / "injected").exists()

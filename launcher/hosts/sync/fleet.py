@@ -1,0 +1,99 @@
+"""All hosts are synchronized at the same time."""
+
+from __future__ import annotations
+
+import functools
+import os
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+from launcher.errors import LauncherError
+from launcher.hosts.failures import no_ssh
+from launcher.hosts.model import Host
+from launcher.hosts.ssh import Connection, ssh_environment
+from launcher.hosts.sync.host_sync import HostSync, Options, Outcome
+from launcher.hosts.sync.natives import natives
+from launcher.hosts.sync.packages import Brought
+from launcher.hosts.sync.session import Session, script
+from launcher.hosts.sync.tree import Release
+
+_MOST_AT_ONCE = 32
+
+Result = Outcome | LauncherError
+
+
+class Fleet:
+    """`words` makes the command that runs a script on a host: by ssh, unless a test says so."""
+
+    def __init__(
+        self,
+        options: Options,
+        say: Callable[[str, str], None],
+        words: Callable[[Host, str], Sequence[str]] | None = None,
+    ) -> None:
+        self._options = options
+        self._say = say
+        self._words = words or _by_ssh
+        self._sessions: set[Session] = set()
+        self._guard = threading.Lock()
+        self._is_stopped = False
+
+    def sync(self, hosts: Sequence[Host], brought: Brought) -> list[Result]:
+        """Bring what is here to the hosts; OSError if a file here cannot be read."""
+        release = Release(list(brought.tree.entries.values()))
+        compiled = natives(brought.tree.entries.values())
+        return self._for_all(hosts, lambda sync: sync.run(release, compiled))
+
+    def roll_back(self, hosts: Sequence[Host]) -> list[Result]:
+        """Have the hosts use the releases that they used before."""
+        return self._for_all(hosts, lambda sync: sync.roll_back())
+
+    def _for_all(self, hosts: Sequence[Host], do: Callable[[HostSync], Outcome]) -> list[Result]:
+        with ThreadPoolExecutor(min(len(hosts), _MOST_AT_ONCE) or 1) as pool:
+            futures = [pool.submit(self._for_one, host, do) for host in hosts]
+            try:
+                return [future.result() for future in futures]
+            except BaseException:
+                self._stop()
+                raise
+
+    def _for_one(self, host: Host, do: Callable[[HostSync], Outcome]) -> Result:
+        begin = time.monotonic()
+        try:
+            session = self._opened(host)
+        except FileNotFoundError:
+            return no_ssh(host)
+        except LauncherError as error:
+            return error
+        try:
+            session.start()
+            say = functools.partial(self._say, host.name)
+            return do(HostSync(host, session, self._options, say, begin))
+        except LauncherError as error:
+            return error
+        finally:
+            with self._guard:
+                self._sessions.discard(session)
+            session.close()
+
+    def _opened(self, host: Host) -> Session:
+        words = self._words(host, script(host))
+        with self._guard:
+            if self._is_stopped:
+                raise LauncherError("interrupted")
+            session = Session(host, words, ssh_environment(os.environ))
+            self._sessions.add(session)
+        return session
+
+    def _stop(self) -> None:
+        """End all sessions; hosts keep the releases that they use."""
+        with self._guard:
+            self._is_stopped = True
+            for session in self._sessions:
+                session.kill()
+
+
+def _by_ssh(host: Host, text: str) -> Sequence[str]:
+    return Connection(host, None).session(text)

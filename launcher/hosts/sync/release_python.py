@@ -1,0 +1,41 @@
+"""The program `bin/python` of a release, which every engine of a host starts."""
+
+from __future__ import annotations
+
+import shlex
+
+from launcher.hosts.model import Host
+from launcher.hosts.sync.tree import Entry
+
+PATH = "bin/python"
+
+_TEXT = """\
+#!/bin/sh
+# Python with the launcher and the packages of this release. Made by `launcher hosts sync`.
+case $0 in */*) here=${{0%/*}} ;; *) here=. ;; esac
+release=$(CDPATH= cd -- "$here/.." && pwd -P) || exit
+case ":$PYTHONPATH:" in
+  *":$release/lib:"*) ;;
+  *) export PYTHONPATH="$release/lib${{PYTHONPATH:+:$PYTHONPATH}}" ;;
+esac
+export LAUNCHER_WORKSPACE="$release"
+{start} "$@"
+"""
+_OF_VENV = """\
+venv=${{release%/releases/*}}/venvs/{name}
+export PATH="$venv/bin:$PATH"
+exec "$venv/bin/python\""""
+
+
+def of_environment(name: str) -> Entry:
+    """That of an environment in `venvs/`."""
+    return _entry(_OF_VENV.format(name=shlex.quote(name)))
+
+
+def of_host(host: Host, executable: str) -> Entry:
+    """That of the host; a name without a folder is found after `setup` there."""
+    return _entry(f"exec {shlex.quote(executable if '/' in host.python else host.python)}")
+
+
+def _entry(start: str) -> Entry:
+    return Entry(path=PATH, content=_TEXT.format(start=start).encode(), is_executable=True)

@@ -1,0 +1,124 @@
+"""Makes environments of Python: by pip from the network of the host, or from wheels sent to it."""
+
+from __future__ import annotations
+
+import errno
+import glob
+import os
+import subprocess
+import sys
+
+from launcher.hosts.sync.there.store import Refusal, Workspace, disk_errors, remove_folder
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_COMPLETE = "launcher-complete"  # written last: without it the folder is removed
+_DEBIAN = "/usr/share/python-wheels"  # where Debian keeps the wheel of pip
+_PIP = ("--disable-pip-version-check", "--no-input", "--quiet")
+
+
+def complete(workspace: Workspace, key: str) -> str | None:
+    """The newest complete environment for a key: `KEY`, or `KEY.2` that was made again."""
+    found = [name for name in _names(workspace, key) if _is_complete(workspace, name)]
+    return found[-1] if found else None
+
+
+def make(workspace: Workspace, key: str, requirements: str, wheels: Sequence[str] | None) -> str:
+    """A new environment; its name. `wheels` are files in `wheels/`; None: pip downloads.
+
+    It is made where it stays, since scripts in it have its path. Refusal.
+    """
+    for name in _names(workspace, key):
+        if not _is_complete(workspace, name):
+            remove_folder(os.path.join(workspace.venvs, name))
+    taken = _names(workspace, key)
+    name = key if not taken else f"{key}.{_number(taken[-1]) + 1}"
+    folder = os.path.join(workspace.venvs, name)
+    with disk_errors(workspace):
+        try:
+            _run([sys.executable, "-I", "-m", "venv", "--without-pip", folder], "venv failed")
+            _install(folder, requirements, wheels, workspace)
+            with open(os.path.join(folder, _COMPLETE), "w", encoding="utf-8") as file:
+                file.write(requirements)
+        except BaseException:
+            remove_folder(folder)
+            raise
+    return name
+
+
+def _names(workspace: Workspace, key: str) -> list[str]:
+    if not os.path.isdir(workspace.venvs):
+        return []
+    found = [name for name in os.listdir(workspace.venvs) if name.partition(".")[0] == key]
+    return sorted(found, key=_number)
+
+
+def _number(name: str) -> int:
+    return int(name.partition(".")[2] or 1)
+
+
+def _is_complete(workspace: Workspace, name: str) -> bool:
+    return os.path.isfile(os.path.join(workspace.venvs, name, _COMPLETE))
+
+
+def _install(
+    folder: str, requirements: str, wheels: Sequence[str] | None, workspace: Workspace
+) -> None:
+    python = os.path.join(folder, "bin/python")
+    if wheels is None:
+        words = ["-r", "/dev/stdin"]
+    else:
+        files = [os.path.join(workspace.wheels, name) for name in wheels]
+        words = ["--no-index", "--no-deps", *files]
+    if wheels != []:
+        pip = _pip(python, workspace)
+        _run([*pip, "install", *_PIP, *words], "pip failed", requirements)
+
+
+def _pip(python: str, workspace: Workspace) -> list[str]:
+    """The words that run some pip for the environment; Refusal if the host has none."""
+    files = glob.glob(os.path.join(workspace.wheels, "pip-*.whl"))
+    try:
+        import ensurepip
+
+        files += glob.glob(os.path.join(os.path.dirname(ensurepip.__file__), "_bundled/pip-*.whl"))
+    except ImportError:
+        pass
+    files += glob.glob(os.path.join(_DEBIAN, "pip-*.whl"))
+    if files:
+        return [python, "-I", os.path.join(files[0], "pip")]
+    has_pip = [sys.executable, "-I", "-m", "pip", "--version"]
+    if subprocess.run(has_pip, stdin=subprocess.DEVNULL, capture_output=True).returncode == 0:
+        return [sys.executable, "-I", "-m", "pip", "--python", python]
+    raise Refusal(
+        f"{sys.executable} has neither ensurepip nor pip",
+        "install them there (Debian, Ubuntu: apt install python3-venv), or put a wheel of pip "
+        "into the wheelhouse",
+    )
+
+
+def _run(command: Sequence[str], what: str, given: str = "") -> None:
+    env = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    # The wheels of ROS execute Python again where this is not set.
+    env["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"
+    done = subprocess.run(
+        list(command),
+        input=given.encode("utf-8", "surrogateescape"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env=env,
+        close_fds=False,  # it holds the lock, too
+        check=False,
+    )
+    if done.returncode == 0:
+        return
+    lines = done.stdout.decode(errors="replace").strip().splitlines()
+    text = "\n".join(lines[-6:]) or f"exit code {done.returncode}"
+    if "No space left on device" in text:
+        raise OSError(errno.ENOSPC, "No space left on device")
+    hint = ""
+    if "Temporary failure in name resolution" in text or "NewConnectionError" in text:
+        hint = "the host has no network: give --wheelhouse DIR"
+    raise Refusal(f"{what}: {text}", hint)

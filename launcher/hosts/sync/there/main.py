@@ -1,0 +1,161 @@
+"""Answers the requests of `launcher.hosts.sync.session`, one after the other."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+from launcher.hosts.sync.there import environment, facts, releases, wire
+from launcher.hosts.sync.there.store import Refusal, Workspace, disk_errors
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from io import BufferedReader
+    from typing import Any, BinaryIO
+
+_SILENCE_S = 60  # a link that is down is not noticed otherwise, and would keep the lock
+
+
+class Service:
+    def __init__(self, requests: _Requests, answers: BinaryIO) -> None:
+        self._requests = requests
+        self._answers = answers
+        self._workspace = Workspace("")
+
+    def run(self) -> None:
+        """Until the operator closes the connection."""
+        while True:
+            request = wire.receive(self._requests)
+            try:
+                answer = getattr(self, f"_do_{request['do']}")(request)
+            except Refusal as refusal:
+                answer = {"error": str(refusal), "hint": refusal.hint}
+            except OSError as error:
+                answer = {"error": f"{error.strerror}: {error.filename}", "hint": ""}
+            if answer is not None:
+                wire.send(self._answers, answer)
+            if answer is not None and "error" in answer:
+                return
+
+    def _say(self, text: str) -> None:
+        wire.send(self._answers, {"say": text})
+
+    def _do_facts(self, request: dict[str, Any]) -> dict[str, Any]:
+        root = os.path.expanduser(request["workspace"])
+        self._workspace = Workspace(os.path.join(os.path.realpath(os.getcwd()), root))
+        return facts.facts(self._workspace)
+
+    def _do_lock(self, request: dict[str, Any]) -> dict[str, Any]:
+        self._workspace.lock(self._say)
+        self._workspace.sign(request["who"])
+        self._requests.limited = True
+        current = self._workspace.current_release()
+        return {"id": releases.identity(self._workspace, current), "current": current}
+
+    def _do_compare(self, request: dict[str, Any]) -> dict[str, Any]:
+        """What would be different: paths that are new, changed and gone."""
+        name = self._workspace.current_release()
+        files = {} if name is None else self._workspace.record(name).get("files", {})
+        damaged = set() if name is None else self._workspace.changed_files(name)
+        new = {path: value for kind, path, value, _ in request["entries"] if kind == "file"}
+        return {
+            "new": sorted(path for path in new if path not in files),
+            "changed": sorted(
+                path
+                for path, digest in new.items()
+                if path in files and (files[path][0] != digest or path in damaged)
+            ),
+            "gone": sorted(path for path in files if path not in new),
+            "missing": releases.missing(self._workspace, request["sizes"]),
+        }
+
+    def _do_missing(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Which files have to be sent, by their hash."""
+        if request["force"]:
+            self._workspace.clear_incoming()
+        known = releases.missing(self._workspace, request["sizes"])
+        return {"missing": [*request["sizes"]] if request["force"] else known}
+
+    def _do_wheels(self, request: dict[str, Any]) -> dict[str, Any]:
+        folder = self._workspace.wheels
+        return {"missing": [name for name in request["names"] if not _is_file(folder, name)]}
+
+    def _do_content(self, request: dict[str, Any]) -> None:
+        """A file follows: one of a release, or a wheel."""
+        name = os.path.basename(request.get("wheel", "")) or request["hash"]
+        folder = self._workspace.wheels if "wheel" in request else self._workspace.incoming
+        blocks = wire.receive_content(self._requests, compress=request["compress"])
+        with disk_errors(self._workspace):
+            self._workspace.receive(os.path.join(folder, name), request["hash"], blocks)
+
+    def _do_sent(self, request: dict[str, Any]) -> dict[str, Any]:
+        """All contents were sent, and are not answered one by one."""
+        return {}
+
+    def _do_environment(self, request: dict[str, Any]) -> dict[str, Any]:
+        """The name of the environment for a key; empty if it has to be made, and may not be."""
+        key, force = request["key"], request["force"]
+        found = None if force else environment.complete(self._workspace, key)
+        if found is not None or request["only_look"]:
+            return {"name": found or ""}
+        if request["wheels"] is None:
+            self._say("makes the environment with pip")
+        made = environment.make(self._workspace, key, request["requirements"], request["wheels"])
+        self._workspace.keep_wheels(request["wheels"] or ())
+        return {"name": made}
+
+    def _do_release(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Make the release, and use it from now on."""
+        entries, venv = request["entries"], request["venv"]
+        name = releases.make(self._workspace, request["id"], entries, venv)
+        releases.switch(self._workspace, name)
+        self._workspace.clear_incoming()
+        return {"name": name, "removed": releases.prune(self._workspace)}
+
+    def _do_rollback(self, request: dict[str, Any]) -> dict[str, Any]:
+        if request["dry_run"]:
+            name = self._workspace.current_release()
+            before = None if name is None else releases.previous(self._workspace, name)
+            if name is None or before is None:
+                raise Refusal("there is no release to go back to")
+            return {"from": name, "to": before}
+        name, before = releases.roll_back(self._workspace)
+        return {"from": name, "to": before}
+
+
+def _is_file(folder: str, name: str) -> bool:
+    return os.path.isfile(os.path.join(folder, os.path.basename(name)))
+
+
+class _Requests:
+    """Standard input. Once `limited`, the process ends if nothing comes for a minute."""
+
+    def __init__(self, file: BufferedReader) -> None:
+        self._file = file
+        self.limited = False
+
+    def read(self, size: int) -> bytes:
+        parts = []
+        while size:
+            signal.alarm(_SILENCE_S if self.limited else 0)
+            part = self._file.read1(min(size, wire.BLOCK_BYTES))
+            if not part:
+                break
+            parts.append(part)
+            size -= len(part)
+        signal.alarm(0)
+        return b"".join(parts)
+
+
+def main() -> None:
+    for name in ("SIGHUP", "SIGTERM", "SIGALRM"):
+        signal.signal(getattr(signal, name), signal.SIG_DFL)
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what programs print is no answer
+    answers.write(wire.READY)
+    answers.flush()
+    try:
+        Service(_Requests(sys.stdin.buffer), answers).run()  # type: ignore[arg-type]
+    except (wire.Closed, BrokenPipeError):
+        sys.exit(1)
