@@ -13,7 +13,7 @@ from importlib import resources
 from launcher.hosts.check.facts import Clock, Member, Needs
 from launcher.hosts.failures import HostError, Problem, failure, no_ssh
 from launcher.hosts.model import Host
-from launcher.hosts.ssh import Connection, host_python, quoted, setup_script, ssh_environment
+from launcher.hosts.ssh import Connection, quoted, set_python, setup_script, ssh_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def program() -> bytes:
 def remote_command(host: Host) -> list[str]:
     """Log in, tell the user's name, and start the probe if there is a Python."""
     script = setup_script(host)
-    script += f'echo "{_SHELL}$(id -un)"; exec {host_python(host)} -c {quoted([_BOOT])}'
+    script += f'echo "{_SHELL}$(id -un)"; {set_python(host)}exec "$python" -c {quoted([_BOOT])}'
     return Connection(host, None).session(script)
 
 
