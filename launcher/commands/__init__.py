@@ -19,6 +19,7 @@ VERBS = {
     "doctor": "find what is wrong on this machine, and repair it",
     "hosts": "try other hosts, and bring the launcher and packages to them",
     "smoke": "test a launch file against expectations",
+    "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",
     "completion": "print the script that completes words in bash, zsh or fish",
 }

@@ -1,7 +1,7 @@
-"""`python -m launcher.hosts.run_order FILE`: becomes the process that an order describes.
+"""`python -m launcher.hosts.run_order FILE [FOLDER]`: becomes the process that an order describes.
 
 For orders with paths that only the host knows, where no agent runs them. Files of the order are
-written beside FILE.
+written to FOLDER, or else beside FILE.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 
-def main(path: str) -> NoReturn:
+def main(path: str, folder: str | None = None) -> NoReturn:
     """Replace this process; SystemExit after an error."""
     try:
         with open(path, encoding="utf-8") as file:
             order = order_json.decode(json.load(file))
-        found = resolve(order, os.path.dirname(os.path.abspath(path)), os.environ)
+        found = resolve(order, folder or os.path.dirname(os.path.abspath(path)), os.environ)
         if found.cwd is not None:
             os.chdir(found.cwd)
         words = ("/bin/sh", "-c", " ".join(found.argv)) if order.shell else found.argv
@@ -37,4 +37,4 @@ def main(path: str) -> NoReturn:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

@@ -1,0 +1,174 @@
+"""`export ENGINE TARGET [name:=value ...]`: write a launch file as files of other supervisors."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+
+from launcher.command_line import Command, Parsed, option
+from launcher.commands import VERBS, plan
+from launcher.commands.launch.options import RUN_OPTIONS, run_options
+from launcher.commands.launch.target import (
+    ABOUT_TARGET,
+    DEBUG,
+    EVALUATION_TIMEOUT,
+    LENIENT,
+    SYNOPSIS,
+    LaunchRequest,
+)
+from launcher.errors import ExitCode, LaunchFileError
+from launcher.program import program
+from launcher.text import count
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.export.model import Gap, Output, System
+    from launcher.export.system import HostOf
+    from launcher.model.options import RunOptions
+    from launcher.planner import Plan
+
+ENGINES = ("systemd", "kubernetes", "compose", "podman")
+_OF_PROCESSES = ("restart", "stop", "limits")
+
+COMMAND = Command(
+    "export",
+    VERBS["export"],
+    arguments=(option("ENGINE", choices=ENGINES), option("[TARGET ...]", name="words")),
+    synopsis=f"ENGINE {SYNOPSIS}",
+    about=f"""\
+Write what a launch file starts as files for another supervisor; nothing is started. ENGINE is
+systemd (units), kubernetes (manifests, also for `podman kube play`), compose (compose.yaml), or
+podman (Quadlet files). What the engine cannot do is told, and listed in README.md beside the files.
+The same launch file gives the same files. Functions and commands of the launch file are executed.
+
+{ABOUT_TARGET}""",
+    options=(
+        option("-o, --out DIR", "folder for the files, ENGINE by default"),
+        option("--hosts FILE", "the hosts file: which process runs where"),
+        option("--strict", "write nothing if something cannot be exported"),
+        option(
+            "--prefix NAME", "begin the names of units, pods and services with NAME", default=""
+        ),
+        option("--user NAME", "systemd: user of the processes, for hosts that name none"),
+        option(
+            "--python PATH",
+            "systemd: interpreter with the launcher, for processes without a host (default: "
+            "python3)",
+            default="python3",
+        ),
+        option("--image NAME", "containers: an image of your own, instead of the written recipe"),
+        option(
+            "--shared-memory",
+            "containers: share /dev/shm with the host, instead of using UDP only",
+        ),
+        LENIENT,
+        EVALUATION_TIMEOUT,
+        DEBUG,
+    ),
+    groups=(
+        (
+            "options about processes",
+            tuple(one for one in RUN_OPTIONS if one.name in _OF_PROCESSES),
+        ),
+    ),
+    epilog="exit codes: 0 the files are written, 1 they cannot be written, 2 bad command line, "
+    "launch file or hosts file, or with --strict something cannot be exported",
+)
+
+
+def main(words: Sequence[str]) -> int:
+    """Export the launch file that `words` name; the exit code."""
+    parsed = COMMAND.parse(words)
+    request = LaunchRequest.of(parsed)
+    system = _system(parsed, request, run_options(parsed))
+    output = _output(parsed, system)
+    for gap in output.gaps:
+        print(f"{'note' if gap.is_note else 'not exported'}: {gap.line}", file=sys.stderr)
+    lost = [gap for gap in output.gaps if not gap.is_note]
+    if lost and parsed.strict:
+        raise _strict(lost)
+    folder = parsed.out or parsed.engine
+    _write(folder, output)
+    print(f"{count(len(system.processes), 'process')} exported to {folder}, see README.md there")
+    return ExitCode.OK
+
+
+def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> System:
+    """What the launch file starts; LauncherError for its mistakes and those of the hosts file."""
+    host_of = _placement(parsed.hosts)
+    made = plan.evaluate(request)
+    errors = plan.mistakes_of(made, request)
+    if errors:
+        from launcher.commands.launch.mistakes import together
+
+        raise together(errors) from (made.error.fault if made.error else None)
+    from launcher.export.system import system_of
+
+    system = system_of(
+        made,
+        host_of=host_of,
+        adapt=options.adapt,
+        command=_command_line(parsed, request),
+        prefix=parsed.prefix,
+    )
+    if not system.processes:
+        raise _nothing(made)
+    return system
+
+
+def _nothing(made: Plan) -> LaunchFileError:
+    return LaunchFileError(
+        "the launch file starts no process that could be exported",
+        hint=f"{program()} plan shows what it does",
+        where=made.path,
+    )
+
+
+def _placement(path: str | None) -> HostOf:
+    if path is None:
+        return lambda spec: None
+    from launcher.hosts import file, placement
+
+    return placement.Placement(file.read(path, with_secrets=False)).host_of
+
+
+def _output(parsed: Parsed, system: System) -> Output:
+    from launcher.export.engines import Settings, export
+
+    settings = Settings(
+        user=parsed.user,
+        python=parsed.python,
+        image=parsed.image,
+        shared_memory=parsed.shared_memory,
+    )
+    return export(parsed.engine, system, settings)
+
+
+def _write(path: str, output: Output) -> None:
+    from launcher.export.folder import Folder
+
+    folder = Folder(path)
+    folder.check(output.files)
+    folder.write(output.files)
+
+
+def _command_line(parsed: Parsed, request: LaunchRequest) -> str:
+    """The command without paths of this machine and without values that may be secret."""
+    from launcher.export.environment import looks_secret
+
+    arguments = [
+        f"{name}:={'...' if looks_secret(name) else value}" for name, value in request.arguments
+    ]
+    hosts = [] if parsed.hosts is None else ["--hosts", os.path.basename(parsed.hosts)]
+    words = [parsed.engine, os.path.basename(request.path), *arguments, *hosts]
+    return f"launcher export {shlex.join(words)}"
+
+
+def _strict(lost: Sequence[Gap]) -> LaunchFileError:
+    return LaunchFileError(
+        f"{count(len(lost), 'thing')} of the launch file cannot be exported, nothing is written",
+        hint="without --strict the rest is exported",
+        where=lost[0].place,
+    )

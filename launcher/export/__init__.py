@@ -1,0 +1,1 @@
+"""Files for other supervisors, made from a plan: systemd, Kubernetes, Compose, Podman."""

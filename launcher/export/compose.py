@@ -1,0 +1,108 @@
+"""One compose.yaml, by the Compose specification: a service a process, a profile a host."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from launcher.export.command import (
+    FOLDER_IN_IMAGE,
+    after,
+    cpu_list,
+    in_container,
+    ulimits,
+    without_settings,
+)
+from launcher.export.kubernetes import container_variables
+from launcher.export.model import Output, Process, System
+from launcher.export.names import file_name
+from launcher.export.system import gaps_of_each
+from launcher.export.yaml_text import document
+from launcher.hosts.unit import seconds
+from launcher.model.spec import RestartMode
+
+
+class Compose:
+    """Writes a Compose file; with `shared_memory` containers share the host's."""
+
+    def __init__(self, system: System, *, image: str, shared_memory: bool = False) -> None:
+        self._system = system
+        self._image = image
+        self._shared_memory = shared_memory
+
+    def output(self) -> Output:
+        data = {
+            "name": self._system.name,
+            "services": {one.name: self._service(one) for one in self._system.processes},
+        }
+        files = {"compose.yaml": document(data)}
+        for process in self._system.processes:
+            for name, content in process.files.items():
+                files[f"files/{name}"] = content.decode(errors="surrogateescape")
+        for host, processes in self._system.hosts.items():
+            names = sorted({name for process in processes for name in process.private})
+            if names:
+                files[f"{file_name(host)}.env.example"] = "".join(f"{name}=\n" for name in names)
+        gaps = gaps_of_each(self._system.processes, _gaps)
+        return Output(files=files, gaps=tuple(gaps))
+
+    def _service(self, process: Process) -> dict[str, Any]:
+        words = in_container(process, without_settings(process.limits))
+        variables = container_variables(process, self._shared_memory)
+        service: dict[str, Any] = {
+            "image": self._image,
+            "profiles": [file_name(process.host_name)] if process.host else None,
+            "network_mode": "host",
+            "ipc": "host" if self._shared_memory else None,
+            "init": None if process.is_node else True,
+            "command": [_literal(word) for word in after(process.delay_s, words)],
+            "environment": {name: _literal(value) for name, value in variables.items()},
+            "env_file": [f"{file_name(process.host_name)}.env"] if process.private else None,
+            "working_dir": process.cwd,
+            "tty": process.tty or None,
+            "volumes": [_mount(name) for name in process.files],
+            "cpuset": cpu_list(process.limits.cpus) if process.limits.cpus is not None else None,
+            "ulimits": _ulimits(process),
+            "restart": _restart(process),
+            "stop_signal": process.stop.steps[0][0].name,
+            "stop_grace_period": seconds(max(process.stop.grace_s, 1.0)),
+        }
+        return {key: value for key, value in service.items() if value not in (None, [], {})}
+
+
+def _literal(text: str) -> str:
+    """Compose replaces variables; `$$` is a dollar."""
+    return text.replace("$", "$$")
+
+
+def _mount(name: str) -> str:
+    return f"./files/{name}:{FOLDER_IN_IMAGE}/{name}:ro"
+
+
+def _ulimits(process: Process) -> dict[str, dict[str, int]]:
+    return {name: {"soft": soft, "hard": hard} for name, soft, hard in ulimits(process.limits)}
+
+
+def _restart(process: Process) -> str:
+    policy = process.restart
+    if policy.mode is RestartMode.NEVER or policy.max_restarts == 0:
+        return "no"
+    if policy.mode is RestartMode.ALWAYS:
+        return "always"
+    return "on-failure" if policy.max_restarts is None else f"on-failure:{policy.max_restarts}"
+
+
+def _gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
+    restart = process.restart
+    if restart.mode is not RestartMode.NEVER:
+        is_limited = restart.max_restarts is not None
+        if is_limited and (restart.mode is RestartMode.ALWAYS or restart.window_s is not None):
+            yield (
+                "restart limit",
+                "Compose limits only restarts after failures, without a window",
+                False,
+            )
+        if restart.delay_s or restart.backoff_max_s is not None:
+            yield "restart delay", "the container engine chooses the delay", True
+        if process.delay_s:
+            yield "delayed start", "it is delayed before each restart as well", True

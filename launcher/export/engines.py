@@ -1,0 +1,72 @@
+"""The engines for which files are written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from launcher.export.compose import Compose
+from launcher.export.image import files as image_files
+from launcher.export.image import image_of
+from launcher.export.kubernetes import Kubernetes
+from launcher.export.model import Gap, Output, System
+from launcher.export.quadlet import Quadlet
+from launcher.export.readme import readme
+from launcher.export.system import merged
+from launcher.export.systemd import Systemd
+from launcher.model.record import Record
+
+if TYPE_CHECKING:
+    from launcher.export.image import Image
+
+ENGINES = ("systemd", "kubernetes", "compose", "podman")
+
+
+_IN_CONTAINERS: dict[str, type[Kubernetes | Compose | Quadlet]] = {
+    "kubernetes": Kubernetes,
+    "compose": Compose,
+    "podman": Quadlet,
+}
+
+
+class Settings(Record):
+    """What a user may choose; `image` None is `localhost/NAME`, made by the recipe."""
+
+    user: str | None = None
+    python: str = "python3"
+    image: str | None = None
+    shared_memory: bool = False
+
+
+def export(engine: str, system: System, settings: Settings) -> Output:
+    """All files of an export, README and image recipe included, and everything that is lost."""
+    image = None if engine == "systemd" else _image(system, settings)
+    output = _output(engine, system, settings, image)
+    gaps = merged([*system.gaps, *_of_image(image), *output.gaps])
+    text = readme(engine, system, image, gaps, python=settings.python)
+    with_recipe = image is not None and settings.image is None
+    recipe = image_files(image) if with_recipe and image is not None else {}
+    return Output(files={"README.md": text, **output.files, **recipe}, gaps=gaps)
+
+
+def _output(engine: str, system: System, settings: Settings, image: Image | None) -> Output:
+    if image is None:
+        return Systemd(system, user=settings.user, python=settings.python).output()
+    writer = _IN_CONTAINERS[engine]
+    return writer(system, image=image.name, shared_memory=settings.shared_memory).output()
+
+
+def _image(system: System, settings: Settings) -> Image:
+    return image_of(settings.image or f"localhost/{system.name}:latest", system.packages)
+
+
+def _of_image(image: Image | None) -> list[Gap]:
+    if image is None:
+        return []
+    return [
+        Gap(
+            what=f"package {package}",
+            place="image",
+            text="pip does not know it: the image lacks it",
+        )
+        for package in image.missing
+    ]

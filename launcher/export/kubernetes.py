@@ -1,0 +1,220 @@
+"""Kubernetes manifests, which `podman kube play` reads as well: one file for each process."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from launcher.export.command import (
+    FOLDER_IN_IMAGE,
+    PYTHON_IN_IMAGE,
+    after,
+    in_container,
+)
+from launcher.export.model import Output, Process, System
+from launcher.export.system import gaps_of_each
+from launcher.export.yaml_text import document, documents
+from launcher.model.spec import UNLIMITED, Limits, RestartMode
+
+UDP_ONLY = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+_PROBE_PERIOD_S, _PROBE_TIMEOUT_S, _PROBE_FAILURES = 5, 15, 60
+_FILES = "files"
+
+Object = dict[str, Any]
+
+
+class Kubernetes:
+    """Writes manifests; with `shared_memory` containers share the host's, instead of UDP only."""
+
+    def __init__(self, system: System, *, image: str, shared_memory: bool = False) -> None:
+        self._system = system
+        self._image = image
+        self._shared_memory = shared_memory
+
+    def output(self) -> Output:
+        files = {
+            f"manifests/{process.name}.yaml": documents(self._objects(process))
+            for process in self._system.processes
+        }
+        kustomization = {
+            "apiVersion": "kustomize.config.k8s.io/v1beta1",
+            "kind": "Kustomization",
+            "resources": list(files),
+        }
+        gaps = gaps_of_each(self._system.processes, _gaps)
+        files = {"kustomization.yaml": document(kustomization), **files}
+        return Output(files=files, gaps=tuple(gaps))
+
+    def _objects(self, process: Process) -> Iterator[Object]:
+        if process.files:
+            yield self._config_map(process)
+        yield self._deployment(process) if runs_on(process) else self._pod(process)
+
+    # ---- objects
+
+    def _config_map(self, process: Process) -> Object:
+        texts, others = {}, {}
+        for name, content in process.files.items():
+            try:
+                texts[name] = content.decode()
+            except UnicodeDecodeError:
+                others[name] = base64.b64encode(content).decode()
+        head = {"apiVersion": "v1", "kind": "ConfigMap"}
+        data = {"data": texts} if texts else {}
+        binary = {"binaryData": others} if others else {}
+        return {**head, "metadata": self._metadata(process, f"-{_FILES}"), **data, **binary}
+
+    def _deployment(self, process: Process) -> Object:
+        return {
+            "apiVersion": "apps/v1",
+            "kind": "Deployment",
+            "metadata": self._metadata(process),
+            "spec": {
+                "replicas": 1,
+                "strategy": {"type": "Recreate"},  # never two nodes of one name
+                "selector": {"matchLabels": {_NAME: process.name}},
+                "template": {
+                    "metadata": {"labels": self._labels(process)},
+                    "spec": self._pod_spec(process),
+                },
+            },
+        }
+
+    def _pod(self, process: Process) -> Object:
+        on_failure = process.restart.mode is RestartMode.ON_FAILURE
+        policy = {"restartPolicy": "OnFailure" if on_failure else "Never"}
+        return {
+            "apiVersion": "v1",
+            "kind": "Pod",
+            "metadata": self._metadata(process),
+            "spec": {**policy, **self._pod_spec(process)},
+        }
+
+    def _metadata(self, process: Process, suffix: str = "") -> Object:
+        return {"name": f"{process.name}{suffix}", "labels": self._labels(process)}
+
+    def _labels(self, process: Process) -> dict[str, str]:
+        return {
+            _NAME: process.name,
+            "app.kubernetes.io/part-of": self._system.name,
+            "app.kubernetes.io/managed-by": "launcher",
+        }
+
+    # ---- the pod
+
+    def _pod_spec(self, process: Process) -> Object:
+        spec: Object = {
+            "hostNetwork": True,
+            "dnsPolicy": "ClusterFirstWithHostNet",
+            **({"hostIPC": True} if self._shared_memory else {}),
+            # The first process of a container gets only signals that it handles.
+            **({} if process.is_node else {"shareProcessNamespace": True}),
+            "automountServiceAccountToken": False,
+            "enableServiceLinks": False,
+            "terminationGracePeriodSeconds": max(1, math.ceil(process.stop.grace_s)),
+            **_selector(process),
+        }
+        spec["containers"] = [self._container(process)]
+        if process.files:
+            source = {"name": f"{process.name}-{_FILES}"}
+            spec["volumes"] = [{"name": _FILES, "configMap": source}]
+        return spec
+
+    def _container(self, process: Process) -> Object:
+        container: Object = {
+            "name": process.name,
+            "image": self._image,
+            "imagePullPolicy": "IfNotPresent",
+            "command": after(process.delay_s, in_container(process, process.limits)),
+            "env": list(self._variables(process)),
+        }
+        if process.cwd is not None:
+            container["workingDir"] = process.cwd
+        if process.tty:
+            container["tty"] = True
+        container |= _resources(process.limits)
+        if process.files:
+            mount = {"name": _FILES, "mountPath": FOLDER_IN_IMAGE, "readOnly": True}
+            container["volumeMounts"] = [mount]
+        if process.node is not None:
+            container["startupProbe"] = _probe(process.node)
+        return container
+
+    def _variables(self, process: Process) -> Iterator[Object]:
+        for name, value in container_variables(process, self._shared_memory).items():
+            # `$(` would refer to another variable.
+            yield {"name": name, "value": value.replace("$(", "$$(")}
+        for name in process.private:
+            reference = {"name": secret_of(process), "key": name}
+            yield {"name": name, "valueFrom": {"secretKeyRef": reference}}
+
+
+_NAME = "app.kubernetes.io/name"
+
+
+def runs_on(process: Process) -> bool:
+    """Whether it is a Deployment: a node, or a program that is always restarted."""
+    return process.is_node or process.restart.mode is RestartMode.ALWAYS
+
+
+def secret_of(process: Process) -> str:
+    """The name of the Secret with the private variables of a process."""
+    return f"{process.name}-environment"
+
+
+def container_variables(process: Process, shared_memory: bool) -> dict[str, str]:
+    """Variables of a container: with a /dev/shm of its own, its node must not use shared memory."""
+    return {**({} if shared_memory else UDP_ONLY), **process.environment}
+
+
+def _selector(process: Process) -> Object:
+    if process.host is None:
+        return {}
+    own: Mapping[str, str] = process.host.node_selector
+    return {
+        "nodeSelector": dict(sorted(own.items())) or {"kubernetes.io/hostname": process.host.name}
+    }
+
+
+def _probe(node: str) -> Object:
+    """Until the node is in the ROS graph the pod is not ready; nothing is run after that."""
+    return {
+        "exec": {"command": [PYTHON_IN_IMAGE, "-m", "launcher", "node", "info", node]},
+        "periodSeconds": _PROBE_PERIOD_S,
+        "timeoutSeconds": _PROBE_TIMEOUT_S,
+        "failureThreshold": _PROBE_FAILURES,
+    }
+
+
+def _resources(limits: Limits) -> Object:
+    """The same limits as `taskset` and `prlimit` set, for the scheduler; nothing is reserved."""
+    found: dict[str, str] = {}
+    if limits.cpus is not None:
+        found["cpu"] = str(len(limits.cpus))
+    memory = next((soft for name, soft, _ in limits.rlimits if name == "as"), UNLIMITED)
+    if memory != UNLIMITED:
+        found["memory"] = str(memory)
+    none = dict.fromkeys(found, "0")
+    return {"resources": {"requests": none, "limits": found}} if found else {}
+
+
+def _gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
+    restart = process.restart
+    if process.is_node and restart.mode is not RestartMode.ALWAYS:
+        what = "when it ends" if restart.mode is RestartMode.NEVER else "also after success"
+        yield "no restart", f"a Deployment starts it again {what}", True
+    if restart.mode is not RestartMode.NEVER:
+        if restart.max_restarts is not None:
+            yield "restart limit", "Kubernetes restarts without limit", False
+        if restart.delay_s or restart.backoff_max_s is not None:
+            text = "Kubernetes restarts at once, then after delays that grow from 10 s to 5 min"
+            yield "restart delay", text, True
+    if process.delay_s and runs_on(process):
+        yield "delayed start", "it is delayed before each restart as well", True
+    if process.stop.steps[0][0].name != "SIGINT":
+        text = f"the image's signal is sent, SIGINT, instead of {process.stop.steps[0][0].name}"
+        yield "stop", text, False
+    if process.limits.nice is not None and process.limits.nice < 0:
+        yield "nice", "a negative value needs the capability SYS_NICE", False

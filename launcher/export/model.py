@@ -1,0 +1,114 @@
+"""What is exported, as plain data: processes with their commands, and what cannot be exported."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from launcher.hosts.model import Host
+from launcher.model.record import Record
+from launcher.model.spec import Limits, RestartPolicy, StopPolicy
+
+DEFAULT_HOST = "default"  # the folder and profile of processes without a rule of placement
+
+
+class Interpreter(Record):
+    """The Python interpreter with the launcher."""
+
+
+class FileOf(Record):
+    """A file that is written beside the exported ones, by its name in `Process.files`."""
+
+    name: str
+
+
+class Scratch(Record):
+    """A folder of its own to which the process may write."""
+
+
+Part = str | Interpreter | FileOf | Scratch
+Word = tuple[Part, ...]  # joined without anything in between
+
+
+class Process(Record):
+    """One process.
+
+    `unit` is its name for systemd (`robot_1`), `name` the same as a DNS label (`robot-1`); both are
+    unique in the export. `host` is None without a rule of placement. `environment` is written,
+    variables in `private` are only named: their values may be secret. `node` is the full name of
+    its ROS node, None if the launch file gives none, `package` that of its executable. `delay_s` is
+    the time of its start.
+    """
+
+    unit: str
+    name: str
+    label: str
+    host: Host | None
+    words: tuple[Word, ...]
+    files: Mapping[str, bytes] = {}
+    environment: Mapping[str, str] = {}
+    unset: tuple[str, ...] = ()
+    private: tuple[str, ...] = ()
+    cwd: str | None = None
+    shell: bool = False
+    tty: bool = False
+    node: str | None = None
+    package: str | None = None
+    is_node: bool = True
+    delay_s: float = 0.0
+    restart: RestartPolicy = RestartPolicy()
+    stop: StopPolicy = StopPolicy()
+    limits: Limits = Limits()
+    place: str = "the launch file"
+
+    @property
+    def host_name(self) -> str:
+        return DEFAULT_HOST if self.host is None else self.host.name
+
+
+class Gap(Record):
+    """Something of the launch file that the exported files do not do.
+
+    `what` is its name as in the launch file, `names` the processes that it is about. With `is_note`
+    nothing is lost that the processes could notice.
+    """
+
+    what: str
+    place: str
+    text: str
+    names: tuple[str, ...] = ()
+    is_note: bool = False
+
+    @property
+    def line(self) -> str:
+        about = f" ({', '.join(self.names)})" if self.names else ""
+        return f"{self.place}: {self.what}{about}: {self.text}"
+
+
+class System(Record):
+    """All that a launch file starts at once or by timers, in the order of the starts."""
+
+    name: str
+    unit: str
+    processes: tuple[Process, ...]
+    command: str
+    gaps: tuple[Gap, ...] = ()
+
+    @property
+    def packages(self) -> list[str]:
+        """The ROS packages of the processes."""
+        return sorted({one.package for one in self.processes if one.package is not None})
+
+    @property
+    def hosts(self) -> dict[str, list[Process]]:
+        """Processes by the name of their host, in order."""
+        found: dict[str, list[Process]] = {}
+        for process in self.processes:
+            found.setdefault(process.host_name, []).append(process)
+        return found
+
+
+class Output(Record):
+    """What an exporter returns: texts by path, and what its engine cannot do."""
+
+    files: Mapping[str, str]
+    gaps: tuple[Gap, ...] = ()

@@ -1,0 +1,235 @@
+"""The README.md of an export: what was exported, the commands to use it, and what is missing."""
+
+from __future__ import annotations
+
+import posixpath
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from launcher.export.kubernetes import runs_on, secret_of
+from launcher.export.model import DEFAULT_HOST
+from launcher.export.names import file_name
+
+if TYPE_CHECKING:
+    from launcher.export.image import Image
+    from launcher.export.model import Gap, Process, System
+
+
+def readme(
+    engine: str, system: System, image: Image | None, gaps: Sequence[Gap], *, python: str
+) -> str:
+    sections = [
+        f"# {system.unit} for {engine}\n\nMade by `{system.command}`.\n",
+        _processes(system, engine),
+        *_WRITERS[engine](system, python),
+        *([_image(image)] if image is not None else []),
+        *_private(system, engine),
+        *_gaps(gaps),
+        f"## In general\n\n{_GENERAL[engine]}",
+    ]
+    return "\n".join(sections)
+
+
+_GENERAL = {
+    "systemd": """\
+All processes start together, those with a timer later. Their output is in the journal, whatever the
+launch file says about it. `systemctl stop` sends the first signal of the launch file's stop policy
+to all processes of a unit, and SIGKILL when its time is over.
+""",
+    "kubernetes": """\
+Containers have the network of their node, since DDS needs it. They have a /dev/shm of their own and
+must not use shared memory: a node with the same address and another /dev/shm loses all messages.
+Until the ROS graph shows its node a pod is not ready; later a process counts as healthy as long as
+it runs. The image's STOPSIGNAL must be SIGINT.
+""",
+    "compose": """\
+All services have the network of their machine, since DDS needs it. They have a /dev/shm of their
+own and must not use shared memory: a node with the same address and another /dev/shm loses all
+messages.
+""",
+    "podman": """\
+Podman 4.4 or newer makes services of the `.container` files; an older one runs what
+`export kubernetes` writes, with `podman kube play`. Containers have the network of their machine,
+since DDS needs it. They have a /dev/shm of their own and must not use shared memory: a node with
+the same address and another /dev/shm loses all messages.
+""",
+}
+
+
+def _processes(system: System, engine: str) -> str:
+    is_unit = engine in ("systemd", "podman")
+    rows = ["| process | name | host | start |", "|---|---|---|---|"]
+    for one in system.processes:
+        start = f"after {one.delay_s:g} s" if one.delay_s else "at once"
+        name = one.unit if is_unit else one.name
+        host = "" if one.host is None else _cell(one.host.name)
+        rows.append(f"| {_cell(one.label)} | `{name}` | {host} | {start} |")
+    return "\n".join([*rows, ""])
+
+
+def _on(host: str) -> str:
+    return "on the machine" if host == DEFAULT_HOST else f"on {host}"
+
+
+def _title(host: str) -> str:
+    return f"O{_on(host)[1:]}"
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def _block(title: str, lines: Iterable[str], text: str = "") -> str:
+    before = f"\n{text}\n" if text else ""
+    return "\n".join([f"## {title}\n{before}", "```", *lines, "```", ""])
+
+
+# ---- engines
+
+
+def _systemd(system: System, python: str) -> Iterator[str]:
+    for host, processes in system.hosts.items():
+        units = [name for one in processes for name in _units_of(one)]
+        enabled = [
+            f"{one.unit}.timer" if one.delay_s else f"{one.unit}.service" for one in processes
+        ]
+        target = f"{system.unit}.target"
+        lines = [
+            *_copy_files(system, processes),
+            f"install -m 644 {shlex.join([*units, target])} /etc/systemd/system/",
+            "systemctl daemon-reload",
+            f"systemctl enable --now {shlex.join([*enabled, target])}",
+            f"journalctl -f -u {shlex.quote(processes[0].unit)}",
+            f"systemctl stop {shlex.quote(target)}",
+        ]
+        yield _block(_title(host), lines, f"As root, in the folder `{file_name(host)}`:")
+    yield (
+        f"The launcher must be installed for `{python}` there, or for the `python` of the hosts "
+        "file, and so must the packages.\n"
+    )
+
+
+def _units_of(process: Process) -> list[str]:
+    return [f"{process.unit}.service", *([f"{process.unit}.timer"] if process.delay_s else [])]
+
+
+def _copy_files(system: System, processes: Sequence[Process]) -> Iterator[str]:
+    folder = f"/etc/launcher/{system.unit}"
+    if any(process.files for process in processes):
+        yield f"install -d {folder}/files"
+        yield f"install -m 644 files/* {folder}/files/"
+    if any(process.private for process in processes):
+        yield f"install -D -m 600 {system.unit}.env {folder}/{system.unit}.env"
+
+
+def _kubernetes(system: System, python: str) -> Iterator[str]:
+    first = system.processes[0]
+    kind = "deploy" if runs_on(first) else "pod"
+    lines = ["kubectl apply -k .", f"kubectl logs -f {kind}/{first.name}", "kubectl delete -k ."]
+    yield _block("In a cluster", lines)
+    for host, processes in system.hosts.items():
+        names = [f"manifests/{one.name}.yaml" for one in processes]
+        play = [
+            f"for file in {shlex.join(names)}; do podman kube play $file & done; wait",
+            f"podman pod logs -f $(podman pod ps --quiet --filter name={processes[0].name})",
+            f"for file in {shlex.join(names)}; do podman kube down $file; done",
+        ]
+        yield _block(f"With podman, {_on(host)}", play)
+
+
+def _compose(system: System, python: str) -> Iterator[str]:
+    names = {file_name(one.host.name): one.host.name for one in system.processes if one.host}
+    commands = ["docker compose", *(f"docker compose --profile {name}" for name in names)]
+    if names and not any(one.host is None for one in system.processes):
+        commands = commands[1:]
+    for command in commands:
+        profile = command.rpartition("--profile ")[2] if "--profile" in command else ""
+        first = next(
+            one
+            for one in system.processes
+            if (file_name(one.host.name) if one.host else "") == profile
+        )
+        lines = [f"{command} up --detach", f"{command} logs -f {first.name}", f"{command} down"]
+        title = f"On {names[profile]}" if profile else "Start and stop"
+        yield _block(title, lines, "" if profile else "`podman-compose` takes the same words.")
+
+
+def _podman(system: System, python: str) -> Iterator[str]:
+    for host, processes in system.hosts.items():
+        target = f"{system.unit}.target"
+        timers = [f"{one.unit}.timer" for one in processes if one.delay_s]
+        containers = [f"{one.unit}.container" for one in processes]
+        lines = [
+            *_copy_files(system, processes),
+            f"install -m 644 {shlex.join(containers)} /etc/containers/systemd/",
+            f"install -m 644 {shlex.join([*timers, target])} /etc/systemd/system/",
+            "systemctl daemon-reload",
+            f"systemctl enable --now {shlex.join([*timers, target])}",
+            f"journalctl -f -u {shlex.quote(processes[0].unit)}",
+            f"systemctl stop {shlex.quote(target)}",
+        ]
+        yield _block(_title(host), lines, f"As root, in the folder `{file_name(host)}`:")
+
+
+_WRITERS = {
+    "systemd": _systemd,
+    "kubernetes": _kubernetes,
+    "compose": _compose,
+    "podman": _podman,
+}
+
+
+# ---- image, variables, gaps
+
+
+def _image(image: Image) -> str:
+    from launcher.export.image import build_commands
+
+    text = (
+        "`image/` is the build context. `image/wheels/` takes the packages that are in no index "
+        "as wheels: `pip wheel` makes them from a source folder, `launcher wheel` from a "
+        "workspace. The versions of the others are those with which this was exported."
+    )
+    if image.missing:
+        names = ", ".join(f"`{name}`" for name in image.missing)
+        text += f" **Not in the image:** pip does not know {names}; add them to the Containerfile."
+    return _block("The image", build_commands(image), text)
+
+
+def _private(system: System, engine: str) -> Iterator[str]:
+    """How to set variables whose values are not written."""
+    having = [process for process in system.processes if process.private]
+    if not having:
+        return
+    names = ", ".join(f"`{name}`" for name in sorted({n for one in having for n in one.private}))
+    text = f"The values of {names} are not written, since they may be secret."
+    if engine == "kubernetes":
+        lines = [_secret_command(process) for process in having]
+    else:
+        lines = sorted({_example_command(process, system, engine) for process in having})
+    yield _block("Private variables", lines, f"{text} First set them:")
+
+
+def _secret_command(process: Process) -> str:
+    words = [f'--from-literal={name}="${name}"' for name in process.private]
+    return " ".join(["kubectl create secret generic", secret_of(process), *words])
+
+
+def _example_command(process: Process, system: System, engine: str) -> str:
+    folder = file_name(process.host_name)
+    path = f"{folder}.env" if engine == "compose" else posixpath.join(folder, f"{system.unit}.env")
+    return f"cp {path}.example {path} && chmod 600 {path} && editor {path}"
+
+
+def _gaps(gaps: Sequence[Gap]) -> Iterator[str]:
+    lost = [f"* {_plain(gap.line)}" for gap in gaps if not gap.is_note]
+    notes = [f"* {_plain(gap.line)}" for gap in gaps if gap.is_note]
+    if lost:
+        yield "\n".join(["## Not exported\n", *lost, ""])
+    if notes:
+        yield "\n".join(["## Different\n", *notes, ""])
+
+
+def _plain(text: str) -> str:
+    return text.replace("*", "\\*").replace("<", "&lt;")

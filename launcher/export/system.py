@@ -1,0 +1,176 @@
+"""From a plan to what is exported."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import yaml
+
+from launcher.export.environment import divided, looks_secret
+from launcher.export.gaps import gaps_of, is_exported
+from launcher.export.model import Gap, Process, System
+from launcher.export.names import Name, name_of_system, names_of
+from launcher.export.places import Places
+from launcher.export.words import Command
+from launcher.hosts.model import Host
+from launcher.hosts.order import order_for
+from launcher.language.ros.generated_files import plain
+from launcher.model.record import replace
+from launcher.model.spec import Limits, ProcessSpec
+
+if TYPE_CHECKING:
+    from launcher.planner import Plan, PlannedProcess
+
+HostOf = Callable[[ProcessSpec], Host | None]
+_LAUNCH_FILE = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", ".py", ".xml", ".yaml")
+
+
+def system_of(
+    plan: Plan,
+    *,
+    host_of: HostOf,
+    adapt: Callable[[ProcessSpec], ProcessSpec],
+    command: str,
+    prefix: str = "",
+) -> System:
+    """What the plan starts, on the hosts where it is placed; UsageError of `host_of`.
+
+    `adapt` are the options about processes, `command` the command line, for the README; names of
+    units and of Kubernetes objects begin with `prefix`.
+    """
+    places = Places(plan.path)
+    numbers = [n for n, process in enumerate(plan.processes) if is_exported(process)]
+    planned = [plan.processes[number] for number in numbers]
+    specs = [adapt(process.spec) for process in planned]
+    names = names_of(specs, prefix)
+    made = [
+        _process(plan, process, spec, name, host_of(spec), places)
+        for process, spec, name in zip(planned, specs, names, strict=True)
+    ]
+    own = name_of_system(stem_of(plan.path), prefix)
+    units = {number: name.unit for number, name in zip(numbers, names, strict=True)}
+    gaps = gaps_of(plan, places, units)
+    return System(
+        name=own.label,
+        unit=own.unit,
+        processes=tuple(process for process, _ in made),
+        command=command,
+        gaps=merged([*gaps, *(gap for _, gaps in made for gap in gaps)]),
+    )
+
+
+def stem_of(path: str) -> str:
+    """`system` for `launch/system.launch.py`."""
+    name = os.path.basename(path)
+    suffix = next((one for one in _LAUNCH_FILE if name.endswith(one)), "")
+    return name.removesuffix(suffix) or "system"
+
+
+def merged(gaps: Iterable[Gap]) -> tuple[Gap, ...]:
+    """The gaps without repetitions: those that differ only in processes and places become one."""
+    found: dict[tuple[str, str], list[Gap]] = {}
+    for gap in gaps:
+        key = (gap.what, gap.text if gap.names else f"{gap.place}: {gap.text}")
+        found.setdefault(key, []).append(gap)
+    return tuple(map(_together, found.values()))
+
+
+def _together(gaps: Sequence[Gap]) -> Gap:
+    places = dict.fromkeys(gap.place for gap in gaps)
+    names = dict.fromkeys(name for gap in gaps for name in gap.names)
+    return replace(gaps[0], place=", ".join(places), names=tuple(names))
+
+
+def _process(
+    plan: Plan,
+    planned: PlannedProcess,
+    spec: ProcessSpec,
+    name: Name,
+    host: Host | None,
+    places: Places,
+) -> tuple[Process, list[Gap]]:
+    warnings: list[str] = []
+    with with_generated_files(spec) as complete:
+        order = order_for(complete, base=plan.environment, warn=warnings.append)
+    command = Command(order, spec, name.unit)
+    environment, private = divided(
+        order.environment,
+        host.environment if host else {},
+        {*filter(looks_secret, order.variables), *(host.secrets if host else ())},
+    )
+    process = Process(
+        unit=name.unit,
+        name=name.label,
+        label=spec.label,
+        host=host,
+        words=command.words,
+        files=command.files,
+        environment=environment,
+        unset=order.unset,
+        private=private,
+        cwd=None if command.is_order else order.cwd,
+        shell=order.shell and not command.is_order,
+        tty=order.emulate_tty,
+        node=_node(spec),
+        package=spec.ros.package if spec.ros else None,
+        is_node=spec.ros is not None,
+        delay_s=planned.stamp.time_s,
+        restart=order.restart,
+        stop=order.stop,
+        limits=order.limits or Limits(),
+        place=places.of_text(spec.place),
+    )
+    return process, list(_process_gaps(process, spec, command, warnings))
+
+
+@contextlib.contextmanager
+def with_generated_files(spec: ProcessSpec) -> Iterator[ProcessSpec]:
+    """The spec with the parameter files of a run, which the end of the dry run has removed."""
+    files = [s for s in (spec.ros.parameters if spec.ros else ()) if s.generated is not None]
+    with tempfile.TemporaryDirectory(prefix="launcher-export-") as folder:
+        paths: dict[str | None, str] = {}
+        for number, source in enumerate(files):
+            paths[source.file] = os.path.join(folder, str(number), "params.yaml")
+            os.mkdir(os.path.dirname(paths[source.file]))
+            with open(paths[source.file], "w", errors="surrogateescape") as file:
+                yaml.safe_dump(
+                    plain(source.generated), file, default_flow_style=False, sort_keys=False
+                )
+        yield replace(spec, argv=tuple(paths.get(word, word) for word in spec.argv))
+
+
+def _node(spec: ProcessSpec) -> str | None:
+    ros = spec.ros
+    if ros is None or ros.node_name is None:
+        return None
+    return f"{(ros.namespace or '').rstrip('/')}/{ros.node_name}"
+
+
+def _process_gaps(
+    process: Process, spec: ProcessSpec, command: Command, warnings: Iterable[str]
+) -> Iterator[Gap]:
+    names = (process.unit,)
+    if command.left_out is not None:
+        text = "left out: nobody sees it where the process will run"
+        yield Gap(what=f"prefix '{command.left_out}'", place=process.place, text=text, names=names)
+    for path in command.paths:
+        text = f"a parameter file has a path of this machine: {path}"
+        yield Gap(what="path", place=process.place, text=text, names=names)
+    for warning in warnings:
+        text = warning.removeprefix(f"{spec.place}: {spec.name}: ")
+        yield Gap(what="path", place=process.place, text=text, names=names)
+
+
+def gaps_of_each(
+    processes: Sequence[Process], texts: Callable[[Process], Iterator[tuple[str, str, bool]]]
+) -> Iterator[Gap]:
+    """Gaps of single processes; `texts` gives (what, text, whether it is only a note)."""
+    for process in processes:
+        for what, text, is_note in texts(process):
+            yield Gap(
+                what=what, place=process.place, text=text, names=(process.unit,), is_note=is_note
+            )

@@ -1,0 +1,201 @@
+"""Units of systemd: a folder per host, with a service for each process and a target for all."""
+
+from __future__ import annotations
+
+import posixpath
+import shlex
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from launcher.export.command import Where, words_of
+from launcher.export.model import Output, Process, Scratch, System
+from launcher.export.names import file_name
+from launcher.export.system import gaps_of_each
+from launcher.hosts import unit
+from launcher.model.spec import StopPolicy
+
+if TYPE_CHECKING:
+    from launcher.hosts.model import Host
+
+_HOME = "HOME-OF-THE-USER-OF-THE-UNIT"  # until the words are quoted
+_ROOT = "root"
+_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+
+class Systemd:
+    """Writes the units of a system.
+
+    `user` and `python` are those of processes whose host is not in the hosts file, or does not
+    tell; without a user they are root's.
+    """
+
+    def __init__(self, system: System, *, user: str | None = None, python: str = "python3") -> None:
+        self._system = system
+        self._user = user
+        self._python = python
+
+    def output(self) -> Output:
+        files: dict[str, str] = {}
+        for host, processes in self._system.hosts.items():
+            folder = file_name(host)
+            for name, text in self._of_host(processes):
+                files[f"{folder}/{name}"] = text
+        gaps = gaps_of_each(self._system.processes, self._gaps)
+        return Output(files=files, gaps=tuple(gaps))
+
+    def _of_host(self, processes: Sequence[Process]) -> Iterator[tuple[str, str]]:
+        yield from self.beside_services(processes)
+        for process in processes:
+            yield f"{process.unit}.service", self._service(process)
+
+    def beside_services(self, processes: Sequence[Process]) -> Iterator[tuple[str, str]]:
+        """The target, timers, and the files of processes, which containers need as well."""
+        yield f"{self._system.unit}.target", self._target()
+        for process in processes:
+            if process.delay_s:
+                yield f"{process.unit}.timer", self._timer(process)
+            for name, content in process.files.items():
+                yield f"files/{name}", content.decode(errors="surrogateescape")
+        private = sorted({name for process in processes for name in process.private})
+        if private:
+            yield f"{self._system.unit}.env.example", _example(private)
+
+    # ---- units
+
+    @property
+    def folder(self) -> str:
+        """Where files for the units are on a host."""
+        return f"/etc/launcher/{self._system.unit}"
+
+    def _target(self) -> str:
+        return unit_text(
+            ("Unit", [("Description", f"all processes of {self._system.unit}"), *_NETWORK]),
+            ("Install", [("WantedBy", "multi-user.target")]),
+        )
+
+    def _timer(self, process: Process) -> str:
+        """Elapses once, so many seconds after the target was started."""
+        about = f"start of {process.unit} after {process.delay_s:g} s"
+        delay = unit.seconds(process.delay_s)
+        return unit_text(
+            ("Unit", [("Description", unit.literal(about)), *self._part_of()]),
+            ("Timer", [("OnActiveSec", delay), ("AccuracySec", "100ms")]),
+            ("Install", [("WantedBy", f"{self._system.unit}.target")]),
+        )
+
+    def _service(self, process: Process) -> str:
+        known, _ = unit.supported(
+            unit.process_settings(process.restart, process.stop, process.limits), unit.OLDEST
+        )
+        of_unit = [(one.key, one.value) for one in known if one.section == "Unit"]
+        of_service = [(one.key, one.value) for one in known if one.section == "Service"]
+        return unit_text(
+            ("Unit", [*self.unit_entries(process), *of_unit]),
+            ("Service", [*self._runs(process), *of_service]),
+            ("Install", self.install_entries(process)),
+        )
+
+    def unit_entries(self, process: Process) -> list[tuple[str, str]]:
+        about = unit.literal(f"{process.label} of {self._system.unit}")
+        return [("Description", about), *self._part_of(), *_NETWORK]
+
+    def install_entries(self, process: Process) -> list[tuple[str, str]]:
+        """Empty for a process that a timer starts."""
+        return [] if process.delay_s else [("WantedBy", f"{self._system.unit}.target")]
+
+    def _part_of(self) -> list[tuple[str, str]]:
+        return [("PartOf", f"{self._system.unit}.target")]
+
+    def _runs(self, process: Process) -> Iterator[tuple[str, str]]:
+        yield "Type", "exec"
+        yield "User", unit.literal(self._user_of(process.host))
+        yield "WorkingDirectory", unit.literal(process.cwd) if process.cwd else "~"
+        for name, value in process.environment.items():
+            yield "Environment", unit.exec_line([f"{name}={value}"])
+        yield "Environment", "PYTHONUNBUFFERED=1"
+        if process.private:
+            yield "EnvironmentFile", f"{self.folder}/{self._system.unit}.env"
+        if process.unset:
+            yield "UnsetEnvironment", unit.exec_line(process.unset)
+        if any(isinstance(part, Scratch) for word in process.words for part in word):
+            yield "RuntimeDirectory", _runtime_directory(process)
+            yield "RuntimeDirectoryMode", "0700"
+        yield "ExecStart", self._command(process)
+
+    def _user_of(self, host: Host | None) -> str:
+        return (host.user if host else None) or self._user or _ROOT
+
+    def _command(self, process: Process) -> str:
+        python = _in_home(process.host.python if process.host else self._python)
+        where = Where(
+            python=python,
+            folder=f"{self.folder}/files",
+            scratch=f"/run/{_runtime_directory(process)}",
+        )
+        words = words_of(process, where)
+        if "/" in python and "/" not in words[0]:
+            # A program of the interpreter's environment.
+            words = ["/usr/bin/env", f"PATH={posixpath.dirname(python)}:{_PATH}", *words]
+        setup = process.host.setup if process.host else ()
+        if setup:
+            sourced = " && ".join(f". {_for_shell(path)}" for path in setup)
+            words = ["/bin/sh", "-c", f'{sourced} && exec "$@"', "sh", *words]
+        elif not words[0].startswith("/"):
+            words = ["/usr/bin/env", *words]
+        return unit.exec_line(words).replace(_HOME, "${HOME}")
+
+    # ---- what is lost
+
+    def _gaps(self, process: Process) -> Iterator[tuple[str, str, bool]]:
+        if process.tty:
+            text = "the process has no terminal; Python's output is unbuffered nevertheless"
+            yield "emulate_tty", text, True
+        yield from policy_gaps(process)
+        if self._user_of(process.host) == _ROOT and not (process.host and process.host.user):
+            yield "user", "it runs as root: no user is named in the hosts file or by --user", True
+
+
+def policy_gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
+    """What systemd does otherwise when it restarts and stops the process.
+
+    That ROS 2's SIGTERM is left out is told in general, not for each.
+    """
+    for text in unit.unmet(process.restart, StopPolicy(), unit.OLDEST):
+        if "is left out" not in text:
+            yield "restart", text, "random part" in text
+    if process.stop.polite is not None and len(process.stop.polite) > 1:
+        yield "stop", "after its first signal SIGKILL follows at once", True
+
+
+_NETWORK = [("Wants", "network-online.target"), ("After", "network-online.target")]
+
+
+def unit_text(*sections: tuple[str, Sequence[tuple[str, str]]]) -> str:
+    parts = []
+    for title, entries in sections:
+        if entries:
+            parts.append("\n".join([f"[{title}]", *(f"{k}={v}" for k, v in entries), ""]))
+    return "\n".join(parts)
+
+
+def _runtime_directory(process: Process) -> str:
+    return f"launcher-{process.unit}"
+
+
+def _in_home(python: str) -> str:
+    """The interpreter as an absolute path, or as a name that is looked up."""
+    if "/" not in python or posixpath.isabs(python):
+        return python
+    return f"{_HOME}/{python.removeprefix('~/')}"
+
+
+def _for_shell(path: str) -> str:
+    """The path as a word of a shell script, relative to the home."""
+    if posixpath.isabs(path):
+        return shlex.quote(path)
+    return f'"$HOME"/{shlex.quote(path.removeprefix("~/"))}'
+
+
+def _example(names: Sequence[str]) -> str:
+    head = "# Fill in the values, and keep this file from other users: chmod 600.\n"
+    return head + "".join(f"{name}=\n" for name in names)

@@ -1,0 +1,260 @@
+"""What each engine gets, as text; tests/hosts run it."""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import yaml
+
+from launcher.commands.export import ENGINES
+from launcher.commands.launch.process_options import parse_limit
+from launcher.export.engines import Settings, export
+from launcher.export.kubernetes import Kubernetes
+from launcher.export.model import Output, System
+from launcher.hosts.model import Host
+from launcher.model.record import replace
+from launcher.model.spec import Limits, ProcessSpec, RestartMode, RestartPolicy, StopPolicy
+
+Export = Callable[..., System]
+BOT = Host(
+    name="bot1",
+    address="10.0.0.2",
+    user="robot",
+    python=".venv/bin/python",
+    setup=("/opt/ros/jazzy/setup.sh", "my ws/setup.sh"),
+    environment={"FLEET_TOKEN": "hush"},
+)
+
+
+def unit_of(system: System, name: str, **settings: Any) -> str:
+    return export("systemd", system, Settings(**settings)).files[name]
+
+
+def lines_of(text: str, key: str) -> list[str]:
+    return [line.partition("=")[2] for line in text.splitlines() if line.startswith(f"{key}=")]
+
+
+def manifests(output: Output, name: str) -> list[dict[str, Any]]:
+    return list(yaml.safe_load_all(output.files[f"manifests/{name}.yaml"]))
+
+
+def container(system: System, name: str, **settings: Any) -> dict[str, Any]:
+    found = manifests(export("kubernetes", system, Settings(**settings)), name)[-1]
+    (only,) = found["spec"]["template"]["spec"]["containers"]
+    return dict(only)
+
+
+# ---- systemd
+
+
+def test_a_service_and_its_target(exported: Export):
+    text = unit_of(exported("node('robot_1')"), "default/robot_1.service", user="robot")
+    assert lines_of(text, "User") == ["robot"]
+    assert lines_of(text, "KillSignal") == ["SIGINT"]
+    assert lines_of(text, "PartOf") == ["demo.target"]
+    assert lines_of(text, "WantedBy") == ["demo.target"]
+    assert lines_of(text, "ExecStart") == [
+        "/usr/bin/env python3 -m launcher run group_gp1 robot_1 --ros-args -r __node:=robot_1"
+    ]
+
+
+def test_a_delayed_process_is_started_by_a_timer(exported: Export):
+    system = exported("TimerAction(period=2.5, actions=[node('late')])")
+    assert lines_of(unit_of(system, "default/late.timer"), "OnActiveSec") == ["2500ms"]
+    assert lines_of(unit_of(system, "default/late.timer"), "WantedBy") == ["demo.target"]
+    assert lines_of(unit_of(system, "default/late.service"), "WantedBy") == []
+
+
+def test_a_host_has_its_python_and_its_set_up(exported: Export):
+    system = exported("node('a')", host_of=lambda spec: BOT)
+    text = unit_of(system, "bot1/a.service")
+    (command,) = lines_of(text, "ExecStart")
+    assert '. /opt/ros/jazzy/setup.sh && . \\"$$HOME\\"/' in command
+    assert " sh ${HOME}/.venv/bin/python -m launcher run " in command
+    assert lines_of(text, "EnvironmentFile") == ["/etc/launcher/demo/demo.env"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_no_secret_is_written(exported: Export, engine: str):
+    system = exported("node('a', additional_env={'API_KEY': 'hush'})", host_of=lambda spec: BOT)
+    files = export(engine, system, Settings()).files
+    assert "hush" not in "".join(files.values())
+    assert "FLEET_TOKEN" in "".join(files.values())
+
+
+def test_percent_dollar_and_quotes_stay_what_they_are(exported: Export):
+    system = exported("ExecuteProcess(cmd=['echo', '100%', '$HOME', \"a'b c\"], name='e')")
+    (command,) = lines_of(unit_of(system, "default/e.service"), "ExecStart")
+    assert command == '/usr/bin/env echo "100%%" "$$HOME" "a\'b c"'
+
+
+# ---- Kubernetes
+
+
+def test_a_deployment(exported: Export):
+    system = exported("node('robot_1', emulate_tty=True)")
+    found = container(system, "robot-1", image="fleet:1")
+    assert found["image"] == "fleet:1"
+    assert found["tty"] is True
+    assert found["command"][:6] == ["python3", "-m", "launcher", "run", "group_gp1", "robot_1"]
+    assert {"name": "FASTDDS_BUILTIN_TRANSPORTS", "value": "UDPv4"} in found["env"]
+    assert found["startupProbe"]["exec"]["command"][-3:] == ["node", "info", "/robot_1"]
+
+
+def test_shared_memory_instead_of_udp(exported: Export):
+    (found,) = manifests(
+        Kubernetes(exported("node('a')"), image="x", shared_memory=True).output(), "a"
+    )
+    spec = found["spec"]["template"]["spec"]
+    assert spec["hostIPC"] is True
+    assert all(one["name"] != "FASTDDS_BUILTIN_TRANSPORTS" for one in spec["containers"][0]["env"])
+
+
+def test_parameter_files_are_a_config_map(exported: Export):
+    system = exported("node('a', parameters=[{'x': 1}])")
+    config, deployment = manifests(export("kubernetes", system, Settings()), "a")
+    assert config["data"] == {"a.params.yaml": "/**:\n  ros__parameters:\n    x: 1\n"}
+    spec = deployment["spec"]["template"]["spec"]
+    assert spec["volumes"] == [{"name": "files", "configMap": {"name": config["metadata"]["name"]}}]
+    assert spec["containers"][0]["volumeMounts"][0]["mountPath"] == "/etc/launcher/files"
+
+
+def test_a_program_without_restart_is_a_pod(exported: Export):
+    system = exported("ExecuteProcess(cmd=['echo', '$(HOME)'], name='once')")
+    (pod,) = manifests(export("kubernetes", system, Settings()), "once")
+    assert pod["kind"] == "Pod"
+    assert pod["spec"]["restartPolicy"] == "Never"
+    assert pod["spec"]["shareProcessNamespace"] is True
+
+
+def test_where_a_pod_runs(exported: Export):
+    labelled = replace(BOT, node_selector={"role": "robot"})
+    for host, selector in (
+        (BOT, {"kubernetes.io/hostname": "bot1"}),
+        (labelled, {"role": "robot"}),
+    ):
+        system = exported("node('a')", host_of=lambda spec, host=host: host)
+        (found,) = manifests(export("kubernetes", system, Settings()), "a")
+        assert found["spec"]["template"]["spec"]["nodeSelector"] == selector
+
+
+def test_private_variables_come_from_a_secret(exported: Export):
+    found = container(exported("node('a')", host_of=lambda spec: BOT), "a")
+    reference = {"name": "a-environment", "key": "FLEET_TOKEN"}
+    assert {"name": "FLEET_TOKEN", "valueFrom": {"secretKeyRef": reference}} in found["env"]
+
+
+LIMITS = Limits(nice=5, cpus=(0, 2), rlimits=(("nofile", 256, 512), ("as", 2**30, -1)))
+
+
+def test_limits_in_containers(exported: Export):
+    system = exported("node('a')", adapt=lambda spec: replace(spec, limits=LIMITS))
+    found = container(system, "a")
+    assert found["command"][:9] == [
+        *("nice", "-n", "5", "taskset", "-c", "0,2"),
+        *("prlimit", "--nofile=256:512", "--as=1073741824:unlimited"),
+    ]
+    assert found["resources"]["limits"] == {"cpu": "2", "memory": "1073741824"}
+    assert found["resources"]["requests"] == {"cpu": "0", "memory": "0"}
+    (service,) = compose(system).values()
+    assert service["cpuset"] == "0,2"
+    assert service["ulimits"] == {"nofile": {"soft": 256, "hard": 512}}
+    assert service["command"][:4] == ["nice", "-n", "5", "prlimit"]
+    assert parse_limit("a:nofile=256")[1].rlimits[0][0] == "nofile"
+
+
+# ---- Compose and Quadlet
+
+
+def compose(system: System, **settings: Any) -> dict[str, Any]:
+    document = yaml.safe_load(export("compose", system, Settings(**settings)).files["compose.yaml"])
+    return dict(document["services"])
+
+
+def test_services_of_a_host_have_its_profile(exported: Export):
+    def host_of(spec: ProcessSpec) -> Host | None:
+        return BOT if spec.ros and spec.ros.node_name == "a" else None
+
+    services = compose(exported("node('a'), node('b')", host_of=host_of))
+    assert services["a"]["profiles"] == ["bot1"]
+    assert "profiles" not in services["b"]
+    assert services["a"]["env_file"] == ["bot1.env"]
+    assert services["b"]["network_mode"] == "host"
+    assert services["b"]["stop_signal"] == "SIGINT"
+
+
+def test_compose_variables_are_not_replaced(exported: Export):
+    services = compose(exported("ExecuteProcess(cmd=['echo', '$HOME'], name='e')"))
+    assert services["e"]["command"] == ["echo", "$$HOME"]
+    assert services["e"]["init"] is True
+
+
+@pytest.mark.parametrize(
+    ("policy", "expected"),
+    [
+        (RestartPolicy(), "no"),
+        (RestartPolicy(mode=RestartMode.ALWAYS), "always"),
+        (RestartPolicy(mode=RestartMode.ON_FAILURE), "on-failure"),
+        (RestartPolicy(mode=RestartMode.ON_FAILURE, max_restarts=3), "on-failure:3"),
+    ],
+)
+def test_restart_policies_of_compose(exported: Export, policy: RestartPolicy, expected: str):
+    system = exported("node('a')", adapt=lambda spec: replace(spec, restart=policy))
+    assert compose(system)["a"]["restart"] == expected
+
+
+def test_a_quadlet_file_and_its_timer(exported: Export):
+    system = exported("node('a'), TimerAction(period=1.0, actions=[node('b')])")
+    files = export("podman", system, Settings()).files
+    text = files["default/a.container"]
+    assert lines_of(text, "ContainerName") == ["a"]
+    assert lines_of(text, "Network") == ["host"]
+    assert lines_of(text, "WantedBy") == ["demo.target"]
+    assert "default/b.timer" in files
+    assert lines_of(files["default/b.container"], "WantedBy") == []
+
+
+# ---- what is lost, in the README as well
+
+
+ALWAYS = RestartPolicy(mode=RestartMode.ALWAYS)
+LIMITED, LATER = replace(ALWAYS, max_restarts=3), replace(ALWAYS, delay_s=2.0)
+GROWING = replace(ALWAYS, delay_s=1.0, backoff_max_s=30.0)
+BY_SIGTERM = StopPolicy(polite=((signal.SIGTERM, 2.0),))
+
+
+@pytest.mark.parametrize(
+    ("engine", "change", "what"),
+    [
+        ("kubernetes", {"restart": LIMITED}, "restart limit"),
+        ("compose", {"restart": LIMITED}, "restart limit"),
+        ("kubernetes", {"restart": LATER}, "restart delay"),
+        ("compose", {"restart": LATER}, "restart delay"),
+        ("systemd", {"restart": GROWING}, "restart"),
+        ("podman", {"restart": GROWING}, "restart"),
+        ("kubernetes", {}, "no restart"),
+        ("kubernetes", {"stop": BY_SIGTERM}, "stop"),
+        ("kubernetes", {"limits": Limits(nice=-5)}, "nice"),
+        ("systemd", {"emulate_tty": True}, "emulate_tty"),
+        ("systemd", {}, "user"),
+    ],
+)
+def test_what_an_engine_cannot_do_is_told(
+    exported: Export, engine: str, change: dict[str, Any], what: str
+):
+    system = exported("node('a')", adapt=lambda spec: replace(spec, **change))
+    output = export(engine, system, Settings())
+    assert what in [gap.what for gap in output.gaps]
+    assert re.search(rf"\* demo.launch.py:\d+: {what} \(a\): ", output.files["README.md"])
+
+
+def test_the_readme_has_the_commands(exported: Export):
+    system = exported("node('a'), TimerAction(period=1.0, actions=[node('b')])")
+    text = export("systemd", system, Settings()).files["README.md"]
+    assert "systemctl enable --now a.service b.timer demo.target\n" in text
+    text = export("kubernetes", system, Settings()).files["README.md"]
+    assert "kubectl logs -f deploy/a\n" in text
