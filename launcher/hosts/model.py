@@ -69,6 +69,10 @@ class Host(Record):
     node_selector: Mapping[str, str] = {}
     where: str = ""
 
+    def __repr__(self) -> str:
+        """Without values of variables, which may be secret."""
+        return f"Host({self.name!r}, {self.address!r}, environment=<{', '.join(self.environment)}>)"
+
 
 class Rule(Record):
     """`pattern: host` of a hosts file; `host` may be LOCAL.

@@ -99,9 +99,10 @@ def _has_share(head: str, package: str, environ: Mapping[str, str]) -> bool:
 def _in_source(path: str, environ: Mapping[str, str]) -> SharedFile | None:
     """A file of a package whose source folder serves as its share folder."""
     for name, folder in _source_folders(os.getcwd()):
-        if path.startswith(f"{folder}/"):
+        if f"{path}/".startswith(f"{folder}/"):
             own = own_package(name, environ)
-            if own is not None and own.share == folder and own.installs(path):
+            is_file_of_it = own is not None and (os.path.isdir(path) or own.installs(path))
+            if own is not None and own.share == folder and is_file_of_it:
                 return SharedFile(name, path[len(folder) + 1 :])
     return None
 

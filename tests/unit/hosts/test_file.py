@@ -106,6 +106,7 @@ def test_a_secret_comes_from_the_environment_of_the_operator():
 
     assert found.environment == {"TOKEN": "s3cret"}
     assert found.secrets == {"TOKEN": Secret(variable="FLEET_TOKEN")}
+    assert "s3cret" not in f"{found!r} {found}"
 
 
 def test_a_plan_needs_no_secrets():

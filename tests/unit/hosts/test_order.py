@@ -121,6 +121,34 @@ def test_files_in_share_are_references_in_every_form(env):
     assert found.files == {}
 
 
+def test_packages_of_a_workspace_and_of_source_folders_are_found(tmp_path, monkeypatch):
+    built = tmp_path / "install/demo"
+    source = tmp_path / "src/own_demo"
+    for file in (built / MARKERS / "demo", built / "lib/demo/talker", built / "share/demo/a.yaml"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch(mode=0o755)
+    (source / "config").mkdir(parents=True)
+    (source / "config/b.yaml").touch()
+    (source / "CMakeLists.txt").touch()
+    (source / "package.xml").write_text("<package><name>own_demo</name></package>")
+    monkeypatch.chdir(source)
+    words = (
+        built / "lib/demo/talker",
+        built / "share/demo/a.yaml",
+        source / "config/b.yaml",
+        source,
+    )
+
+    found = order(*map(str, words), env=SYSTEM)
+
+    assert found.words == (
+        (Executable("demo", "talker"),),
+        (SharedFile("demo", "a.yaml"),),
+        (SharedFile("own_demo", "config/b.yaml"),),
+        (SharedFile("own_demo", ""),),
+    )
+
+
 def test_a_file_that_exists_only_here_is_sent(env, tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "p.yaml").write_text("one")
