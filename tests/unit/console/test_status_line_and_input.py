@@ -91,6 +91,13 @@ ENDED = [
 ]
 
 
+def test_the_bar_shows_what_cannot_be_reached():
+    there = process("a-1", host="bot1", unreachable_s=4.7)
+    assert "a unreachable 4 s" in text_of(status_line([there], 80))
+    crowd = [process(f"robot_{n}-{n}", host="bot1", unreachable_s=4.7) for n in range(40)]
+    assert text_of(status_line(crowd, 60)).startswith("40 unreachable")
+
+
 def test_success_and_failure_are_told_in_words():
     assert text_of(status_line(ENDED, 200)) == (
         "a finished | b exit 4 | c SIGSEGV | d fatal exit 1 x3 | e backoff SIGKILL x1 | "

@@ -36,6 +36,14 @@ def test_with_room_for_all_nothing_is_cut():
     assert rows[0].startswith("a-1           exited: exit code 3 after 12.4 s")
 
 
+def test_hosts_are_a_column_where_there_are_some():
+    there = process("a-1", host="bot1", unreachable_s=4.7)
+    head, *rows = table([there, process("b-2", host="local", unreachable_s=None)], 120)
+    assert head.split()[:4] == ["name", "state", "host", "pid"]
+    assert rows[0].startswith("a-1   running, unreachable 4 s  bot1")
+    assert rows[1].startswith("b-2   running                   local")
+
+
 @pytest.mark.parametrize(
     ("columns", "titles"),
     [

@@ -81,3 +81,14 @@ def test_hidden_lines_are_counted_if_there_are_any(hidden: int, text: str):
 
 def test_a_process_without_filters_has_nothing_hidden():
     assert filters({"muted_lines": 3}) == ""
+
+
+def test_hosts_are_a_column_where_there_are_some():
+    here = {**ROW, "host": "local", "unreachable_s": None}
+    there = {**ROW, "name": "b-2", "host": "bot1", "unreachable_s": 4.7}
+    head, first, second = table([here, there])
+    assert head.split()[:4] == ["NAME", "HOST", "STATE", "PID"]
+    assert first.startswith("a-1   local  RUNNING                     7")
+    assert second.startswith("b-2   bot1   RUNNING, unreachable 4 s    7")
+    lines = info_lines({**there, **INFO})
+    assert lines[1:3] == ["  host       bot1", "  state      RUNNING, unreachable 4 s"]

@@ -40,6 +40,18 @@ REFUSED = Outcome(spawn_errno=errno.ENOENT)
         ),
         (result(Kind.STARTED, pid=7), "started with pid 7"),
         (
+            result(Kind.UNREACHABLE, host="bot1", elapsed_s=4.2),
+            "is on bot1, which is unreachable (4 s): nothing was done",
+        ),
+        (
+            result(Kind.STOP_WAITS, host="bot1", elapsed_s=4.2),
+            "is on bot1, which is unreachable (4 s): it will be stopped when bot1 can be reached",
+        ),
+        (
+            result(Kind.LINK_LOST, host="bot1", elapsed_s=4.2),
+            "is on bot1, which has become unreachable (4 s): the request may take effect there",
+        ),
+        (
             result(Kind.STARTED, pid=8, old_pid=7, stopped=STOPPED),
             "stopped in 0.12 s (SIGINT), started with pid 8 instead of 7",
         ),

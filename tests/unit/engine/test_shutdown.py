@@ -12,6 +12,7 @@ from launcher.engine.shutdown_machine import (
     OUTPUT_CLOSED,
     BudgetExceeded,
     EndLeftovers,
+    HostFailed,
     Idle,
     Interrupted,
     Log,
@@ -390,3 +391,24 @@ def test_a_run_that_ended_by_itself_has_no_reason():
     run = ShutdownMachine([])
     run.handle(ShutdownDecided("idle"), 0.0)
     assert run.end_reason == ""
+
+
+# ---- other hosts
+
+
+def test_a_host_that_failed_makes_the_exit_code_1_whatever_ended_the_run():
+    run = ShutdownMachine([running()])
+    run.handle(Interrupted(INT), 0.0)
+    run.handle(HostFailed("could not be reached: bot1"), 1.0)
+    run.handle(ProcessEnded("a", DIED, report="a"), 1.0)
+    assert run.exit_code() is ExitCode.PROCESS_FAILED
+    assert run.causes()[-1] == "could not be reached: bot1"
+
+
+def test_the_end_does_not_wait_for_abandoned_processes():
+    one = running()
+    run = ShutdownMachine([one])
+    run.handle(ShutdownDecided("reason"), 0.0)
+    assert run.handle(IDLE, 0.0) == []
+    one.is_abandoned = True
+    assert run.handle(IDLE, 0.0) == [EndLeftovers(0)]

@@ -38,6 +38,8 @@ def end(returncode: int, *, asked: bool = False):
         ({}, Level.OK, "running"),
         ({"state": "STARTING"}, Level.OK, "starting"),
         ({"paused": True}, Level.WARN, "paused"),
+        ({"host": "bot1", "unreachable_s": 4.2}, Level.STALE, "running, unreachable 4 s"),
+        ({"host": "bot1", "unreachable_s": None}, Level.OK, "running"),
         (
             {"restarts": 2, "uptime_s": 1.0, "last_exit": end(3)},
             Level.WARN,
