@@ -109,7 +109,7 @@ def test_an_interrupt_ends_the_wait_for_hosts(bench: HostsBench):
 
 
 def test_an_error_in_the_hosts_file_is_an_error_of_usage(bench: HostsBench):
-    bench.hosts.write_text("hosts: {bot1: {address: 127.0.0.1}}\nplace: {x: bot3}\n")
+    bench.hosts_text = "hosts: {bot1: {address: 127.0.0.1}}\nplace: {x: bot3}\n"
     done = bench.run(SLEEPER.format("x"))
     assert done.returncode == 2
     assert b"bot3" in done.stderr

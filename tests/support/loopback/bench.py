@@ -9,11 +9,14 @@ from pathlib import Path
 from tests.process.conftest import ControlBench
 from tests.support.loopback.run import SWITCHES
 
+HOSTS = ("bot1", "bot2", "refuses1", "missing1", "silent1", "leashed")
+
 
 class HostsBench(ControlBench):
-    """Processes run on the host that their names begin with: `bot1_talker` on `bot1`."""
+    """Processes run on the host that their names begin with: `bot1_talker` on `bot1`.
 
-    HOSTS = ("bot1", "bot2", "refuses1", "missing1", "silent1", "leashed")
+    `leashed` stops its processes 0.2 s after its link was lost.
+    """
 
     def __init__(self, folder: Path, runtime: Path) -> None:
         super().__init__(folder, runtime)
@@ -21,12 +24,10 @@ class HostsBench(ControlBench):
         os.mkfifo(self.fifo)
         self.env[SWITCHES] = str(self.fifo)
         self.hosts = folder / "hosts.yaml"
-        entries = "".join(f"  {name}: {{address: 127.0.0.1}}\n" for name in self.HOSTS[:-1])
-        leashed = "  leashed: {address: 127.0.0.1, on_link_loss: stop-after=0.2}\n"
-        rules = "".join(f"  '{name}_*': {name}\n" for name in self.HOSTS)
-        self.hosts.write_text(f"hosts:\n{entries}{leashed}place:\n{rules}", encoding="utf-8")
+        self.hosts_text: str | None = None  # instead of the usual one
 
     def command(self, actions: str, *words: str) -> Sequence[str]:
+        self.hosts.write_text(self.hosts_text or _hosts_file(actions), encoding="utf-8")
         python, _, _, file, *rest = super().command(actions, *words)
         runner = [python, "-m", "tests.support.loopback.run", file]
         return [*runner, "--hosts", str(self.hosts), *rest]
@@ -35,3 +36,11 @@ class HostsBench(ControlBench):
         """`cut bot1`, `restore bot1`, `power_off bot1`."""
         with open(self.fifo, "w", encoding="utf-8") as fifo:
             fifo.write(f"{line}\n")
+
+
+def _hosts_file(actions: str) -> str:
+    """With rules for the hosts that the actions name."""
+    leash = {"leashed": ", on_link_loss: stop-after=0.2"}
+    hosts = [f"  {name}: {{address: 127.0.0.1{leash.get(name, '')}}}" for name in HOSTS]
+    rules = [f"  '{name}_*': {name}" for name in HOSTS if f"{name}_" in actions]
+    return "\n".join(["hosts:", *hosts, *(["place:"] if rules else []), *rules, ""])
