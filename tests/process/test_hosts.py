@@ -264,6 +264,9 @@ def test_a_lost_link_is_a_state_and_is_caught_up(bench: HostsBench):
         ended = next(e for e in events(run) if e["event"] == "ended")
         back = [e for e in events(run) if e["event"] == "link"][-1]
         assert ended["wall_s"] < back["wall_s"] - 0.5  # its own time, not that of the return
+        lines = [line.split() for line in run.log.splitlines() if "] count" in line]
+        meanwhile = [line for line in lines if ended["wall_s"] < float(line[0]) < back["wall_s"]]
+        assert len(meanwhile) > 5
 
 
 def test_requests_for_unreachable_processes_are_answered(bench: HostsBench):

@@ -24,7 +24,8 @@ def hosts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_crash_on_another_host_is_one_for_the_run(tmp_path: Path, hosts: Path):
-    words = [launch_file(tmp_path, PATIENT), "--hosts", str(hosts)]
+    other = 'sh("other", "exec sleep 1000"),'
+    words = [launch_file(tmp_path, PATIENT, other), "--hosts", str(hosts)]
     with System(words, folder=tmp_path / "evidence", probe=False) as system:
         system.wait_for_log("here I am", process="patient", within_s=60)
         system.kill("patient")

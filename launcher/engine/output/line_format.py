@@ -103,7 +103,7 @@ class LineFormat:
     def lines(self, prefix: bytes, stream: object, lines: bytes) -> bytes:
         """Whole lines of the process with this prefix."""
         source = self._sources.get(prefix) or self._source(prefix)
-        now = time.time_ns()
+        now = time.time_ns() - int(getattr(stream, "ago_s", 0.0) * 1e9)
         shown: list[bytes] = []
         has_head = False  # of a message in this block
         for line in lines[:-1].split(b"\n"):

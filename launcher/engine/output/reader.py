@@ -25,9 +25,12 @@ _KEYS = {"stdout": -1, "stderr": -2, "both": -3}
 
 
 class Stream:
-    """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`."""
+    """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`.
 
-    __slots__ = ("buffer", "gate", "name", "read_at_s", "shown")
+    `ago_s` is how long ago another host had read the last block when it arrived here.
+    """
+
+    __slots__ = ("ago_s", "buffer", "gate", "name", "read_at_s", "shown")
 
     def __init__(self, name: str, *, shown: bool) -> None:
         from launcher.engine.output.tracebacks import TracebackGate  # the child is running already
@@ -35,6 +38,7 @@ class Stream:
         self.name = name
         self.shown = shown
         self.read_at_s = 0.0  # when it last wrote, on the monotonic clock
+        self.ago_s = 0.0
         self.buffer = LineBuffer()
         self.gate = TracebackGate()
 
@@ -131,6 +135,7 @@ class OutputReader:
             process.streams[fd] = Stream(name, shown=process.shows(name))
         stream = process.streams[fd]
         self.read_at_s, stream.read_at_s = self._reactor.now(), read_at_s
+        stream.ago_s = self.read_at_s - read_at_s
         self._accept(process, fd, stream, chunk)
 
     def _accept(self, process: Process, fd: int, stream: Stream, chunk: bytes) -> None:
@@ -152,9 +157,8 @@ class OutputReader:
             if passed:
                 unchanged = passed is lines
                 self._show(process, fd, stream, passed, shown if unchanged else 0)
-        ago_s = 0.0 if fd >= 0 else self._reactor.now() - stream.read_at_s
         policy = process.spec.output
-        self._directory.write_lines(process.name, policy, stream.name, lines, ago_s)
+        self._directory.write_lines(process.name, policy, stream.name, lines, stream.ago_s)
 
     def _show(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0

@@ -8,6 +8,7 @@ import pytest
 
 from launcher.engine.output import line_format
 from launcher.engine.output.line_format import LineFormat
+from launcher.engine.output.reader import Stream
 from launcher.model.spec import ProcessSpec
 
 AT = 1763852000.123456
@@ -140,6 +141,14 @@ def test_a_template_has_the_tokens_of_rcutils_and_more(template: str, shown: byt
 def test_a_line_without_a_head_has_the_name_of_its_process_in_a_template():
     shown = form("{severity} {name}: {message}").lines(ONE, "s", b"WARNING: hot\n  very\n")
     assert shown == b"WARN robot_1: WARNING: hot\n" + b" " * 14 + b"  very\n"
+
+
+def test_a_line_that_another_host_read_a_while_ago_has_its_own_time():
+    stream = Stream("stdout", shown=True)
+    stream.ago_s = time.time() - AT
+    shown = form("{time} {message}").lines(ONE, stream, b"late\n")
+    assert shown[-6:] == b" late\n"
+    assert abs(float(shown.split()[0]) - AT) < 60
 
 
 @pytest.mark.parametrize(
