@@ -112,7 +112,7 @@ def _dispatch(words: list[str]) -> int:
 
 
 # Verbs that need nothing of a workspace, or make it.
-_OUTSIDE_WORKSPACE = ("control", "doctor", "env", "build", "wheel", "pkg")
+_OUTSIDE_WORKSPACE = ("control", "doctor", "env", "build", "wheel", "pkg", "agent")
 # Verbs that leave rclpy to other processes. In this one, the loader would have to know the
 # libraries of a workspace from the start.
 _WITHOUT_RCLPY = (

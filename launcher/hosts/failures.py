@@ -30,6 +30,7 @@ class Problem(enum.Enum):
     NO_SETUP = "no setup file"
     NO_PYTHON = "no python"
     NO_LAUNCHER = "no launcher"
+    OLD_LAUNCHER = "old launcher"
     NO_SPACE = "no space"
     OTHER = "other"
 
@@ -59,6 +60,7 @@ class HostError(LauncherError):
         self, host: Host, problem: Problem, message: str, *, hint: str | None = None
     ) -> None:
         super().__init__(f"host '{host.name}': {message}", hint=hint, where=host.where or None)
+        self.cause = f"{message}; {hint}" if hint else message  # for one line
         self.host = host
         self.problem = problem
 
@@ -83,6 +85,7 @@ _PATTERNS: tuple[tuple[Problem, str], ...] = (
         r"|Session open refused|mux_client",
     ),
     (Problem.NO_LAUNCHER, r"No module named '?launcher(\.__main__)?'?( |;|$)"),
+    (Problem.OLD_LAUNCHER, r"launch file 'agent' not found|unknown option '--resume'"),
     (Problem.NO_SPACE, r"No space left on device|Disk quota exceeded"),
 )
 
@@ -248,5 +251,9 @@ _TEXTS: Mapping[Problem, Writer] = {
     Problem.NO_SETUP: _no_setup,
     Problem.NO_PYTHON: _no_python,
     Problem.NO_LAUNCHER: _no_launcher,
+    Problem.OLD_LAUNCHER: _simple(
+        "its launcher is too old to serve as an agent",
+        "bring the same version there: python -m launcher hosts sync",
+    ),
     Problem.NO_SPACE: _simple("its disk is full: {last}", "remove files there: {try} df -h"),
 }

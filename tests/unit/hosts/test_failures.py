@@ -67,6 +67,7 @@ CASES = [
     ),
     (1, "/usr/bin/python3: No module named launcher", Problem.NO_LAUNCHER, "hosts sync"),
     (1, "ModuleNotFoundError: No module named 'launcher'", Problem.NO_LAUNCHER, "hosts sync"),
+    (2, "error: launch file 'agent' not found", Problem.OLD_LAUNCHER, "hosts sync"),
     (1, "OSError: [Errno 28] No space left on device", Problem.NO_SPACE, "df -h"),
 ]
 

@@ -1,0 +1,51 @@
+"""What the parts of the engine have to say, for the operator.
+
+Most of it the operator's replica of a state machine says itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.process import Process
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.engine.logs.messages import Line
+
+
+class AgentLog(RunLog):
+    """A RunLog without files: warnings go to `warn`, samples of processes to `samples`."""
+
+    def __init__(
+        self,
+        warn: Callable[[str], None],
+        samples: Callable[[Mapping[str, Mapping[str, Any]]], None],
+    ) -> None:
+        self._warn = warn
+        self._samples = samples
+
+    def log(
+        self, level: str, logger: str, text: str, *, sink: str = "", line: str | None = None
+    ) -> None:
+        if level != "INFO":
+            self._warn(text)
+
+    def report(self, process: Process, line: Line) -> None:
+        pass
+
+    def keep_up(self) -> None:
+        pass
+
+    def note(
+        self,
+        event: str,
+        process: Process | None = None,
+        at_s: float | None = None,
+        **details: Any,
+    ) -> None:
+        if event == "resources":
+            self._samples(details["processes"])

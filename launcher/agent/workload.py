@@ -1,0 +1,302 @@
+"""The processes of a run on this host: the launcher's engine, directed by requests."""
+
+from __future__ import annotations
+
+import errno
+import functools
+import os
+import shutil
+import signal
+from collections.abc import Mapping, Sequence
+
+from launcher.agent.forwarder import Forwarder
+from launcher.agent.log import AgentLog
+from launcher.engine.cleanup import RUN_ID_VARIABLE, subreaper
+from launcher.engine.cleanup.watchdog_client import WatchdogClient
+from launcher.engine.hosts.replica import ReportingMachine
+from launcher.engine.machine import Command, Ended, MachineEvent, SignalSent
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import Child, spawn
+from launcher.engine.process import Process
+from launcher.engine.process_driver import ProcessDriver
+from launcher.errors import LauncherError
+from launcher.hosts.order import Order
+from launcher.model.record import replace
+from launcher.model.spec import ProcessSpec
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Protocol
+
+    from launcher.engine.cleanup.leftovers import Leftovers
+    from launcher.engine.monitor.budgets import Verdict
+    from launcher.engine.monitor.housekeeping import Housekeeper
+    from launcher.hosts.resolution import Resolved
+    from launcher.model.events import LoadComponent, StartProcess
+
+    class Reporter(Protocol):
+        """Where reports go."""
+
+        def event(
+            self, process_id: int, event: MachineEvent, at_s: float, pid: int, left_s: float | None
+        ) -> None: ...
+        def output(self, process_id: int, stream: int, data: bytes) -> None: ...
+        def warn(self, text: str) -> None: ...
+        def samples(self, samples: Mapping[int, Mapping[str, Any]]) -> None: ...
+
+        # After `end`: everything has been stopped.
+        def ended(self, leftovers: Sequence[str], *, killed: bool) -> None: ...
+
+
+TERMINAL_SIZE = (80, 24)  # of pseudo-terminals
+MONITOR_AFTER_S = 0.05  # nothing is to delay the first start
+
+
+class Workload:
+    """Starts, signals and watches processes; a RunListener."""
+
+    def __init__(self, reactor: Reactor, reporter: Reporter) -> None:
+        self._reactor = reactor
+        self._reporter = reporter
+        # With our pid, as that of each run on this machine: `doctor` knows whether we are alive.
+        self.run_id = f"{os.getpid()}-{os.urandom(6).hex()}"
+        self._processes: dict[int, Process] = {}
+        self._orders: dict[int, Order] = {}
+        self._resolved: dict[int, Resolved] = {}
+        self._folder: str | None = None
+        self._log = AgentLog(reporter.warn, self._samples)
+        self.forwarder = Forwarder(reactor, self._processes.values(), reporter.output)
+        self._driver = ProcessDriver(reactor, self.forwarder, self._log, self)
+        self._watchdog = WatchdogClient(reactor, self.run_id, reporter.warn)
+        self._housekeeper: Housekeeper | None = None
+        self._is_ending = False
+        self._leftovers: Leftovers | None = None
+        self._found: list[str] = []
+        self._has_killed = False
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no process runs or will be restarted."""
+        return not any(process.machine.is_pending for process in self._processes.values())
+
+    # ---- requests
+
+    def prepare(self, process_id: int, order: Order) -> None:
+        spec = ProcessSpec(
+            name=order.name,
+            label=order.label,
+            argv=(),
+            env={},
+            cwd=order.cwd,
+            shell=order.shell,
+            emulate_tty=order.emulate_tty,
+            restart=order.restart,
+            stop=order.stop,
+            limits=order.limits,
+        )
+        process = Process(process_id, spec, number=len(self._processes), prefix=b"")
+        report = functools.partial(self._report, process)
+        process.machine = ReportingMachine(order.restart, order.stop, report)
+        self._processes[process_id] = process
+        self._orders[process_id] = order
+
+    def _report(
+        self, process: Process, event: MachineEvent, at_s: float, left_s: float | None
+    ) -> None:
+        is_start = event is Command.STARTED and process.child is not None
+        pid = process.child.pid if is_start and process.child is not None else -1
+        self._reporter.event(process.process_id, event, at_s, pid, left_s)
+
+    def command(self, process_id: int, command: Command) -> None:
+        """KeyError if the process was not prepared."""
+        self._driver.advance(self._processes[process_id], command)
+
+    def signal(self, process_id: int, signum: int, *, by_user: bool) -> None:
+        """KeyError if the process was not prepared. Reported even if it does not run."""
+        process = self._processes[process_id]
+        if process.child is None:
+            self._driver.advance(process, SignalSent(signum, by_user=by_user))
+        else:
+            self._driver.signal(process, signum, by_user=by_user)
+
+    def write_stdin(self, process_id: int, data: bytes) -> None:
+        """KeyError if the process was not prepared."""
+        process = self._processes[process_id]
+        if process.child is None:
+            return
+        try:
+            process.child.write_stdin(data)
+        except OSError as error:
+            reason = os.strerror(error.errno or 0)
+            self._reporter.warn(f"{process.name}: cannot write to its standard input: {reason}")
+
+    # ---- the end
+
+    def end(self, *, at_once: bool = False) -> None:
+        """Stop everything, leftovers too, and report `ended`; again with `at_once` to hurry."""
+        self._is_ending = True
+        self._watchdog.prepare_end()
+        for process in reversed(list(self._processes.values())):
+            self._driver.advance(process, Command.STOP)
+            if at_once:
+                self._driver.advance(process, Command.SKIP_GRACE)
+        if at_once and self._leftovers is not None:
+            self._leftovers.skip_grace()
+        self._reactor.call_later(0, self.idle)
+
+    def idle(self) -> None:
+        machines = [process.machine for process in self._processes.values()]
+        is_busy = any(machine.is_pending and not machine.is_stuck for machine in machines)
+        if not self._is_ending or is_busy or self._leftovers is not None:
+            return
+        from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
+
+        children = [p.child for p in self._processes.values() if p.machine.is_stuck]
+        stuck = frozenset(child.pid for child in children if child is not None)
+        self._leftovers = Leftovers(
+            self.run_id,
+            reactor=self._reactor,
+            listener=self,
+            ignore=self._watchdog.pids | stuck,
+            policy=stop_policy_for(machine.stop for machine in machines),
+            kin=subreaper.orphans,
+        )
+        self._leftovers.check()
+
+    def log(self, level: str, text: str) -> None:
+        """Of the leftovers."""
+        names = text.partition(": ")[2]
+        if names not in self._found:
+            self._found.append(names)
+
+    def killing(self) -> None:
+        self._has_killed = True
+
+    def finished(self) -> None:
+        self._is_ending, self._leftovers = False, None
+        found, self._found = self._found, []
+        self._reporter.ended(found, killed=self._has_killed)
+
+    def close(self) -> None:
+        """No process is left, even after an exception."""
+        for process in self._processes.values():
+            if process.child is not None:
+                process.child.signal_group(signal.SIGKILL)
+            self._driver.release(process)
+        if self._housekeeper is not None:
+            self._housekeeper.close()
+        self._watchdog.close()
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    # ---- what the driver reports and asks
+
+    def spawn(self, process: Process) -> Child:
+        found = self._resolve(process)
+        self._watchdog.ensure()
+        if self._housekeeper is None:
+            self._reactor.call_later(MONITOR_AFTER_S, self._monitor)
+        order = self._orders[process.process_id]
+        env = {**found.env, RUN_ID_VARIABLE: self.run_id}
+        return spawn(process.spec, env=env, merge=order.merge, terminal_size=TERMINAL_SIZE)
+
+    def _resolve(self, process: Process) -> Resolved:
+        """OSError if the program is not here, or a file cannot be written."""
+        found = self._resolved.get(process.process_id)
+        if found is None:
+            from launcher.hosts.resolution import resolve
+
+            folder = os.path.join(self._own_folder(), str(process.process_id))
+            try:
+                order = self._orders[process.process_id]
+                found = resolve(order, folder, os.environ)
+            except LauncherError as error:
+                raise OSError(errno.ENOENT, error.message) from None
+            self._resolved[process.process_id] = found
+            process.spec = replace(process.spec, argv=found.argv, cwd=found.cwd)
+        return found
+
+    def _own_folder(self) -> str:
+        if self._folder is None:
+            import tempfile
+
+            self._folder = tempfile.mkdtemp(prefix="launcher-agent-")
+        return self._folder
+
+    def _monitor(self) -> None:
+        if self._housekeeper is not None:
+            return
+        from launcher.engine.monitor.housekeeping import Housekeeper
+
+        self._driver.watch_memory()
+        self._housekeeper = Housekeeper(
+            self._reactor,
+            self._log,
+            self.forwarder,
+            self,
+            run_id=self.run_id,
+            processes=self._processes.values(),
+        )
+        self._housekeeper.start()
+
+    def _samples(self, by_name: Mapping[str, Mapping[str, Any]]) -> None:
+        ids = {process.name: process.process_id for process in self._processes.values()}
+        self._reporter.samples({ids[name]: sample for name, sample in by_name.items()})
+
+    def ended(self, process: Process, pid: int, end: Ended) -> None:
+        returncode = end.outcome.returncode
+        if self._housekeeper is not None and returncode is not None and returncode < 0:
+            self._housekeeper.killed()
+
+    def before_kill(self) -> None:
+        if self._housekeeper is not None:
+            self._housekeeper.note_shared_memory()
+
+    def may_have_left(self, process: Process, session: int) -> None:
+        """Stop what a process that was stopped, or is restarted, left in its session."""
+        if self._is_ending or not _has_members(session):
+            return
+        from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
+
+        Leftovers(
+            self.run_id,
+            reactor=self._reactor,
+            listener=_SessionListener(self._reporter, process),
+            ignore=self._watchdog.pids,
+            policy=stop_policy_for((process.machine.stop,)),
+            session=session,
+        ).check()
+
+    def started(self, process: Process, pid: int) -> None: ...
+    def cancelled(self, process: Process) -> None: ...
+    def start(self, effect: StartProcess) -> None: ...
+    def shut_down(self, reason: str, *, is_interrupted: bool) -> None: ...
+    def loaded(self, effect: LoadComponent, full_name: str) -> None: ...
+    def output(self, process: Process, stream: str, data: bytes) -> None: ...
+    def over_budget(self, process: Process, verdict: Verdict) -> None: ...
+    def host_failed(self, cause: str) -> None: ...
+
+    def watches(self, process: Process) -> bool:
+        return False
+
+
+class _SessionListener:
+    """For what one process has left in its session."""
+
+    def __init__(self, reporter: Reporter, process: Process) -> None:
+        self._reporter = reporter
+        self._process = process
+
+    def log(self, level: str, text: str) -> None:
+        self._reporter.warn(f"{self._process.name}: {text}")
+
+    def killing(self) -> None: ...
+    def finished(self) -> None: ...
+
+
+def _has_members(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,74 @@
+"""`agent`: serves a launcher on another machine, which starts it by ssh."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from launcher.command_line import DEBUG, Command, option
+from launcher.commands import VERBS
+from launcher.errors import ExitCode, UsageError
+
+_LOW = 10  # descriptors of the protocol are above, out of the way of standard streams
+
+COMMAND = Command(
+    "agent",
+    VERBS["agent"],
+    about="""\
+Start, stop and watch processes for a launcher on another machine, which runs this command by ssh
+for each host with `engine: ssh` of its hosts file. Requests are binary messages on standard input;
+when that ends, the processes run on or are stopped, as the hosts file says. SIGTERM stops them.""",
+    options=(
+        option("--resume KEY", "pass this connection to the agent that has lost its own"),
+        DEBUG,
+    ),
+)
+
+
+def main(words: Sequence[str]) -> int:
+    options = COMMAND.parse(words)
+    if os.isatty(0) or os.isatty(1):
+        raise UsageError(
+            "the agent talks to a launcher, not to a terminal",
+            hint="a launcher starts it on hosts with `engine: ssh` (docs/hosts.md)",
+        )
+    return _resume(options.resume) if options.resume is not None else _serve()
+
+
+def _serve() -> int:
+    from launcher.agent.agent import Agent
+    from launcher.engine.posix.reactor import Reactor
+
+    read_fd, write_fd = _take_streams()
+    with Reactor() as reactor:
+        try:
+            return Agent(reactor).serve(read_fd, write_fd)
+        except PermissionError:  # of epoll
+            message = "standard input and output of the agent must be pipes or sockets"
+            raise UsageError(message) from None
+
+
+def _take_streams() -> tuple[int, int]:
+    """What anything here prints goes to standard error, not between the messages."""
+    import fcntl
+
+    taken = [fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, _LOW) for fd in (0, 1)]
+    null = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
+    os.dup2(null, 0)
+    os.dup2(2, 1)
+    os.close(null)
+    return taken[0], taken[1]
+
+
+def _resume(key: str) -> int:
+    from launcher.agent.takeover import hand_over
+
+    if hand_over(key):
+        return ExitCode.OK
+    from launcher.engine.hosts.frames import PREAMBLE, Kind, encode, pack
+
+    refusal = pack({"reason": "there is no agent of this run any more"})
+    sys.stdout.buffer.write(PREAMBLE + encode(Kind.REFUSAL, 0, 0.0, refusal))
+    sys.stdout.flush()
+    return ExitCode.PROCESS_FAILED
