@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import select
+import signal
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
+from launcher import proc
 from launcher.engine.hosts.agent_link import AgentLink
 from launcher.engine.hosts.link import LinkContext, LinkState
 from launcher.engine.hosts.replica import Replica
@@ -21,6 +24,7 @@ from tests.support.node_process import REPOSITORY
 
 DEADLINE_S = 60.0
 AGENT = (sys.executable, "-m", "launcher", "agent")
+RELAYED = ("sh", "-c", 'cat | "$@" | cat', "sh", *AGENT)
 
 
 def python(code: str, **fields: Any) -> Order:
@@ -80,8 +84,6 @@ class Recorder:
             self._wait()
 
     def _wait(self) -> None:
-        import select
-
         timeout_s = self.reactor.timeout_s()
         wait_s = 0.05 if timeout_s is None else min(0.05, timeout_s)
         with suppress(InterruptedError):
@@ -102,6 +104,14 @@ class Recorder:
         self.until(lambda: self.end is not None, "the host has finished")
         assert self.end is not None
         return self.end
+
+    def sever(self) -> None:
+        """Kill what is between us and the agent; for a recorder with the words RELAYED."""
+        process = self.link._process
+        assert process is not None
+        cats = [pid for pid in proc.children(process.pid) if proc.command_name(pid) == "cat"]
+        for pid in (process.pid, *cats):
+            os.kill(pid, signal.SIGKILL)
 
     # ---- what was recorded
 

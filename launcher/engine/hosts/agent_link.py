@@ -116,7 +116,12 @@ class AgentLink:
     def _later(self, name: str, delay_s: float, callback: Callable[[], object]) -> None:
         """Call back, instead of what was planned under this name."""
         self._cancel(name)
-        self._timers[name] = self._reactor.call_later(delay_s, callback)
+
+        def call() -> None:
+            del self._timers[name]
+            callback()
+
+        self._timers[name] = self._reactor.call_later(delay_s, call)
 
     def _cancel(self, name: str) -> None:
         if name in self._timers:
@@ -197,11 +202,7 @@ class AgentLink:
         if self._process is None and "start" not in self._timers:
             delay_s = RETRIES_S[min(self._attempts, len(RETRIES_S) - 1)]
             self._attempts += 1
-            self._later("start", delay_s, self._start_again)
-
-    def _start_again(self) -> None:
-        del self._timers["start"]
-        self._start()
+            self._later("start", delay_s, self._start)
 
     def _change(self, state: LinkState, reason: str) -> None:
         self._state = state
@@ -314,14 +315,21 @@ class AgentLink:
         self._has_greeted = True
         self._is_closing = True
         self._cancel("connect")
+        self._cancel("beat")
         self._change(LinkState.GONE, reason)
+        self._later("farewell", 0, self._leave)
 
     def _finished(self, content: Mapping[str, Any]) -> None:
         leftovers = [str(text) for text in content["leftovers"]]
         self._is_closing = True  # the end of the connection is expected
         self._cancel("beat")
         self._listener.finished(self._host.name, leftovers, killed=bool(content["killed"]))
-        self._later("farewell", 0, lambda: self._channel.tell(Kind.ACK))
+        self._later("farewell", 0, self._leave)
+
+    def _leave(self) -> None:
+        """Nothing more will come: let the agent know that we have all, and end the connection."""
+        self._channel.tell(Kind.ACK)
+        self._channel.detach()
 
     # ---- the channel
 
