@@ -71,6 +71,10 @@ class Connection:
         """Run a script of the POSIX shell there; without a master it connects on its own."""
         return self._ssh(["ControlMaster=no"], [posix_shell(command)])
 
+    def leader(self, command: str) -> list[str]:
+        """As `session`, and the sessions that come later share its connection."""
+        return self._ssh(["ControlMaster=auto"], [posix_shell(command)])
+
     def alone(self, command: str) -> list[str]:
         """As `session`, but never with a master, which may have lost its connection."""
         return self._ssh(["ControlMaster=no"], [posix_shell(command)], shared=False)

@@ -1,0 +1,401 @@
+"""The link to a host with systemd."""
+
+from __future__ import annotations
+
+import base64
+import functools
+import hashlib
+from collections import deque
+
+from launcher.engine.hosts.link import LinkState
+from launcher.engine.hosts.systemd import journal, samples
+from launcher.engine.hosts.systemd.scripts import Scripts, read_properties
+from launcher.engine.hosts.systemd.sessions import Sessions
+from launcher.engine.hosts.systemd.shell import Answer, Request
+from launcher.engine.hosts.systemd.unit_process import UnitProcess, outcome_of_record
+from launcher.hosts import unit
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from launcher.engine.hosts.link import LinkContext
+    from launcher.engine.hosts.systemd.journal import Entry, Line, Message, Note
+    from launcher.engine.hosts.systemd.scripts import Facts
+    from launcher.engine.machine import Command
+    from launcher.engine.posix.reactor import Timer
+    from launcher.hosts.order import Order
+
+LOOK_S = 3.0  # between looks at the states of the units
+BEAT_S = 1.0  # for the watch there
+FINISH_S = 3.0  # for the last lines
+LIMBO_S = 2.0  # for the record that says whose output it is
+READABLE_S = 5.0  # for the first record to come through the journal
+
+
+def short_id(run_id: str) -> str:
+    """The id of a run in the names of its units: six letters and digits."""
+    digest = hashlib.sha256(run_id.encode()).digest()
+    return base64.b32encode(digest)[:6].decode().lower()
+
+
+class SystemdLink:
+    """A Link. Its units are started, stopped and restarted by systemd there."""
+
+    def __init__(self, context: LinkContext) -> None:
+        self._context = context
+        self._host = context.host
+        self._listener = context.listener
+        self._reactor = context.reactor
+        self._run = short_id(context.run_id)
+        self._sessions = Sessions(context, self._run, self)
+        self._units: dict[int, UnitProcess] = {}
+        self._scripts: Scripts
+        self._facts: Facts
+        self._calls: deque[Callable[[], None]] = deque()
+        self._by_unit: dict[str, int] = {}
+        self._by_pid: dict[int, int] = {}
+        self._by_stream: dict[str, int] = {}
+        self._limbo: list[Line] = []
+        self._timers: dict[str, Timer] = {}
+        self._has_expired = False
+        self._leftovers: tuple[list[str], bool] | None = None
+        self._is_detached = self._has_watch = self._journal_works = False
+        self._samples = samples.Samples()
+
+    # ---- the interface
+
+    @property
+    def state(self) -> LinkState:
+        return self._sessions.state
+
+    @property
+    def silent_s(self) -> float:
+        return self._sessions.silent_s
+
+    @property
+    def stop_after_s(self) -> float | None:
+        policy = self._host.on_link_loss
+        return None if policy is None else policy.stop_after_s
+
+    def open(self) -> None:
+        self._sessions.open()
+
+    def prepare(self, process_id: int, order: Order) -> None:
+        self._call(functools.partial(self._prepare, process_id, order))
+
+    def command(self, process_id: int, command: Command) -> None:
+        self._call(lambda: self._units[process_id].command(command))
+
+    def signal(self, process_id: int, signum: int, *, by_user: bool) -> None:
+        self._call(lambda: self._units[process_id].signal(signum, by_user=by_user))
+
+    def write_stdin(self, process_id: int, data: bytes) -> None:
+        self._call(lambda: self._write_stdin(process_id, data))
+
+    def pause(self, paused: bool) -> None:
+        self._sessions.pause(paused)
+
+    def finish(self, *, at_once: bool) -> None:
+        if self.state is LinkState.READY or not at_once:
+            self._call(lambda: self._finish(at_once=at_once))
+        else:
+            self._calls.clear()
+            self._sessions.forget_requests()
+
+    def detach(self) -> None:
+        if self.stop_after_s is not None:
+            raise OSError(f"its processes are stopped {self.stop_after_s:g} s after the launcher")
+        if self.state is not LinkState.READY:
+            raise OSError("it cannot be reached")
+        if self._facts.is_user and not self._facts.lingers:
+            user = self._facts.user
+            raise OSError(
+                f"its processes would end when {user} logs out;"
+                f" there, as root: loginctl enable-linger {user}"
+            )
+        self._is_detached = True
+
+    def close(self) -> None:
+        self._sessions.close()
+        for timer in self._timers.values():
+            timer.cancel()
+        for one in self._units.values():
+            one.close()
+
+    # ---- calls wait until the host can be reached
+
+    def _call(self, call: Callable[[], None]) -> None:
+        """Not at once: what it leads to is told by the event loop."""
+        self._calls.append(call)
+        self._reactor.call_later(0, self._serve)
+
+    def _serve(self) -> None:
+        while self._calls and self.state is LinkState.READY:
+            self._calls.popleft()()
+
+    def _request(self, request: Request) -> None:
+        self._sessions.request(request)
+
+    def _prepare(self, process_id: int, order: Order) -> None:
+        name = self._scripts.unit(order.name)
+        self._by_unit[name] = process_id
+        self._units[process_id] = UnitProcess(
+            process_id,
+            order,
+            lambda: self._scripts,
+            self._reactor,
+            self._request,
+            self._listener.event,
+        )
+        for text in unit.unmet(order.restart, order.stop, self._facts.version):
+            if "left out" not in text:
+                self._listener.warn(self._host.name, f"{order.name}: {text}")
+        if order.emulate_tty:
+            text = f"{order.name}: emulate_tty has no effect under systemd"
+            self._listener.warn(self._host.name, text)
+        self._send_files(process_id, order)
+        if self.stop_after_s is not None and not self._has_watch:
+            self._has_watch = True
+            self._request(Request(self._scripts.watch(self.stop_after_s), self._check_answer))
+            self._every("beat", BEAT_S, self._send_beat)
+        if "look" not in self._timers:
+            self._every("look", LOOK_S, self._look)
+
+    def _send_files(self, process_id: int, order: Order) -> None:
+        self._request(Request(self._scripts.files(process_id, order), self._check_answer))
+
+    def _check_answer(self, answer: Answer) -> None:
+        if answer.code:
+            lines = answer.text.strip().splitlines() or [f"exit code {answer.code}"]
+            self._listener.warn(self._host.name, f"cannot prepare its processes: {lines[-1]}")
+
+    def _send_beat(self) -> None:
+        if self.state is LinkState.READY:
+            self._request(Request(self._scripts.beat(), lasts=False))
+
+    def _write_stdin(self, process_id: int, data: bytes) -> None:
+        name = self._units[process_id].order.name
+
+        def answered(answer: Answer) -> None:
+            if answer.code:
+                text = f"{name}: cannot write to its standard input: it does not read"
+                self._listener.warn(self._host.name, text)
+
+        script = self._scripts.write_stdin(process_id, data)
+        self._request(Request(script, answered, lasts=False))
+
+    # ---- the sessions
+
+    def met(self, facts: Facts) -> str:
+        if facts.version < unit.OLDEST:
+            has = f"has systemd {facts.version}" if facts.version else "does not have systemd"
+            return f"{has}; set `engine: ssh` for it in the hosts file (needs {unit.OLDEST})"
+        if not facts.state:
+            return (
+                f"its service manager does not answer{' user ' + facts.user if facts.uid else ''};"
+                " is libpam-systemd installed there? Otherwise set `engine: ssh` in the hosts file"
+            )
+        if not facts.has_launcher:
+            return (
+                f"its Python '{self._host.python}' does not have the launcher; install it there"
+                " (python -m launcher hosts sync), or set `python:` in the hosts file"
+            )
+        self._know(facts)
+        if facts.is_user and not facts.lingers:
+            text = (
+                f"processes of {facts.user} end some seconds after the connection does; to keep"
+                f" them, run there as root: loginctl enable-linger {facts.user}"
+            )
+            self._reactor.call_later(0, lambda: self._listener.warn(self._host.name, text))
+        return ""
+
+    def _know(self, facts: Facts) -> None:
+        self._facts = facts
+        self._scripts = Scripts(self._run, self._host, facts)
+
+    def met_again(self, facts: Facts) -> bool:
+        if facts.boot_id == self._facts.boot_id:
+            return True
+        self._know(facts)
+        now = self._reactor.now()
+        self._sessions.reader.cursor = facts.cursor
+        for one in self._units.values():
+            one.lost(now)
+        self._restore()
+        return False
+
+    def _restore(self) -> None:
+        """Runtime files do not survive a restart of the host."""
+        self._request(Request(self._scripts.prepare(), self._check_answer))
+        for process_id, one in self._units.items():
+            self._send_files(process_id, one.order)
+        if self._has_watch and self.stop_after_s is not None:
+            self._request(Request(self._scripts.watch(self.stop_after_s), self._check_answer))
+
+    def changed(self, state: LinkState, reason: str) -> None:
+        is_first = state is LinkState.READY and not self._journal_works
+        if is_first:
+            self._request(Request(self._scripts.prepare(), self._check_answer))
+            self._request(Request(self._scripts.mark("first"), lasts=False))
+            self._after("readable", READABLE_S, self._check_readable)
+        for one in self._units.values():
+            if state is LinkState.READY:
+                one.resume_timers()
+            else:
+                one.suspend_timers()
+        self._listener.link_changed(self._host.name, state, reason)
+        self._reactor.call_later(0, self._serve)
+
+    def _check_readable(self) -> None:
+        if not self._journal_works and self.state is LinkState.READY:
+            text = (
+                f"{self._facts.user} cannot read the lines of processes in the journal; run there"
+                f" as root: usermod --append --groups systemd-journal {self._facts.user}"
+            )
+            self._listener.warn(self._host.name, text)
+
+    def mark(self, token: str) -> str:
+        return self._scripts.mark(token)
+
+    # ---- the journal
+
+    def entry(self, entry: Entry) -> None:
+        self._journal_works = True
+        at_s = self._sessions.clock.here(entry.monotonic_s, self._reactor.now())
+        # Processes may change their user; of others only they do.
+        if isinstance(entry, journal.Line):
+            self._line(entry, at_s)
+        elif entry.uid != self._facts.uid:
+            return
+        elif isinstance(entry, journal.Note):
+            self._note(entry, at_s)
+        else:
+            self._message(entry, at_s)
+
+    def _line(self, line: Line, at_s: float) -> None:
+        process_id = self._owner(line)
+        if process_id is None:
+            if line.uid != self._facts.uid:
+                return  # of this run on another host, which is the same machine
+            self._limbo.append(line)
+            self._after("limbo", LIMBO_S, self._give_up_limbo)
+            return
+        if line.stream_id:
+            self._by_stream[line.stream_id] = process_id
+        one = self._units[process_id]
+        stream = "both" if one.order.merge else line.stream
+        self._listener.output(process_id, stream, line.data, at_s)
+
+    def _owner(self, line: Line) -> int | None:
+        return self._by_unit.get(
+            line.unit, self._by_stream.get(line.stream_id, self._by_pid.get(line.pid))
+        )
+
+    def _give_up_limbo(self) -> None:
+        for line in self._limbo:
+            text = line.data.decode(errors="replace").rstrip("\n")
+            self._listener.warn(self._host.name, f"output of an unknown process: {text}")
+        self._limbo.clear()
+
+    def _note(self, note: Note, at_s: float) -> None:
+        match note.words:
+            case ("start", number, invocation, pid) if one := self._numbered(number):
+                self._by_pid[int(pid)] = one.process_id
+                one.noted_start(invocation, int(pid), at_s)
+                limbo, self._limbo = self._limbo, []
+                for line in limbo:
+                    self._line(line, at_s)
+            case ("exit", number, invocation, result, code, status) if one := self._numbered(
+                number
+            ):
+                if result != "exec-condition" and code != "-":
+                    one.noted_exit(invocation, outcome_of_record(result, code, status), at_s)
+            case ("expired", waited):
+                self._expired(waited, at_s)
+            case ("mark", "finish"):
+                self._finished()
+
+    def _numbered(self, number: str) -> UnitProcess | None:
+        return self._units.get(int(number)) if number.isdecimal() else None
+
+    def _expired(self, waited: str, at_s: float) -> None:
+        text = f"stopped its processes after {waited} s without the launcher"
+        self._listener.warn(self._host.name, text)
+        for one in self._units.values():
+            one.noted_stop(at_s, by_user=False)
+
+    def _message(self, message: Message, at_s: float) -> None:
+        process_id = self._by_unit.get(message.unit)
+        if process_id is None:
+            return
+        one = self._units[process_id]
+        if message.message_id == journal.STOPPING:
+            one.noted_stop(at_s, by_user=True)
+        elif message.message_id == journal.RESTART_SCHEDULED:
+            one.noted_restart(at_s)
+        elif message.result == "start-limit-hit":
+            one.noted_refusal(at_s, "systemd has given it up (start-limit-hit)")
+
+    # ---- looking
+
+    def _look(self) -> None:
+        """What the journal did not tell, and the resources."""
+        if self.state is not LinkState.READY or not self._units:
+            return
+        names = [one.order.name for one in self._units.values()]
+        self._request(Request(self._scripts.show(names), self._looked, lasts=False))
+        pids = {i: one.pid for i, one in self._units.items() if one.pid > 0}
+        if pids:
+            read = functools.partial(self._sampled, pids)
+            self._request(Request(samples.script(pids.values()), read, lasts=False))
+
+    def _looked(self, answer: Answer) -> None:
+        if self.state is not LinkState.READY:
+            return
+        now = self._reactor.now()
+        for found in read_properties(answer.text):
+            process_id = self._by_unit.get(found.get("Id", ""))
+            if process_id is not None:
+                self._units[process_id].seen(found, now)
+
+    def _sampled(self, pids: dict[int, int], answer: Answer) -> None:
+        found = self._samples.read(answer.text, pids, self._reactor.now())
+        if found:
+            self._listener.samples(self._host.name, found)
+
+    # ---- the end
+
+    def _finish(self, *, at_once: bool) -> None:
+        names = [one.order.name for one in self._units.values()]
+        answered = functools.partial(self._finish_answered, at_once)
+        self._request(Request(self._scripts.finish(names, at_once=at_once), answered))
+        self._request(Request(self._scripts.mark("finish")))
+
+    def _finish_answered(self, at_once: bool, answer: Answer) -> None:
+        left = [line for line in answer.text.splitlines() if line.startswith("launcher-")]
+        self._leftovers = left, at_once and bool(left)
+        self._after("finish", FINISH_S, self._finished)
+
+    def _finished(self) -> None:
+        if self._leftovers is not None:
+            (left, killed), self._leftovers = self._leftovers, None
+            self._cancel("finish")
+            self._listener.finished(self._host.name, left, killed=killed)
+
+    # ---- timers
+
+    def _after(self, name: str, delay_s: float, callback: Callable[[], None]) -> None:
+        self._cancel(name)
+        self._timers[name] = self._reactor.call_later(delay_s, callback)
+
+    def _every(self, name: str, period_s: float, callback: Callable[[], None]) -> None:
+        def fire() -> None:
+            self._after(name, period_s, fire)
+            callback()
+
+        self._after(name, period_s, fire)
+
+    def _cancel(self, name: str) -> None:
+        if name in self._timers:
+            self._timers.pop(name).cancel()

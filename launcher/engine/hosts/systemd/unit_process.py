@@ -1,0 +1,345 @@
+"""A process that is a unit on a host: the state machine of its host, which systemd carries out.
+
+Systemd restarts it; the machine here follows what the journal says. Starts, stops and the signals
+of a stop are requested from here. What the journal tells twice, or out of order with the answers of
+the shell, counts once: each start has an invocation id.
+"""
+
+from __future__ import annotations
+
+import errno
+import signal
+import uuid
+
+from launcher.engine.hosts.replica import ReportingMachine
+from launcher.engine.hosts.systemd.scripts import read_properties
+from launcher.engine.hosts.systemd.shell import Answer, Request
+from launcher.engine.machine import (
+    Action,
+    Command,
+    Ended,
+    Exited,
+    MachineEvent,
+    Order,
+    Outcome,
+    ProcessState,
+    Signal,
+    SignalSent,
+    SpawnError,
+)
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from launcher.engine.hosts.systemd.scripts import Scripts
+    from launcher.engine.posix.reactor import Reactor, Timer
+    from launcher.hosts import order as orders
+
+# Output that the journal gets from another stream than the record of the exit comes within it.
+DRAIN_S = 0.05
+SUSPICIOUS = 2  # looks at the unit that contradict the journal, before they are believed
+_KILLED = -9
+_BY_RESULT = {"exited": 1, "killed": 2, "dumped": 3}  # CLD_EXITED and so on
+
+
+class UnitProcess:
+    """`report(event, at, pid, left)` is told what its machine has handled.
+
+    `scripts` may change when the host was restarted. Call its methods only while the host can be
+    reached, except `noted...`.
+    """
+
+    def __init__(
+        self,
+        process_id: int,
+        order: orders.Order,
+        scripts: Callable[[], Scripts],
+        reactor: Reactor,
+        request: Callable[[Request], None],
+        report: Callable[[int, MachineEvent, float, int, float | None], None],
+    ) -> None:
+        self.process_id = process_id
+        self.order = order
+        self._scripts = scripts
+        self._reactor = reactor
+        self._request = request
+        self._report = report
+        self.machine = ReportingMachine(order.restart, order.stop, self._handled)
+        self.pid = -1
+        self._invocations: set[str] = set()  # whose start was handled
+        self._exits: set[str] = set()  # whose exit was handled
+        self._invocation = ""
+        self._pending: tuple[Outcome, float] | None = None
+        self._is_starting = False  # a start is requested and not answered
+        self._starts_itself = False  # systemd does what the machine asks for
+        self._is_held = False
+        self._suspicions = 0
+        self._last_s = 0.0
+        self._timer: Timer | None = None
+        self._drain: Timer | None = None
+        self._hold: Timer | None = None
+
+    def _handled(self, event: MachineEvent, at_s: float, left_s: float | None) -> None:
+        self._report(self.process_id, event, at_s, self.pid, left_s)
+
+    # ---- the operator
+
+    def command(self, command: Command) -> None:
+        self._flush()
+        self._handle(command, self._reactor.now())
+
+    def signal(self, signum: int, *, by_user: bool) -> None:
+        """Send a signal of a user, or of the launch file."""
+        if not self.machine.state.is_alive:
+            return
+        may_end = signum not in (signal.SIGCONT, signal.SIGSTOP)
+        if by_user and may_end and self.machine.may_restart:
+            # Systemd would restart it.
+            self._is_held = True
+            self._request(Request(self._scripts().hold(self.process_id)))
+            self._after("_hold", self.order.stop.grace_s + 1.0, self._release)
+        self._send(signum)
+        self._handle(SignalSent(signum, by_user=by_user), self._reactor.now())
+
+    def _release(self) -> None:
+        """It has survived the signal."""
+        if self.machine.state is ProcessState.RUNNING and self._is_held:
+            self._is_held = False
+            self._request(Request(self._scripts().release(self.process_id)))
+
+    # ---- the machine
+
+    def _handle(self, event: MachineEvent, at_s: float) -> None:
+        self._last_s = at_s = max(at_s, self._last_s)
+        was = self.machine.state
+        for action in self.machine.handle(event, at_s):
+            self._do(action, was)
+        self._set_timer()
+
+    def _by_itself(self, event: MachineEvent, at_s: float) -> None:
+        """Systemd has done it; it needs nothing from here."""
+        self._starts_itself = True
+        self._handle(event, at_s)
+        self._starts_itself = False
+
+    def _do(self, action: Action, was: ProcessState) -> None:
+        match action:
+            case Order.SPAWN if not self._starts_itself:
+                self._start()
+            case Signal(signum=signum) if not self._starts_itself:
+                is_first = signum == self.order.stop.steps[0][0]
+                if is_first and was is not ProcessState.STOPPING and not _is_pause(signum):
+                    # Systemd sends the first signal, and continues a suspended process.
+                    self._request(Request(self._scripts().stop(self.order.name)))
+                else:
+                    self._send(signum)
+            case Order.WAKE:
+                self._send(signal.SIGCONT)
+            case Ended():
+                self._ended(action)
+
+    def _ended(self, end: Ended) -> None:
+        self.pid = -1
+        self._cancel("_hold")
+
+    @property
+    def restarts_by_itself(self) -> bool:
+        """Whether systemd restarts it after the exit that the machine has handled last."""
+        return self.machine.state is ProcessState.BACKOFF and not self._is_own
+
+    _is_own = False  # the restart is requested from here
+
+    def _start(self) -> None:
+        self._is_starting = True
+        self._is_held = False
+        script = self._scripts().start(self.process_id, self.order, uuid.uuid4().hex)
+        self._request(Request(script, self._start_answered))
+
+    def _start_answered(self, answer: Answer) -> None:
+        self._is_starting = False
+        if self.machine.state not in (ProcessState.STARTING, ProcessState.STOPPING):
+            return  # the journal was faster
+        now = self._reactor.now()
+        if answer.code:
+            lines = answer.text.strip().splitlines() or ["systemd-run failed"]
+            self._handle(SpawnError(errno.EIO, lines[0]), now)
+            return
+        found = (read_properties(answer.text) or [{}])[-1]
+        invocation, pid = found.get("InvocationID", ""), int(found.get("ExecMainPID") or 0)
+        # After a restart that was faster than the answer, the journal tells all that happened.
+        if found.get("ActiveState") == "active" and found.get("NRestarts") == "0" and pid:
+            self.noted_start(invocation, pid, now)
+
+    def _send(self, signum: int) -> None:
+        self._request(Request(self._scripts().signal(self.order.name, signum), lasts=False))
+
+    # ---- the journal
+
+    def noted_start(self, invocation: str, pid: int, at_s: float) -> None:
+        if invocation in self._invocations:
+            return
+        self._flush()
+        state = self.machine.state
+        if state is ProcessState.RUNNING:  # its exit was not told
+            self._exit(Outcome(returncode=_KILLED), at_s)
+            state = self.machine.state
+        if state is ProcessState.BACKOFF:
+            self.noted_restart(at_s)
+        elif not state.is_alive:
+            self._by_itself(Command.USER_START, at_s)  # by another operator
+        self._invocations.add(invocation)
+        self._invocation, self.pid = invocation, pid
+        self._handle(Command.STARTED, at_s)
+
+    def noted_exit(self, invocation: str, outcome: Outcome, at_s: float) -> None:
+        if invocation in self._exits:
+            return
+        if invocation not in self._invocations:
+            self.noted_start(invocation, 0, at_s)
+        self._exits.add(invocation)
+        self._pending = outcome, at_s
+        self._after("_drain", DRAIN_S, self._flush)
+
+    def _flush(self) -> None:
+        """Handle the exit: what it has written has come."""
+        self._cancel("_drain")
+        if self._pending is not None:
+            (outcome, at_s), self._pending = self._pending, None
+            self._exit(outcome, at_s)
+
+    def _exit(self, outcome: Outcome, at_s: float) -> None:
+        was_stopping = self.machine.state is ProcessState.STOPPING
+        self._is_own = was_stopping or self._is_held
+        self._handle(Exited(outcome), at_s)
+
+    def noted_stop(self, at_s: float, *, by_user: bool) -> None:
+        """Somebody there, or the watch, stops the unit."""
+        if self.machine.state in (ProcessState.RUNNING, ProcessState.BACKOFF):
+            self._by_itself(Command.USER_STOP if by_user else Command.STOP, at_s)
+
+    def noted_restart(self, at_s: float) -> None:
+        """Systemd restarts it now."""
+        self._flush()
+        if self.machine.state is ProcessState.BACKOFF:
+            self._tick(at_s)
+
+    def _tick(self, at_s: float) -> None:
+        if self.machine.deadline is not None:
+            self.machine.deadline = min(self.machine.deadline, at_s)
+        self._by_itself(Command.TICK, at_s)
+
+    def noted_refusal(self, at_s: float, why: str) -> None:
+        """Systemd does not restart it any more."""
+        self.noted_restart(at_s)
+        if self.machine.state is ProcessState.STARTING and not self._is_starting:
+            self._handle(SpawnError(errno.ECANCELED, why), at_s)
+
+    # ---- what is seen
+
+    def seen(self, found: Mapping[str, str], at_s: float) -> None:
+        """Compare with the state of the unit; what the journal does not tell counts as seen."""
+        if self._pending is not None or self._is_starting or not self._contradicts(found):
+            self._suspicions = 0
+            return
+        self._suspicions += 1
+        if self._suspicions < SUSPICIOUS:
+            return
+        self._suspicions = 0
+        if _is_running(found):
+            self.noted_start(found.get("InvocationID", ""), int(found.get("MainPID") or 0), at_s)
+        elif self.machine.state.is_alive:
+            self.noted_exit(self._invocation, _outcome_of(found), at_s)
+        else:
+            self.noted_refusal(at_s, f"systemd does not restart it ({found.get('Result', '')})")
+
+    def _contradicts(self, found: Mapping[str, str]) -> bool:
+        state = self.machine.state
+        if _is_running(found):
+            return not (state.is_alive and found.get("InvocationID") == self._invocation)
+        is_over = found.get("ActiveState") in ("inactive", "failed")
+        if state is ProcessState.BACKOFF:
+            return is_over and self.restarts_by_itself
+        return state.is_alive and (is_over or found.get("SubState") == "auto-restart")
+
+    def lost(self, at_s: float) -> None:
+        """The host was restarted: the process has ended, and systemd does not restart it."""
+        self._flush()
+        self._is_starting = False
+        if self.machine.state.is_alive:
+            if self.machine.state is ProcessState.STARTING:
+                self._handle(Command.STARTED, at_s)
+            self._exit(Outcome(returncode=_KILLED), at_s)
+        self._is_own = True
+        self._set_timer()
+
+    # ---- timers
+
+    def _set_timer(self) -> None:
+        self._cancel("_timer")
+        deadline = self.machine.deadline
+        if deadline is not None and not self.restarts_by_itself:
+            self._after("_timer", deadline - self._reactor.now(), self._due)
+
+    def _due(self) -> None:
+        self._handle(Command.TICK, self._reactor.now())
+
+    def suspend_timers(self) -> None:
+        """The host cannot be reached."""
+        self._cancel("_timer")
+
+    def resume_timers(self) -> None:
+        self._set_timer()
+
+    def close(self) -> None:
+        for name in ("_timer", "_drain", "_hold"):
+            self._cancel(name)
+
+    def _after(self, name: str, delay_s: float, callback: Callable[[], None]) -> None:
+        self._cancel(name)
+        setattr(self, name, self._reactor.call_later(delay_s, callback))
+
+    def _cancel(self, name: str) -> None:
+        timer: Timer | None = getattr(self, name)
+        if timer is not None:
+            timer.cancel()
+            setattr(self, name, None)
+
+
+def _is_pause(signum: int) -> bool:
+    return signum in (signal.SIGSTOP, signal.SIGCONT)
+
+
+def _is_running(found: Mapping[str, str]) -> bool:
+    return found.get("ActiveState") == "active" and found.get("MainPID", "0") != "0"
+
+
+def outcome_of_record(result: str, code: str, status: str) -> Outcome:
+    """`$SERVICE_RESULT`, `$EXIT_CODE` and `$EXIT_STATUS` of systemd."""
+    if code == "exited":
+        return Outcome(returncode=int(status) if status.isdigit() else 1)
+    number = _signal_number(status)
+    return Outcome(
+        returncode=-number, core_dumped=code == "dumped", out_of_memory=result == "oom-kill"
+    )
+
+
+def _signal_number(name: str) -> int:
+    """Of `KILL`, `RTMIN+3` or `37`."""
+    if name.isdigit():
+        return int(name)
+    base, _, more = name.partition("+")
+    try:
+        return int(signal.Signals[f"SIG{base}"]) + int(more or 0)
+    except (KeyError, ValueError):
+        return int(signal.SIGKILL)
+
+
+def _outcome_of(found: Mapping[str, str]) -> Outcome:
+    """The exit of a unit whose record is missing; the unit may be forgotten, too."""
+    code, status = int(found.get("ExecMainCode") or 0), int(found.get("ExecMainStatus") or 0)
+    if code == _BY_RESULT["exited"]:
+        return Outcome(returncode=status)
+    if code in (_BY_RESULT["killed"], _BY_RESULT["dumped"]):
+        return Outcome(returncode=-status, core_dumped=code == _BY_RESULT["dumped"])
+    return Outcome(returncode=_KILLED)
