@@ -20,6 +20,7 @@ from launcher.text import did_you_mean
 # Verbs of the command line that are none of the console.
 SHELL_VERBS = (
     "launch",
+    "attach",
     "args",
     "run",
     "build",

@@ -23,6 +23,7 @@ from launcher.engine.output.screen_filters import ScreenFilters, Shown
 from launcher.engine.process import Process
 from launcher.engine.process_control import Done, Kind, ProcessControl, Result
 from launcher.engine.run_control import RunControl
+from launcher.errors import LauncherError
 from launcher.model.record import Record
 from launcher.text import count
 
@@ -233,6 +234,18 @@ class Service:
         data = (call.options["text"] + "\n").encode(errors="surrogateescape")
         control = self._control.process_control
         self._each(call, exchange, lambda process, done: control.send(process, data, done))
+
+    def _do_detach(self, call: Call, exchange: Exchange) -> None:
+        try:
+            detached = self._control.detach()
+        except LauncherError as error:
+            raise BadCallError("wrong-state", error.message) from None
+        result = {
+            "left": [{"name": name, "host": host} for name, host in detached.left],
+            "stopped": list(detached.stopped),
+            "dropped": list(detached.dropped),
+        }
+        exchange.reply(result, detached.sentences)
 
     def _do_quit(self, call: Call, exchange: Exchange) -> None:
         running = sum(process.child is not None for process in self._control.processes)

@@ -158,6 +158,7 @@ VERBS = (
     ),
     Verb("plan", "show what the launch file has done so far", shell=False),
     Verb("pick", "open the list of processes below the output (also F2)", shell=False),
+    Verb("detach", "end the run here, and let the processes on other hosts run on"),
     Verb("quit", "stop everything and end the run"),
     Verb("help [VERB]", "show this table, or how one verb is used", (TOPIC,), shell=False),
 )

@@ -42,6 +42,9 @@ if TYPE_CHECKING:
         def plan(self) -> Mapping[str, Any]: ...
         def plan_lines(self) -> Sequence[str]: ...
 
+        # What it would still do by itself: `OnProcessExit`, `2 timers`.
+        def intentions(self) -> Sequence[str]: ...
+
 
 class CoreDriver:
     """One for a run. `agent_env` is the environment of the ROS agent, if one is needed."""

@@ -266,6 +266,11 @@ class ProcessMachine:
                 return self._due(now)
         return []
 
+    def adopt(self, state: ProcessState, since_s: float, restarts: int) -> None:
+        """Begin with a process that exists, or has existed, without an event."""
+        self.restarts, self.running_since = restarts, since_s
+        self._enter(state)
+
     def _enter(self, state: ProcessState, deadline: float | None = None) -> None:
         self.state = state
         self._is_stuck = False

@@ -12,12 +12,35 @@ from launcher.engine.process import Process
 from launcher.engine.process_control import ProcessControl
 from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.shutdown import Shutdown
+from launcher.errors import LauncherError
+from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.core_driver import Core
+    from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.monitor.resources import Sample
+
+
+class Detached(Record):
+    """What became of a run: (process, host) that run on, processes of this machine that are
+    stopped, and what the launch file will not do any more.
+    """
+
+    left: tuple[tuple[str, str], ...]
+    stopped: tuple[str, ...]
+    dropped: tuple[str, ...]
+
+    @property
+    def sentences(self) -> list[str]:
+        places = ", ".join(f"{name} ({host})" for name, host in self.left)
+        texts = [f"detached; these run on: {places}"]
+        if self.stopped:
+            texts.append(f"stopped, since they run here: {', '.join(self.stopped)}")
+        if self.dropped:
+            texts.append(f"not carried out any more: {', '.join(self.dropped)}")
+        return texts
 
 
 class RunControl:
@@ -40,7 +63,7 @@ class RunControl:
         log_dir: str | None,
         keep: Callable[[int], None],
         screen: StdoutWriter,
-        has_hosts: bool = False,
+        fleet: Fleet | None = None,
     ) -> None:
         self.reactor = reactor
         self.log = log
@@ -48,7 +71,8 @@ class RunControl:
         self.log_dir = log_dir
         self.keep = keep
         self.screen = screen
-        self.has_hosts = has_hosts
+        self.has_hosts = fleet is not None
+        self._fleet = fleet
         self.process_control = ProcessControl(reactor, driver, log, shutdown)
         self.filters = ScreenFilters(processes.values(), log)
         self.on_process: Callable[[Process], None] = lambda process: None
@@ -71,6 +95,23 @@ class RunControl:
     def adopt(self, process: Process) -> None:
         self.filters.adopt(process)
         self.on_process(process)
+
+    def detach(self) -> Detached:
+        """End the run here, and leave the processes on other hosts to them; LauncherError."""
+        left = [] if self._fleet is None else self._fleet.detach()
+        if not left:
+            raise LauncherError("no process runs on another host")
+        self.log.note("asked", verb="detach")
+        here = [one for one in self.processes if one.is_awaited]
+        detached = Detached(
+            left=tuple((one.name, one.host_name) for one in left),
+            stopped=tuple(one.name for one in here),
+            dropped=tuple(self.core.intentions()),
+        )
+        for text in detached.sentences:
+            self.log.log("INFO", "launch", text)
+        self._shutdown.stop("detached")
+        return detached
 
     def quit(self, reason: str) -> None:
         self.log.note("asked", verb="quit")

@@ -168,7 +168,7 @@ class Supervisor:
                 log_dir=self._directory.path,
                 keep=self._watchdog.keep,
                 screen=self._screen,
-                has_hosts=self._fleet is not None,
+                fleet=self._fleet,
             )
         return self._control
 

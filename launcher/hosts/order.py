@@ -52,7 +52,8 @@ class Order(Record):
     `environment` are the variables that the process gets besides those of the host, which may be
     secret, and `variables` more of them, whose values have references; `unset` those that it must
     not have. `files` are contents by name; in a content, each of `marks` stands for a path. `cwd`
-    is a folder, or `cwd_in_share` one of a package.
+    is a folder, or `cwd_in_share` one of a package. `number` is its place among the processes of
+    the run, which decides on its colour.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Order(Record):
     restart: RestartPolicy = RestartPolicy()
     stop: StopPolicy = StopPolicy()
     limits: Limits | None = None
+    number: int = 0
 
     @property
     def parts(self) -> tuple[Part, ...]:

@@ -48,6 +48,7 @@ def encode(order: Order) -> dict[str, Any]:
         "restart": {**_fields(order.restart), "mode": order.restart.mode.value},
         "stop": {**_fields(order.stop), "polite": _polite(order.stop)},
         "limits": None if order.limits is None else _fields(order.limits),
+        "number": order.number,
     }
 
 

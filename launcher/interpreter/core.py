@@ -27,6 +27,7 @@ from launcher.language.session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
 from launcher.language.utilities import visit_all_entities_and_collect_futures
 from launcher.model import events as model
+from launcher.text import count
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -112,8 +113,17 @@ class Interpreter:
     @property
     def may_start_more(self) -> bool:
         """Whether handlers of the launch file may start processes that are not known yet."""
+        return bool(self._own_handlers)
+
+    @property
+    def _own_handlers(self) -> list[Any]:
         harmless = (OnIncludeLaunchDescription, OnShutdown, TargetedHandler)
-        return any(type(handler) not in harmless for handler in self.context._event_handlers)
+        return [one for one in self.context._event_handlers if type(one) not in harmless]
+
+    def intentions(self) -> list[str]:
+        """The timers and event handlers that are left: `2 timers`, `OnProcessExit`."""
+        timers = [count(len(self.host.timers), "timer")] if self.host.timers else []
+        return timers + [type(handler).__name__ for handler in self._own_handlers]
 
     @property
     def empty_run(self) -> str | None:

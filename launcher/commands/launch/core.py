@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from launcher.commands.launch.helpers import Helpers
     from launcher.commands.launch.run_plan import RunStep
     from launcher.commands.launch.target import LaunchRequest
+    from launcher.engine.core_driver import Core
     from launcher.engine.hosts.fleet import FleetPlan
     from launcher.engine.posix.reactor import Reactor
     from launcher.engine.supervisor import Supervisor
@@ -102,6 +103,10 @@ class LaunchCore:
     def has_failed(self) -> bool:
         return self._interpreter.failure is not None
 
+    def intentions(self) -> Sequence[str]:
+        """What the launch file would still do by itself."""
+        return self._interpreter.intentions()
+
     def plan(self) -> Mapping[str, Any]:
         """The plan document of the run so far."""
         from launcher.commands.launch.run_plan import run_document
@@ -124,7 +129,7 @@ def _ended_process(event: Event) -> int | None:
 
 @contextlib.contextmanager
 def supervising(
-    core: LaunchCore,
+    core: Core,
     options: RunOptions,
     run_path: str | None,
     request: LaunchRequest,

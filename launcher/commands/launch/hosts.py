@@ -51,7 +51,8 @@ def prepare(request: LaunchRequest, options: RunOptions) -> Preparation:
     def host_of(spec: ProcessSpec) -> Host | None:
         return servers[spec.name] if spec.name in servers else placement.host_of(spec)
 
-    fleet = FleetPlan(host_of=host_of, needed=needed, environments=environments)
+    title = " ".join([os.path.basename(request.path), *map(":=".join, request.arguments)])
+    fleet = FleetPlan(host_of=host_of, needed=needed, environments=environments, title=title)
     return Preparation(fleet=fleet, services=_services(wiring))
 
 

@@ -17,6 +17,7 @@ from launcher.engine.machine import (
     Exited,
     MachineEvent,
     Order,
+    ProcessState,
     Signal,
     SignalSent,
     SpawnError,
@@ -25,6 +26,7 @@ from launcher.engine.machine import (
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import LauncherError
 from launcher.model.events import Outcome
+from launcher.model.record import replace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -75,6 +77,7 @@ class HostsDriver(ProcessDriver):
         self._remote[process.process_id] = process
         try:
             order = self._fleet.order(process.spec, host, merge=merge)
+            order = replace(order, number=process.number)
         except LauncherError as error:
             replica.refusal = (errno.EINVAL, error.message)
             return
@@ -89,6 +92,8 @@ class HostsDriver(ProcessDriver):
             self._command(process, process.host, event)
 
     def _command(self, process: Process, host: RemoteHost, command: Command) -> None:
+        if process.is_abandoned:
+            return
         replica = self._replicas[process.process_id]
         refusal = (errno.EHOSTDOWN, host.name) if host.is_gone else replica.refusal
         if refusal is not None:
@@ -190,6 +195,21 @@ class HostsDriver(ProcessDriver):
                     self._ended(process, action, at_s)
                 case Order():
                     pass
+
+    def adopted(
+        self, process_id: int, state: ProcessState, pid: int, since_s: float, restarts: int
+    ) -> None:
+        process = self._remote[process_id]
+        assert process.host is not None
+        self._replicas[process_id].adopt(state, since_s, restarts)
+        if pid > 0:
+            process.child = RemoteChild(pid, process_id, process.host)
+            process.history.starts += 1
+        age_s = self._reactor.now() - since_s
+        line = messages.adopted(state, pid, process.host_name, age_s, restarts)
+        self._log.report(process, line)
+        self._log.note("adopted", process, pid=pid, state=state.value, restarts=restarts)
+        self._listener.idle()
 
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
         process = self._remote[process_id]

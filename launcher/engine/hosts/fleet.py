@@ -6,9 +6,10 @@ import functools
 from collections.abc import Callable, Mapping, Sequence
 
 from launcher.engine.hosts import engines
-from launcher.engine.hosts.link import LinkContext, LinkState
+from launcher.engine.hosts.link import Attached, LinkContext, LinkState
 from launcher.engine.hosts.remote_host import RemoteHost
 from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.errors import LauncherError
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order, order_for
 from launcher.model.record import Record
@@ -32,12 +33,16 @@ class FleetPlan(Record):
     """Which hosts a run needs from its start, and where its processes run (None: here).
 
     `environments` are variables for processes by the name of the host, besides those that the
-    hosts file has.
+    hosts file has. `title` says what is launched. `attached`: the processes run already, by these
+    `orders`, by name.
     """
 
     host_of: Callable[[ProcessSpec], Host | None]
     needed: tuple[Host, ...] = ()
     environments: Mapping[str, Mapping[str, str]] = {}
+    title: str = ""
+    attached: Attached | None = None
+    orders: Mapping[str, Order] = {}
 
 
 class Fleet:
@@ -96,6 +101,8 @@ class Fleet:
             reactor=self._reactor,
             run_id=self._run_id,
             environment=self._environment,
+            title=self._plan.title,
+            attached=self._plan.attached,
         )
         one.link = engines.make_link(context)
         return one
@@ -159,6 +166,8 @@ class Fleet:
 
     def order(self, spec: ProcessSpec, host: RemoteHost, *, merge: bool) -> Order:
         """What the host is told to run; LaunchFileError."""
+        if spec.name in self._plan.orders:
+            return self._plan.orders[spec.name]
         defaults = {k: v for k, v in self._defaults.items() if k not in spec.env}
         more = self._plan.environments.get(host.name, {})
         environment = {**defaults, **more, **host.host.environment}
@@ -223,6 +232,25 @@ class Fleet:
         self._has_finished(host)
 
     # ---- the end
+
+    def detach(self) -> list[Process]:
+        """Leave the processes on other hosts to them; returns those that run on.
+
+        LauncherError, and nothing is left, if a host cannot.
+        """
+        used = [host for host in self.hosts if host.pending and not host.is_gone]
+        for host in used:
+            try:
+                host.link.detach()
+            except OSError as error:
+                raise LauncherError(f"cannot detach from {host.name}: {error}") from None
+        left = [process for host in used for process in host.pending]
+        for host in used:
+            host.is_abandoned = True
+            self._forget_timer(host.name)
+        for process in left:
+            process.is_abandoned = True
+        return left
 
     def stopping(self) -> None:
         """All processes are being stopped: do not wait for long for hosts that are unreachable."""

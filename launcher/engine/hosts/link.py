@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from typing import Any
 
-    from launcher.engine.machine import Command, MachineEvent
+    from launcher.engine.machine import Command, MachineEvent, ProcessState
     from launcher.engine.posix.reactor import Reactor
     from launcher.hosts.model import Host
     from launcher.hosts.order import Order
@@ -67,7 +67,7 @@ class Link(Protocol):
     # periods, and gives up on a host that cannot be reached; it may follow the other one.
     def finish(self, *, at_once: bool) -> None: ...
 
-    # Let everything there run on, and leave. OSError if the engine cannot.
+    # Let everything there run on; the run ends without `finish`. OSError says why it cannot.
     def detach(self) -> None: ...
 
     # Release descriptors and end helper processes here; idempotent.
@@ -102,6 +102,12 @@ class LinkListener(Protocol):
     # READY after UNREACHABLE is reported when everything that was missed has been.
     def link_changed(self, host: str, state: LinkState, reason: str) -> None: ...
 
+    # A run that is attached to: its process was in this state when the link was made (`pid` -1:
+    # it did not run), and has been since `since_s`. Comes instead of the events of its START.
+    def adopted(
+        self, process_id: int, state: ProcessState, pid: int, since_s: float, restarts: int
+    ) -> None: ...
+
     # A message of the host's engine for the user.
     def warn(self, host: str, text: str) -> None: ...
 
@@ -109,11 +115,23 @@ class LinkListener(Protocol):
     def finished(self, host: str, leftovers: Sequence[str], *, killed: bool) -> None: ...
 
 
+class Attached(Record):
+    """A run that goes on: its id on the hosts, and how many of its last lines are shown."""
+
+    run: str
+    lines: int = 10
+
+
 class LinkContext(Record):
-    """What a link needs of its run; `environment` is that of the launcher."""
+    """What a link needs of its run; `environment` is that of the launcher.
+
+    `title` says for users what was launched. `attached`: the processes run already.
+    """
 
     host: Host
     listener: LinkListener
     reactor: Reactor
     run_id: str
     environment: Mapping[str, str]
+    title: str = ""
+    attached: Attached | None = None

@@ -89,6 +89,10 @@ class Replica(ProcessMachine):
         self.deadline = None if left_s is None else at_s + left_s
         return [_delayed(action, left_s or 0.0) for action in actions]
 
+    def adopt(self, state: ProcessState, since_s: float, restarts: int) -> None:
+        self._wanted_starts = 0
+        super().adopt(state, since_s, restarts)
+
     def lose(self, outcome: Outcome, at_s: float) -> list[Action]:
         """The host has gone with the process, which nobody will restart."""
         self._wanted_starts = 0

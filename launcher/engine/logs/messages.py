@@ -9,11 +9,12 @@ import os
 import signal
 from collections.abc import Iterable
 
-from launcher.engine.machine import Ended, Escalate, ProcessMachine
+from launcher.engine.machine import Ended, Escalate, ProcessMachine, ProcessState
 from launcher.engine.process import Process
 from launcher.model.events import Outcome, signal_name
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec, RestartPolicy
+from launcher.text import count
 
 LAST_LINES = 10  # of the process that failed first, in the summary
 
@@ -27,6 +28,14 @@ class Line(Record):
 
 def started(pid: int, host: str = "") -> Line:
     return Line("INFO", f"process started with pid [{pid}]{f' on {host}' if host else ''}")
+
+
+def adopted(state: ProcessState, pid: int, host: str, age_s: float, restarts: int) -> Line:
+    """What became of a process before its run was attached to."""
+    times = f", {count(restarts, 'restart')} so far" if restarts else ""
+    if pid > 0:
+        return Line("INFO", f"runs on {host} with pid [{pid}] for {age_s:.0f} s{times}")
+    return Line("WARNING", f"does not run on {host} ({state.value}){times}")
 
 
 def signalled(name: str, signum: int) -> Line:

@@ -22,6 +22,7 @@ WORDS = {
     "send": "a some text",
     "events": "--new",
     "show": "",
+    "detach": "",
     "quit": "",
 } | dict.fromkeys(
     ("stop", "start", "restart", "pause", "resume", "mute", "unmute", "solo", "info"), "a"

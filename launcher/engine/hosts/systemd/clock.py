@@ -21,6 +21,10 @@ class HostClock:
             self._offset_s = min(self._offset_s, now - host_s)
         self._beats += 1
 
+    def there(self, now: float) -> float:
+        """Our time on the clock of the host."""
+        return now if self._offset_s is None else now - self._offset_s
+
     def here(self, host_s: float, now: float) -> float:
         """A time of the host on our clock, not later than now."""
         return now if self._offset_s is None else min(now, host_s + self._offset_s)

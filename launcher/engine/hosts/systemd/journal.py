@@ -50,11 +50,16 @@ def records_identifier(run: str) -> str:
     return f"launcher-{run}-events"
 
 
-def words(run: str, cursor: str | None) -> list[str]:
-    """The command line that follows the journal of a run, from behind the cursor."""
-    start = ["--since=now"] if cursor is None else [f"--after-cursor={cursor}"]
+def words(run: str, cursor: str | None, *, last: int | None = None) -> list[str]:
+    """The command line that follows the journal of a run, from behind the cursor.
+
+    `last`: begin with so many last entries instead.
+    """
+    start = ["--no-tail", "--since=now"] if cursor is None else []
+    start = start if cursor is None else ["--no-tail", f"--after-cursor={cursor}"]
+    start = start if last is None else [f"--lines={last}"]
     return [
-        *("journalctl", "--follow", "--no-tail", "--quiet", "--output=json", "--all"),
+        *("journalctl", "--follow", "--quiet", "--output=json", "--all"),
         f"--output-fields={','.join(_FIELDS)}",
         *start,
         *matches(run),

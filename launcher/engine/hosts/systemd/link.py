@@ -5,14 +5,16 @@ from __future__ import annotations
 import base64
 import functools
 import hashlib
+import time
 from collections import deque
 
 from launcher.engine.hosts.link import LinkState
-from launcher.engine.hosts.systemd import journal, samples
+from launcher.engine.hosts.systemd import journal, manifest, samples
 from launcher.engine.hosts.systemd.scripts import Scripts, read_properties
 from launcher.engine.hosts.systemd.sessions import Sessions
 from launcher.engine.hosts.systemd.shell import Answer, Request
 from launcher.engine.hosts.systemd.unit_process import UnitProcess, outcome_of_record
+from launcher.engine.machine import Command
 from launcher.hosts import unit
 
 TYPE_CHECKING = False
@@ -22,13 +24,13 @@ if TYPE_CHECKING:
     from launcher.engine.hosts.link import LinkContext
     from launcher.engine.hosts.systemd.journal import Entry, Line, Message, Note
     from launcher.engine.hosts.systemd.scripts import Facts
-    from launcher.engine.machine import Command
     from launcher.engine.posix.reactor import Timer
     from launcher.hosts.order import Order
 
 LOOK_S = 3.0  # between looks at the states of the units
 BEAT_S = 1.0  # for the watch there
 FINISH_S = 3.0  # for the last lines
+MANIFEST_S = 0.3  # processes that are prepared together are written together
 LIMBO_S = 2.0  # for the record that says whose output it is
 READABLE_S = 5.0  # for the first record to come through the journal
 
@@ -47,7 +49,9 @@ class SystemdLink:
         self._host = context.host
         self._listener = context.listener
         self._reactor = context.reactor
-        self._run = short_id(context.run_id)
+        self._attached = context.attached
+        self._started = time.time()
+        self._run = short_id(context.run_id) if self._attached is None else self._attached.run
         self._sessions = Sessions(context, self._run, self)
         self._units: dict[int, UnitProcess] = {}
         self._scripts: Scripts
@@ -58,9 +62,10 @@ class SystemdLink:
         self._by_stream: dict[str, int] = {}
         self._limbo: list[Line] = []
         self._timers: dict[str, Timer] = {}
-        self._has_expired = False
+        self._orders: dict[int, Order] = {}
+        self._adopted_s = float("inf")  # on the host; before that, only lines count
         self._leftovers: tuple[list[str], bool] | None = None
-        self._is_detached = self._has_watch = self._journal_works = False
+        self._has_watch = self._journal_works = False
         self._samples = samples.Samples()
 
     # ---- the interface
@@ -82,9 +87,13 @@ class SystemdLink:
         self._sessions.open()
 
     def prepare(self, process_id: int, order: Order) -> None:
+        self._orders[process_id] = order
         self._call(functools.partial(self._prepare, process_id, order))
 
     def command(self, process_id: int, command: Command) -> None:
+        if self._attached is not None and command is Command.START:
+            self._after("adopt", 0, lambda: self._call(self._adopt))
+            return
         self._call(lambda: self._units[process_id].command(command))
 
     def signal(self, process_id: int, signum: int, *, by_user: bool) -> None:
@@ -106,15 +115,14 @@ class SystemdLink:
     def detach(self) -> None:
         if self.stop_after_s is not None:
             raise OSError(f"its processes are stopped {self.stop_after_s:g} s after the launcher")
-        if self.state is not LinkState.READY:
-            raise OSError("it cannot be reached")
+        if self._calls:
+            raise OSError("it cannot be reached, and has not got all requests")
         if self._facts.is_user and not self._facts.lingers:
             user = self._facts.user
             raise OSError(
                 f"its processes would end when {user} logs out;"
                 f" there, as root: loginctl enable-linger {user}"
             )
-        self._is_detached = True
 
     def close(self) -> None:
         self._sessions.close()
@@ -148,19 +156,21 @@ class SystemdLink:
             self._request,
             self._listener.event,
         )
+        if self._attached is not None:
+            return
         for text in unit.unmet(order.restart, order.stop, self._facts.version):
             if "left out" not in text:
                 self._listener.warn(self._host.name, f"{order.name}: {text}")
-        if order.emulate_tty:
-            text = f"{order.name}: emulate_tty has no effect under systemd"
-            self._listener.warn(self._host.name, text)
         self._send_files(process_id, order)
+        self._after("manifest", MANIFEST_S, self._write_manifest)
         if self.stop_after_s is not None and not self._has_watch:
             self._has_watch = True
             self._request(Request(self._scripts.watch(self.stop_after_s), self._check_answer))
             self._every("beat", BEAT_S, self._send_beat)
-        if "look" not in self._timers:
-            self._every("look", LOOK_S, self._look)
+
+    def _write_manifest(self) -> None:
+        document = manifest.encode(self._run, self._context.title, self._started, self._orders)
+        self._request(Request(self._scripts.manifest(document), self._check_answer))
 
     def _send_files(self, process_id: int, order: Order) -> None:
         self._request(Request(self._scripts.files(process_id, order), self._check_answer))
@@ -217,6 +227,9 @@ class SystemdLink:
     def met_again(self, facts: Facts) -> bool:
         if facts.boot_id == self._facts.boot_id:
             return True
+        if self._attached is not None:
+            self._sessions.give_up("it was restarted, which has ended its processes")
+            return False
         self._know(facts)
         now = self._reactor.now()
         self._sessions.reader.cursor = facts.cursor
@@ -236,7 +249,9 @@ class SystemdLink:
     def changed(self, state: LinkState, reason: str) -> None:
         is_first = state is LinkState.READY and not self._journal_works
         if is_first:
-            self._request(Request(self._scripts.prepare(), self._check_answer))
+            self._every("look", LOOK_S, self._look)
+            if self._attached is None:
+                self._request(Request(self._scripts.prepare(), self._check_answer))
             self._request(Request(self._scripts.mark("first"), lasts=False))
             self._after("readable", READABLE_S, self._check_readable)
         for one in self._units.values():
@@ -299,6 +314,8 @@ class SystemdLink:
         self._limbo.clear()
 
     def _note(self, note: Note, at_s: float) -> None:
+        if self._attached is not None and note.monotonic_s < self._adopted_s:
+            return
         match note.words:
             case ("start", number, invocation, pid) if one := self._numbered(number):
                 self._by_pid[int(pid)] = one.process_id
@@ -327,7 +344,8 @@ class SystemdLink:
 
     def _message(self, message: Message, at_s: float) -> None:
         process_id = self._by_unit.get(message.unit)
-        if process_id is None:
+        is_old = self._attached is not None and message.monotonic_s < self._adopted_s
+        if process_id is None or is_old:
             return
         one = self._units[process_id]
         if message.message_id == journal.STOPPING:
@@ -336,6 +354,27 @@ class SystemdLink:
             one.noted_restart(at_s)
         elif message.result == "start-limit-hit":
             one.noted_refusal(at_s, "systemd has given it up (start-limit-hit)")
+
+    # ---- attaching
+
+    def _adopt(self) -> None:
+        """Take the processes as they are."""
+        script = self._scripts.show(one.order.name for one in self._units.values())
+        self._request(Request(script, self._adopt_answered))
+
+    def _adopt_answered(self, answer: Answer) -> None:
+        now = self._reactor.now()
+        self._adopted_s = self._sessions.clock.there(now)
+        for found in read_properties(answer.text):
+            process_id = self._by_unit.get(found.get("Id", ""))
+            if process_id is None:
+                continue
+            since_s = int(found.get("ExecMainStartTimestampMonotonic") or 0) / 1e6
+            state = self._units[process_id].adopt(found, self._sessions.clock.here(since_s, now))
+            one = self._units[process_id]
+            self._listener.adopted(
+                process_id, state, one.pid, one.machine.running_since, one.machine.restarts
+            )
 
     # ---- looking
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 LONGEST_STOP_S = 10  # of a unit of the same name, which a start waits for
 _SHOWN = "Id,LoadState,ActiveState,SubState,Result,MainPID,NRestarts,InvocationID"
-_SHOWN_MORE = "ExecMainPID,ExecMainCode,ExecMainStatus,CPUUsageNSec,MemoryCurrent,TasksCurrent"
+_SHOWN_MORE = "ExecMainPID,ExecMainCode,ExecMainStatus,ExecMainStartTimestampMonotonic"
 
 
 class Facts(Record):

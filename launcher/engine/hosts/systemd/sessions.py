@@ -121,15 +121,22 @@ class Sessions:
                 self._refuse(refusal)
                 return
             self._has_met = True
-            self.reader.cursor = facts.cursor
+            if self._context.attached is None:
+                self.reader.cursor = facts.cursor
             self._follow()
             self._soon("watch", 1.0, self._check_silence)
             self._change(LinkState.READY, "")
         else:
             if not self._listener.met_again(facts):
                 self.clock = HostClock()
+            if self._shell is None:
+                return
             self._follow()
             self._catch_up()
+
+    def give_up(self, reason: str) -> None:
+        """Leave for ever; the listener hears of it."""
+        self._refuse(reason)
 
     def _refuse(self, reason: str) -> None:
         self._drop()
@@ -218,7 +225,9 @@ class Sessions:
 
     def _follow(self) -> None:
         self.reader.restart()
-        words = quoted(journal.words(self._run, self.reader.cursor))
+        attached = self._context.attached
+        last = attached.lines if attached is not None and self.reader.cursor is None else None
+        words = quoted(journal.words(self._run, self.reader.cursor, last=last))
         # It ends with its input, so that none stays behind a connection that broke.
         leash = '{ cat <&3 >/dev/null 2>&1; kill "$$"; } >/dev/null 2>&1 &'
         self._journal = Channel(

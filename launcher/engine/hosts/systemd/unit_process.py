@@ -21,12 +21,12 @@ from launcher.engine.machine import (
     Exited,
     MachineEvent,
     Order,
-    Outcome,
     ProcessState,
     Signal,
     SignalSent,
     SpawnError,
 )
+from launcher.model.events import Outcome
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -272,6 +272,21 @@ class UnitProcess:
             self._exit(Outcome(returncode=_KILLED), at_s)
         self._is_own = True
         self._set_timer()
+
+    def adopt(self, found: Mapping[str, str], since_s: float) -> ProcessState:
+        """Take the unit as it is; the state that the process has."""
+        self._invocation = found.get("InvocationID", "")
+        state = ProcessState.EXITED
+        if _is_running(found):
+            state = ProcessState.RUNNING
+            self._invocations.add(self._invocation)
+            self.pid = int(found["MainPID"])
+        elif found.get("SubState") == "auto-restart":
+            state = ProcessState.BACKOFF
+        elif found.get("ActiveState") == "failed":
+            state = ProcessState.FATAL
+        self.machine.adopt(state, since_s, int(found.get("NRestarts") or 0))
+        return state
 
     # ---- timers
 

@@ -1,0 +1,63 @@
+"""The record of a run on a host, from which `attach` makes the run again."""
+
+from __future__ import annotations
+
+import getpass
+import json
+import os
+
+from launcher.hosts import order_json
+from launcher.model.record import Record, replace
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
+    from launcher.hosts.order import Order
+
+VERSION = 1
+
+
+class Manifest(Record):
+    """A run on one host; `started` in seconds since 1970, `orders` by process id.
+
+    The orders have neither environment nor files: those are in the host's files already.
+    """
+
+    run: str
+    title: str
+    operator: str
+    started: float
+    orders: Mapping[int, Order]
+
+
+def encode(run: str, title: str, started: float, orders: Mapping[int, Order]) -> dict[str, Any]:
+    """What is written to the host."""
+    return {
+        "version": VERSION,
+        "run": run,
+        "title": title,
+        "operator": f"{getpass.getuser()}@{os.uname().nodename}",
+        "started": started,
+        "processes": {
+            str(number): order_json.encode(replace(order, environment={}, variables={}, files={}))
+            for number, order in orders.items()
+        },
+    }
+
+
+def decode(text: str) -> Manifest:
+    """ValueError for a record of another version, or for no record."""
+    document = json.loads(text)
+    if not isinstance(document, dict) or document.get("version") != VERSION:
+        raise ValueError("not a record of a run, or of another version of the launcher")
+    return Manifest(
+        run=document["run"],
+        title=document["title"],
+        operator=document["operator"],
+        started=document["started"],
+        orders={
+            int(number): order_json.decode(order) for number, order in document["processes"].items()
+        },
+    )
