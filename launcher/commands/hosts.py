@@ -61,17 +61,23 @@ def _check(parsed: Parsed) -> int:
 def _needs(parsed: Parsed, file: HostsFile) -> dict[str, Needs]:
     """What the plan needs on each host; LauncherError if the launch file is wrong."""
     from launcher.commands.launch.mistakes import together
+    from launcher.commands.launch.placing import place
     from launcher.commands.plan import evaluate, mistakes_of
     from launcher.hosts.check.needs import needs_of
-    from launcher.hosts.placement import Placement
 
     request = LaunchRequest.of(parsed)
-    plan = evaluate(request)
+    plan = evaluate(request, with_scopes=True)
     errors = mistakes_of(plan, request)
-    if errors:
-        raise together(errors) from (plan.error.fault if plan.error else None)
-    specs = [process.spec for process in plan.processes]
-    return needs_of(specs, Placement(file), plan.environment)
+    placing = place(plan, file)
+    if errors or placing.findings.errors:
+        raise together([*errors, *placing.findings.errors])
+    return {
+        name: needs_of(
+            [one.order for one in placing.placed if one.order and one.host_name == name],
+            plan.environment,
+        )
+        for name in file.hosts
+    }
 
 
 DISCOVERY = option(

@@ -9,42 +9,28 @@ from pathlib import Path
 
 from launcher.errors import LauncherError
 from launcher.hosts.check.facts import Needs
-from launcher.hosts.order import order_for
-from launcher.hosts.placement import Placement
-from launcher.model.spec import ProcessSpec
+from launcher.hosts.order import Order
 from launcher.packages import resource_prefix, share_directory
 
 _DEPENDENCY = re.compile(r"<(?:exec_|run_)?depend(?:\s[^>]*)?>\s*([\w.-]+)\s*<")
 
 
-def needs_of(
-    specs: Iterable[ProcessSpec], placement: Placement, environ: Mapping[str, str]
-) -> dict[str, Needs]:
-    """By name of the host. UsageError if a process has two hosts; LaunchFileError if it cannot be
-    sent to its host.
-    """
-    by_host: dict[str, list[ProcessSpec]] = {}
-    for spec in specs:
-        host = placement.host_of(spec)
-        if host is not None:
-            by_host.setdefault(host.name, []).append(spec)
-    return {name: _needs(found, environ) for name, found in by_host.items()}
-
-
-def _needs(specs: Sequence[ProcessSpec], environ: Mapping[str, str]) -> Needs:
+def needs_of(orders: Iterable[Order], environ: Mapping[str, str]) -> Needs:
+    """What a host needs for these processes."""
     packages: dict[str, None] = {}
     executables: dict[tuple[str, str], None] = {}
-    for spec in specs:
-        order = order_for(spec, base=environ)
+    orders = tuple(orders)
+    for order in orders:
         executables.update({(one.package, one.name): None for one in order.executables})
-        packages.update({package: None for package, _ in executables})
-        packages.update({file.package: None for file in order.shared_files})
+        names = [one.package for one in order.executables]
+        names += [one.package for one in order.shared_files]
+        packages.update(dict.fromkeys(names))
     interfaces = {name for package in packages for name in _interfaces(package, environ)}
     return Needs(
         packages=tuple(packages),
         executables=tuple(executables),
         interfaces=tuple(sorted(interfaces)),
-        processes=len(specs),
+        processes=len(orders),
     )
 
 

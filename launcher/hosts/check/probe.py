@@ -353,10 +353,8 @@ def prefixes() -> Iterator[str]:
 def missing_there(request: dict[str, Any]) -> dict[str, Any]:
     """As the launcher there finds them when it starts processes."""
     from launcher import packages, workspace
-    from launcher.cli import add_wheels_to_ament_path
     from launcher.errors import LauncherError
 
-    add_wheels_to_ament_path()
     current = workspace.current()
     if current is not None:
         from launcher.workspace import activation
