@@ -10,6 +10,19 @@ from launcher.control.verbs import BadCallError
 from launcher.model.record import Record
 
 VERSION = 1
+# Settings that decide which participants discover each other, besides the domain.
+DISCOVERY_VARIABLES = (
+    "RMW_IMPLEMENTATION",
+    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_LOCALHOST_ONLY",
+    "ROS_STATIC_PEERS",
+    "ROS_DISCOVERY_SERVER",
+    "ROS_SECURITY_ENABLE",
+    "FASTDDS_BUILTIN_TRANSPORTS",
+    "FASTRTPS_DEFAULT_PROFILES_FILE",
+    "FASTDDS_DEFAULT_PROFILES_FILE",
+    "CYCLONEDDS_URI",
+)
 REQUEST_LIMIT = 64 * 1024  # bytes of a request with its newline
 
 

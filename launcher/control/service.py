@@ -11,7 +11,7 @@ from typing import Any
 from launcher.control import format, socket_directory, status, verbs
 from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
-from launcher.control.protocol import VERSION, Request
+from launcher.control.protocol import DISCOVERY_VARIABLES, VERSION, Request
 from launcher.control.results import sentence, shown_sentence, shown_sentences
 from launcher.control.selection import ProcessNames, resolve
 from launcher.control.server import Server
@@ -80,6 +80,7 @@ class Service:
                 "started": identity.started,
                 "log_dir": self._control.log_dir,
                 "domain_id": _domain_id(identity.environment),
+                "discovery": _discovery(identity.environment),
                 "processes": [process.name for process in self._control.processes],
             },
         }
@@ -318,6 +319,13 @@ def _domain_id(environment: Mapping[str, str]) -> int | None:
     """The ROS domain of the run; None if it is not a number."""
     text = environment.get("ROS_DOMAIN_ID") or "0"
     return int(text) if text.isdecimal() and len(text) < 10 else None
+
+
+def _discovery(environment: Mapping[str, str]) -> dict[str, str]:
+    """The variables with which the nodes of the run are found, where the usual ones do not do."""
+    if not environment.get("ROS_DISCOVERY_SERVER") and not environment.get("ROS_STATIC_PEERS"):
+        return {}
+    return {name: environment.get(name, "") for name in DISCOVERY_VARIABLES}
 
 
 def open_control(control: RunControl, identity: Identity) -> Server | None:

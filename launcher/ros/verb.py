@@ -68,6 +68,7 @@ def dispatch(command: Command, words: Sequence[str]) -> int:
     """Parse the words and run the command. SIGTERM ends it like Ctrl-C."""
     _refuse_undecodable(words)
     options = command.parse(words)
+    _look_as_the_run(options)
     # an orderly end removes our node from the graph and our shared memory from the disk
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.default_int_handler)
@@ -77,6 +78,14 @@ def dispatch(command: Command, words: Sequence[str]) -> int:
             return options.command.run(options)
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
+
+
+def _look_as_the_run(options: Parsed) -> None:
+    """Find nodes as the run on this domain does that has a discovery server, or peers."""
+    from launcher.ros.discovery.run_settings import adopt
+
+    if (problem := adopt(os.environ, lambda: domain_option(options))) is not None:
+        warn(problem)
 
 
 def _refuse_undecodable(words: Sequence[str]) -> None:

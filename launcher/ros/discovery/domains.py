@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 from launcher.errors import UsageError
@@ -78,7 +78,20 @@ def is_off(environment: Mapping[str, str] = os.environ) -> bool:
 
 def localhost_only(environment: Mapping[str, str] = os.environ) -> bool:
     """Whether the environment keeps discovery on this machine."""
-    return _discovery_range(environment) in ("LOCALHOST", "OFF")
+    if environment.get("ROS_DISCOVERY_SERVER"):
+        return False
+    found = _discovery_range(environment)
+    has_peers = environment.get("ROS_STATIC_PEERS") and environment.get("ROS_LOCALHOST_ONLY") != "1"
+    return found == "OFF" or (found == "LOCALHOST" and not has_peers)
+
+
+def see_whole_graph(environment: MutableMapping[str, str] = os.environ) -> None:
+    """Have a discovery server tell this process about all nodes, not only those that match its own.
+
+    Call it before the participant is made. Nodes of users are not told so much.
+    """
+    if environment.get("ROS_DISCOVERY_SERVER") and not environment.get("ROS_SUPER_CLIENT"):
+        environment["ROS_SUPER_CLIENT"] = "TRUE"
 
 
 def is_plain(environment: Mapping[str, str] = os.environ) -> bool:

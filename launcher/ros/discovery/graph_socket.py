@@ -20,28 +20,16 @@ from pathlib import Path
 from typing import Any
 
 from launcher.control import socket_directory
+from launcher.control.protocol import DISCOVERY_VARIABLES
 from launcher.ros.snapshot.graph import GraphSnapshot, from_document
 
 SUFFIX = ".graph"  # not `.sock`, which is that of a run
 ANSWER_TIMEOUT_S = 0.3  # reading the graph ourselves takes no longer
-# Settings that decide which participants discover each other, besides the domain.
-DISCOVERY = (
-    "RMW_IMPLEMENTATION",
-    "ROS_AUTOMATIC_DISCOVERY_RANGE",
-    "ROS_LOCALHOST_ONLY",
-    "ROS_STATIC_PEERS",
-    "ROS_DISCOVERY_SERVER",
-    "ROS_SECURITY_ENABLE",
-    "FASTDDS_BUILTIN_TRANSPORTS",
-    "FASTRTPS_DEFAULT_PROFILES_FILE",
-    "FASTDDS_DEFAULT_PROFILES_FILE",
-    "CYCLONEDDS_URI",
-)
 
 
 def query(domain_id: int, environment: Mapping[str, str]) -> dict[str, Any]:
     """The request; a bridge with another domain or other settings refuses it."""
-    discovery = {name: environment.get(name, "") for name in DISCOVERY}
+    discovery = {name: environment.get(name, "") for name in DISCOVERY_VARIABLES}
     return {"domain_id": domain_id, "discovery": discovery}
 
 

@@ -18,7 +18,7 @@ from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import Parameter
 
 from launcher.ros.clean_up import limited_clean_up
-from launcher.ros.discovery.domains import environment_domain
+from launcher.ros.discovery.domains import environment_domain, see_whole_graph
 from launcher.ros.discovery.endpoints import NODES_TOPIC
 from launcher.ros.discovery.gids import PARTICIPANT_BYTES, all_live, ghosts, scheme_holds
 from launcher.ros.snapshot.graph import (
@@ -59,6 +59,7 @@ class Observer:
         self.name = name or f"_launcher_observer_{os.getpid()}_{id(self):x}"
 
     def __enter__(self) -> Observer:
+        see_whole_graph()
         self.context = Context()
         rclpy.init(
             context=self.context,
