@@ -37,6 +37,14 @@ def main(words: Sequence[str]) -> int:
             raise
         print(error.render(), file=sys.stderr)
         return error.exit_code
+    except ModuleNotFoundError as error:
+        from launcher.absent_modules import absent_module
+
+        absent = None if debug else absent_module(error)
+        if absent is None:
+            raise
+        print(absent.render(), file=sys.stderr)
+        return absent.exit_code
     except OSError as error:
         # Output cannot be written (a full disk); __main__ handles closed pipes.
         if debug or isinstance(error, BrokenPipeError):

@@ -133,6 +133,22 @@ def test_a_dry_run_on_a_new_host_writes_nothing(site: Site):
     assert list(site.home.iterdir()) == []
 
 
+def test_a_file_that_changes_while_it_is_sent_is_named(site: Site, tmp_path: Path):
+    class Changing(Entry):
+        def blocks(self):
+            yield os.urandom(8)
+
+    files = brought(a="1")
+    log = tmp_path / "growing.log"
+    log.write_text("")
+    files.tree.add(Changing(path="share/growing.log", source=str(log)))
+
+    error = fails(site, files)
+
+    assert f"{log} was changed while it was sent" in error.message
+    assert not site.current.exists()
+
+
 # ---- releases
 
 

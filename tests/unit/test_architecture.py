@@ -98,6 +98,7 @@ MAY_IMPORT = {
     "cli": {
         "errors",
         "workspace",
+        "absent_modules",
         "absent_verbs",
         "commands",
         "command_line",
@@ -106,6 +107,7 @@ MAY_IMPORT = {
         "control",
     },
     "api": {"cli", "commands", "model"},
+    "absent_modules": {"errors"},
     "absent_verbs": {"errors", "commands", "frontends", "packages"},
     "__main__": {"cli"},
     "__init__": set(),

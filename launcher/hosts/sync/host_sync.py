@@ -168,7 +168,7 @@ class HostSync:
         for name in missing:
             path = os.path.join(self._options.wheelhouse or "", name)
             request = {"do": "content", "wheel": name, "hash": wheels.digest_of(path)}
-            self._send_content({**request, "compress": False}, path)
+            self._send_content({**request, "compress": False, "path": path}, path)
         self._say(f"{len(missing)} of {len(files)} wheels sent; makes the environment")
 
     def _with_python(self, release: Release, venv: str) -> Release:
@@ -187,6 +187,7 @@ class HostSync:
                 _COMPRESSED
             )
             request = {"do": "content", "hash": digest, "compress": compress}
+            request["path"] = entry.source or entry.path
             self._session.send_content(request, entry.blocks(), self._count)
         self._ask("sent")
         return len(answer["missing"])

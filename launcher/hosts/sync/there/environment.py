@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _COMPLETE = "launcher-complete"  # written last: without it the folder is removed
 _DEBIAN = "/usr/share/python-wheels"  # where Debian keeps the wheel of pip
-_PIP = ("--disable-pip-version-check", "--no-input", "--quiet")
+_PIP = ("--disable-pip-version-check", "--no-input", "--quiet", "--retries=2")
 
 
 def complete(workspace: Workspace, key: str) -> str | None:

@@ -87,7 +87,8 @@ class Service:
         folder = self._workspace.wheels if "wheel" in request else self._workspace.incoming
         blocks = wire.receive_content(self._requests, compress=request["compress"])
         with disk_errors(self._workspace):
-            self._workspace.receive(os.path.join(folder, name), request["hash"], blocks)
+            target = os.path.join(folder, name)
+            self._workspace.receive(target, request["hash"], blocks, request["path"])
 
     def _do_sent(self, request: dict[str, Any]) -> dict[str, Any]:
         """All contents were sent, and are not answered one by one."""

@@ -127,8 +127,11 @@ class Workspace:
                     found[digest] = os.path.join(self.incoming, digest)
         return found
 
-    def receive(self, target: str, digest: str, blocks: Iterable[bytes]) -> None:
-        """Write a file and give it its name when it is complete; Refusal if it was changed."""
+    def receive(self, target: str, digest: str, blocks: Iterable[bytes], path: str) -> None:
+        """Write a file and give it its name when it is complete; Refusal if it was changed.
+
+        `path` is that of the operator, for messages.
+        """
         partial = os.path.join(os.path.dirname(target), f".{os.getpid()}.partial")
         sha = hashlib.sha256()
         try:
@@ -137,7 +140,7 @@ class Workspace:
                     sha.update(block)
                     file.write(block)
             if sha.hexdigest() != digest:
-                raise Refusal("a file was changed while it was sent", "repeat the command")
+                raise Refusal(f"{path} was changed while it was sent", "repeat the command")
             os.replace(partial, target)
         finally:
             with contextlib.suppress(OSError):

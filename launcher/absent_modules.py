@@ -1,0 +1,28 @@
+"""The error for a Python package that is not installed, where the launcher came without pip."""
+
+from __future__ import annotations
+
+import sys
+
+from launcher.errors import LauncherError
+
+# Module -> what brings it. Beside an installation of ROS 2 the last ones are missing.
+_PACKAGES = {
+    "rclpy": "source the setup file of ROS 2, or pip install 'ros-jazzy-rclpy[fastrtps]'",
+    "yaml": "pip install pyyaml (Debian, Ubuntu: apt install python3-yaml)",
+    "psutil": "pip install psutil (Debian, Ubuntu: apt install python3-psutil)",
+    "rich": "pip install rich (Debian, Ubuntu: apt install python3-rich)",
+    "prompt_toolkit": "pip install prompt_toolkit "
+    "(Debian, Ubuntu: apt install python3-prompt-toolkit)",
+}
+
+
+def absent_module(error: ModuleNotFoundError) -> LauncherError | None:
+    """The error for users; None if it is no package that the launcher uses."""
+    name = (error.name or "").partition(".")[0]
+    hint = _PACKAGES.get(name)
+    if hint is None:
+        return None
+    return LauncherError(
+        f"this needs the Python package '{name}', which {sys.executable} does not have", hint=hint
+    )
