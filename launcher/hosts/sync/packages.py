@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.errors import UsageError
+from launcher.hosts.sync import installed
 from launcher.hosts.sync.tree import Entry, Tree
 from launcher.packages import overlay, sources
 from launcher.packages.sources import MARKERS
@@ -20,15 +21,18 @@ _LAUNCHER = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__fi
 _MODULES = "lib/python/site-packages"  # of packages that are brought from their sources
 _COLCON = "share/colcon-core/packages"
 _DSV = f"prepend-non-duplicate;AMENT_PREFIX_PATH;\nprepend-non-duplicate;PYTHONPATH;{_MODULES}\n"
+_LIBRARIES = "prepend-non-duplicate-if-exists;LD_LIBRARY_PATH;lib\n"
 # Needed for building only, or with paths of this machine that nothing reads there.
 _NOT_RUN = re.compile(
     r"include/.*|share/[^/]+/cmake/.*|share/[^/]+/package\.(?:sh|bash|zsh|ps1)"
     r"|lib/python[^/]*/site-packages/(?:site\.py|.*/_\w+_s(?:\.ep\.\w+)?\.c)"
 )
 _SHEBANG = re.compile(rb"#!\s*/\S*/python[\d.]*(?: -[a-zA-Z]+)?\s*\n")
-
-
 _LAUNCHER_SCRIPT = '#!/bin/sh\nexec "${0%/*}/python" -m launcher "$@"\n'
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
 
 
 class Brought:
@@ -56,6 +60,8 @@ def collect(workspace: Workspace | None, named: Sequence[str] = ()) -> Brought:
                 _add_prefix(brought, prefix, workspace)
     for name, folder in _from_sources(workspace, brought.packages, named).items():
         _add_source(brought, name, folder)
+    for distribution in installed.from_files():
+        _add_installed(brought, distribution)
     _tell_unbuilt(brought, workspace, named)
     tree.check()
     return brought
@@ -217,6 +223,23 @@ def _add_source(brought: Brought, name: str, folder: str) -> None:
     tree.add_text(f"install/{MARKERS}/{name}", "")
     tree.add_text(f"install/{_COLCON}/{name}", ":".join(sorted(sources.dependencies(folder))))
     tree.add_text(f"install/share/{name}/package.dsv", _DSV)
+
+
+def _add_installed(brought: Brought, distribution: Distribution) -> None:
+    """A package that pip has installed from a folder or a wheel here."""
+    names = [one for one in installed.packages_of(distribution) if one not in brought.packages]
+    if not names:
+        return
+    tree = brought.tree
+    modules = installed.add(tree, distribution, "install", _MODULES)
+    brought.packages += names
+    for name in names:
+        for script, target in installed.programs(distribution).items():
+            tree.add(_program(f"install/lib/{name}/{script}", target))
+        tree.add_text(f"install/{MARKERS}/{name}", "")
+        tree.add_text(f"install/{_COLCON}/{name}", "")
+        text = _DSV.replace(_MODULES, modules) + _LIBRARIES
+        tree.add_text(f"install/share/{name}/package.dsv", text)
 
 
 def _tell_unbuilt(brought: Brought, workspace: Workspace | None, named: Sequence[str]) -> None:
