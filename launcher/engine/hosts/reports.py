@@ -8,10 +8,10 @@ from launcher.engine.machine import (
     Command,
     Exited,
     MachineEvent,
-    Outcome,
     SignalSent,
     SpawnError,
 )
+from launcher.model.events import Outcome
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -21,7 +21,8 @@ from launcher.engine.hosts.frames import (
     pack,
 )
 from launcher.engine.hosts.reports import decode_event, encode_event
-from launcher.engine.machine import Command, Exited, Outcome, SignalSent, SpawnError
+from launcher.engine.machine import Command, Exited, SignalSent, SpawnError
+from launcher.model.events import Outcome
 
 FRAMES = st.lists(
     st.tuples(
