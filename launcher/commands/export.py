@@ -18,7 +18,7 @@ from launcher.commands.launch.target import (
     SYNOPSIS,
     LaunchRequest,
 )
-from launcher.errors import ExitCode, LaunchFileError
+from launcher.errors import ExitCode, LauncherError, LaunchFileError
 from launcher.program import program
 from launcher.text import count
 
@@ -26,6 +26,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.export.model import Gap, Output, System
     from launcher.export.system import HostOf
+    from launcher.hosts.model import HostsFile
     from launcher.model.options import RunOptions
     from launcher.planner import Plan
 
@@ -97,9 +98,9 @@ def main(words: Sequence[str]) -> int:
 
 def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> System:
     """What the launch file starts; LauncherError for its mistakes and those of the hosts file."""
-    host_of = _placement(parsed.hosts)
-    made = plan.evaluate(request)
-    errors = plan.mistakes_of(made, request)
+    file = _hosts_file(parsed.hosts)
+    made = plan.evaluate(request, with_scopes=file is not None)
+    errors = [*plan.mistakes_of(made, request), *_misplaced(made, file)]
     if errors:
         from launcher.commands.launch.mistakes import together
 
@@ -108,7 +109,7 @@ def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> Syst
 
     system = system_of(
         made,
-        host_of=host_of,
+        host_of=_placement(file),
         adapt=options.adapt,
         command=_command_line(parsed, request),
         prefix=parsed.prefix,
@@ -126,12 +127,32 @@ def _nothing(made: Plan) -> LaunchFileError:
     )
 
 
-def _placement(path: str | None) -> HostOf:
+def _hosts_file(path: str | None) -> HostsFile | None:
     if path is None:
-        return lambda spec: None
-    from launcher.hosts import file, placement
+        return None
+    from launcher.hosts.file import read
 
-    return placement.Placement(file.read(path, with_secrets=False)).host_of
+    return read(path, with_secrets=False)
+
+
+def _misplaced(made: Plan, file: HostsFile | None) -> Sequence[LauncherError]:
+    """What is wrong with the rules of the hosts file for this launch file; prints warnings."""
+    if file is None:
+        return ()
+    from launcher.commands.launch.placing import place
+
+    findings = place(made, file).findings
+    for warning in findings.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    return findings.errors
+
+
+def _placement(file: HostsFile | None) -> HostOf:
+    if file is None:
+        return lambda spec: None
+    from launcher.hosts.placement import Placement
+
+    return Placement(file).host_of
 
 
 def _output(parsed: Parsed, system: System) -> Output:

@@ -186,6 +186,7 @@ def _show_tree(plan: Plan, placing: Placing | None = None) -> None:
 def _warnings(plan: Plan, placing: Placing | None) -> list[str]:
     lines = [surprise.render() for surprise in plan.warnings]
     if placing is not None:
-        lines += [f"warning: {warning}" for warning in placing.findings.warnings]
+        warnings = (*placing.findings.warnings, *placing.warnings)
+        lines += [f"warning: {warning}" for warning in warnings]
         lines += [f"note: {remark}" for remark in placing.findings.remarks]
     return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines

@@ -108,6 +108,7 @@ class Placement:
 
     def _unused(self) -> Iterator[str]:
         named = {rule.host for rule, _ in self._rules}
+        named |= {self.file.discovery.server, self.file.discovery.backup or LOCAL}
         for name, host in self.file.hosts.items():
             if name not in named:
                 yield f"{host.where}: no rule of 'place' names the host '{name}'"

@@ -115,6 +115,25 @@ def test_an_error_in_the_hosts_file_is_an_error_of_usage(bench: HostsBench):
     assert b"bot3" in done.stderr
 
 
+def test_a_rule_that_matches_nothing_is_an_error_before_anything_starts(bench: HostsBench):
+    bench.hosts_text = "hosts: {bot1: {address: 127.0.0.1}}\nplace: {y: bot1}\n"
+    done = bench.run('sh("echo started", name="x")')
+    assert done.returncode == 2
+    assert b"hosts.yaml:2: 'y' matches no process" in done.stderr
+    assert b"started" not in done.stdout
+
+
+def test_what_a_timer_of_a_launch_file_starts_is_placed_with_the_file(bench: HostsBench):
+    rules = "place: {include:bench.launch.py: bot1, here: local}"
+    bench.hosts_text = f"hosts: {{bot1: {{address: 127.0.0.1}}}}\n{rules}\n"
+    timer = 'TimerAction(period=0.01, actions=[sh("exec sleep 1000", name="late")])'
+    with bench.launch(f"{timer}, {SLEEPER.format('here')}") as run:
+        wait_until(lambda: len(run.ask("ps")["processes"]) == 2, "both processes")
+        wait_until(lambda: is_running(run, "late"), "a running process")
+        hosts = {row["name"]: row["host"] for row in run.ask("ps")["processes"]}
+        assert hosts == {"here-1": "local", "late-2": "bot1"}
+
+
 def test_a_restart_policy_is_the_hosts_and_is_seen(bench: HostsBench):
     actions = 'sh("exit 3", name="bot1_a", respawn=True, respawn_delay=0.05)'
     done = bench.run(actions, "--restart", "bot1_a=on-failure,max=2,backoff=0.05..0.1")

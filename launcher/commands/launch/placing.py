@@ -13,10 +13,14 @@ from launcher.render.hosts import HERE, Placed
 
 
 class Placing(Record):
-    """`placed` by the number of the process in the plan."""
+    """`placed` by the number of the process in the plan.
+
+    `warnings` are about what is not sent to the hosts; a run tells them when a process starts.
+    """
 
     placed: tuple[Placed, ...]
     findings: Findings
+    warnings: tuple[str, ...] = ()
 
 
 def place(plan: Plan, file: HostsFile) -> Placing:
@@ -27,7 +31,7 @@ def place(plan: Plan, file: HostsFile) -> Placing:
     placement = Placement(file)
     findings = placement.check(candidates(plan)) if plan.error is None else Findings()
     errors: list[LauncherError] = list(findings.errors)
-    warnings = [*file.warnings, *findings.warnings]
+    warnings: list[str] = []
     placed: list[Placed] = []
     for process in plan.processes:
         try:
@@ -40,8 +44,12 @@ def place(plan: Plan, file: HostsFile) -> Placing:
             placed.append(HERE)
             if all(error.render() != known.render() for known in errors):
                 errors += [] if findings.errors and error.where in _places(file) else [error]
-    found = replace(findings, errors=tuple(errors), warnings=tuple(dict.fromkeys(warnings)))
-    return Placing(placed=tuple(placed), findings=found)
+    told = (*file.warnings, *findings.warnings)
+    return Placing(
+        placed=tuple(placed),
+        findings=replace(findings, errors=tuple(errors), warnings=told),
+        warnings=tuple(dict.fromkeys(warnings)),
+    )
 
 
 def candidates(plan: Plan) -> Candidates:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import functools
 import os
-import sys
 import tempfile
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any, cast
 
 from launcher.engine.hosts.replica import ReportingMachine
@@ -16,7 +14,8 @@ from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child, spawn
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
-from launcher.hosts.order import Interpreter, Order, Part, SentFile
+from launcher.hosts.order import Order
+from launcher.hosts.resolution import resolve
 from launcher.model.spec import ProcessSpec
 
 # event, process_id, at_s, pid, left_s; or output: stream, process_id, data, at_s
@@ -46,13 +45,13 @@ class Machine:
     # ---- requests
 
     def prepare(self, process_id: int, order: Order) -> None:
+        found = resolve(order, f"{self._files.name}/{process_id}", self._environment)
         spec = ProcessSpec(
             name=order.name,
             label=order.label,
-            argv=tuple("".join(map(self._resolved(order), word)) for word in order.words),
-            env={k: v for k, v in self._environment.items() if k not in order.unset}
-            | dict(order.environment),
-            cwd=order.cwd,
+            argv=found.argv,
+            env=found.env,
+            cwd=found.cwd,
             shell=order.shell,
             emulate_tty=order.emulate_tty,
             restart=order.restart,
@@ -64,19 +63,6 @@ class Machine:
         process.machine = ReportingMachine(order.restart, order.stop, handled)
         self.processes[process_id] = process
         self._orders[process_id] = order
-
-    def _resolved(self, order: Order) -> Callable[[Part], str]:
-        def text(part: Part) -> str:
-            if isinstance(part, Interpreter):
-                return sys.executable
-            if isinstance(part, SentFile):
-                path = Path(self._files.name, part.name)
-                path.write_bytes(order.files[part.name])
-                return str(path)
-            assert isinstance(part, str), f"not for this machine: {part}"
-            return part
-
-        return text
 
     def command(self, process_id: int, command: Command) -> None:
         self._driver.advance(self.processes[process_id], command)
