@@ -251,6 +251,43 @@ def test_a_signal_can_count_as_a_crash(bench: HostsBench):
             run.ask("kill", "here", as_crash=True)
 
 
+def test_output_of_other_hosts_can_be_filtered_and_read(bench: HostsBench):
+    with bench.launch(COUNTER) as run:
+        run.wait_for("count 1")
+        run.ask("mute", "bot1_counter")
+        wait_until(lambda: run.row("bot1_counter")["muted_lines"] > 3, "hidden lines")
+        lines = [line["text"] for line in run.ask("logs", "bot1_counter")["lines"]]
+        assert lines[0] == "count 1"
+        run.ask("grep", "bot1_counter", pattern="count 1")
+        run.ask("unmute")
+        run.wait_for("count 1")
+        run.ask("quit")
+        assert run.exit_code() == 0
+
+
+def test_resources_are_those_that_the_host_has_sampled(bench: HostsBench):
+    with bench.launch(f"{SLEEPER.format('bot1_a')}, {SLEEPER.format('here')}") as run:
+        wait_until(lambda: run.row("bot1_a")["memory_bytes"] == 5_000_000, "a sample")
+        assert run.row("bot1_a")["cpu_percent"] == 12.5
+        bench.switch("cut bot1")
+        wait_until(lambda: run.row("bot1_a")["memory_bytes"] is None, "no sample any more")
+        assert run.row("bot1_a")["state"] == "RUNNING"
+
+
+def test_budgets_judge_the_samples_of_the_host(bench: HostsBench):
+    budget = "bot1_a:memory=1M,for=0.1,action=restart"
+    with bench.launch(SLEEPER.format("bot1_a"), "--budget", budget) as run:
+        run.wait_for("bot1_a-1 uses 4.8 MiB (USS), more than its budget of 1.0 MiB (USS)")
+        wait_until(lambda: run.row("bot1_a")["last_exit"] is not None, "its restart")
+        assert run.row("bot1_a")["last_exit"]["asked"]
+        wait_until(lambda: is_running(run, "bot1_a"), "its next life")
+
+
+def test_limits_hold_there(bench: HostsBench):
+    done = bench.run('sh("ulimit -n", name="bot1_a")', "--limit", "bot1_a:nofile=77")
+    assert b"[bot1_a-1] 77" in done.stdout
+
+
 # ---- the link
 
 

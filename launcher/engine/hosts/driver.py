@@ -152,6 +152,8 @@ class HostsDriver(ProcessDriver):
         process, replica = self._remote[process_id], self._replicas[process_id]
         host = process.host
         assert host is not None
+        if host.is_gone or process.is_abandoned:
+            return  # its end has been reported
         host.events += 1
         self._announce(process, host, event, at_s, pid)
         self._carry_out(process, replica.follow(event, at_s, left_s), at_s)

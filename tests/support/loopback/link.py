@@ -16,6 +16,7 @@ from tests.support.loopback.machine import Machine
 REFUSES = "refuses"  # hosts whose names begin so
 MISSING = "missing"
 SILENT = "silent"
+SAMPLE_S = 0.2
 
 
 class LoopbackLink:
@@ -120,6 +121,12 @@ class LoopbackLink:
     def _opened(self, state: LinkState, reason: str) -> None:
         self.state = state
         self.context.listener.link_changed(self.host.name, state, reason)
+        self._sample()
+
+    def _sample(self) -> None:
+        if not self._is_cut and not self._is_closed and self.state is LinkState.READY:
+            self._report("samples", (self.host.name, self.machine.samples()))
+        self.reactor.call_later(SAMPLE_S, self._sample)
 
     def _ask(self, request: Callable[[], None]) -> None:
         self._to_host.append(request)

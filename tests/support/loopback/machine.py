@@ -84,6 +84,16 @@ class Machine:
         for process in self.processes.values():
             self._driver.advance(process, command)
 
+    def samples(self) -> dict[int, dict[str, Any]]:
+        """Invented figures of what runs."""
+        usage = {"cpu_percent": 12.5, "rss_bytes": 9_000_000, "uss_bytes": 5_000_000}
+        counts = {"threads": 3, "fds": 4, "processes": 1}
+        return {
+            process.process_id: {"pid": process.child.pid, **usage, **counts}
+            for process in self.processes.values()
+            if process.child is not None
+        }
+
     @property
     def is_idle(self) -> bool:
         return not any(process.machine.is_pending for process in self.processes.values())
