@@ -56,7 +56,8 @@ def environment(env: Mapping[str, str], binary: str) -> dict[str, str]:
     path = os.pathsep.join(dict.fromkeys([*folders, *known]))
     # It would take the other servers for its own.
     own = {name: value for name, value in env.items() if name != "ROS_DISCOVERY_SERVER"}
-    return {**own, "LD_LIBRARY_PATH": path}
+    # A killed server leaves no shared memory, on whose locks later nodes might wait.
+    return {**own, "LD_LIBRARY_PATH": path, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
 
 
 if __name__ == "__main__":
