@@ -20,22 +20,6 @@ from launcher.hosts.sync.session import Session, blocks_of
 from launcher.hosts.sync.tree import Release
 from launcher.model.record import Record
 
-# Compressing these again would take time for nothing.
-_COMPRESSED = (
-    ".whl",
-    ".zip",
-    ".gz",
-    ".xz",
-    ".zst",
-    ".bz2",
-    ".png",
-    ".jpg",
-    ".jpeg",
-    ".mp4",
-    ".npz",
-)
-_LEAST_BYTES = 512  # of a file that is worth compressing
-
 
 class Options(Record):
     """`requirements` None: no environment is made. `wheelhouse` None: pip downloads there."""
@@ -168,7 +152,7 @@ class HostSync:
         for name in missing:
             path = os.path.join(self._options.wheelhouse or "", name)
             request = {"do": "content", "wheel": name, "hash": wheels.digest_of(path)}
-            self._send_content({**request, "compress": False, "path": path}, path)
+            self._send_content({**request, "path": path}, path)
         self._say(f"{len(missing)} of {len(files)} wheels sent; makes the environment")
 
     def _with_python(self, release: Release, venv: str) -> Release:
@@ -183,11 +167,7 @@ class HostSync:
         answer = self._ask("missing", sizes=release.sizes, force=self._options.force)
         for digest in answer["missing"]:
             entry = release.by_hash[digest]
-            compress = release.sizes[digest] >= _LEAST_BYTES and not entry.path.endswith(
-                _COMPRESSED
-            )
-            request = {"do": "content", "hash": digest, "compress": compress}
-            request["path"] = entry.source or entry.path
+            request = {"do": "content", "hash": digest, "path": entry.source or entry.path}
             self._session.send_content(request, entry.blocks(), self._count)
         self._ask("sent")
         return len(answer["missing"])

@@ -92,7 +92,7 @@ class Session:
         """Send the content of a file with a request that has no answer."""
         try:
             wire.send(self._requests, request)
-            wire.send_content(self._requests, blocks, compress=request["compress"], count=count)
+            wire.send_content(self._requests, blocks, count)
         except BrokenPipeError:
             self._answer(lambda _: None)  # why it does not listen any more
             raise self._failed() from None

@@ -85,7 +85,7 @@ class Service:
         """A file follows: one of a release, or a wheel."""
         name = os.path.basename(request.get("wheel", "")) or request["hash"]
         folder = self._workspace.wheels if "wheel" in request else self._workspace.incoming
-        blocks = wire.receive_content(self._requests, compress=request["compress"])
+        blocks = wire.receive_content(self._requests)
         with disk_errors(self._workspace):
             target = os.path.join(folder, name)
             self._workspace.receive(target, request["hash"], blocks, request["path"])

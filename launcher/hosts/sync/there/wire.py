@@ -1,6 +1,7 @@
 """Messages between the operator and a host: JSON with its length in front, and contents of files.
 
-A content is a row of blocks with their lengths, the last one empty; it may be compressed.
+A content is a row of blocks with their lengths, the last one empty. Those that get smaller by it
+are compressed, each for itself.
 """
 
 from __future__ import annotations
@@ -22,6 +23,10 @@ READY = b"launcher-sync-ready\n"  # a login shell may print other lines before i
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 BLOCK_BYTES = 256 * 1024
 _LENGTH = struct.Struct(">I")
+_COMPRESSED = 1 << 31  # in the length of a block
+_LEAST_BYTES = 512  # of a block that is worth compressing
+_SAMPLE_BYTES = 8 * 1024
+_WORTH = 0.9  # of its size
 
 
 class Closed(Exception):
@@ -43,30 +48,28 @@ def receive(file: Source) -> dict[str, Any]:
     return found
 
 
-def send_content(
-    file: BinaryIO, blocks: Iterable[bytes], *, compress: bool, count: Callable[[int], None]
-) -> None:
+def send_content(file: BinaryIO, blocks: Iterable[bytes], count: Callable[[int], None]) -> None:
     """Send the content of a file; `count` is called with the size of each block on its way."""
-    packer = zlib.compressobj(1) if compress else None
     for block in blocks:
-        _send_block(file, packer.compress(block) if packer else block, count)
-    _send_block(file, packer.flush() if packer else b"", count)
+        packed = zlib.compress(block, 1) if _gets_smaller(block) else block
+        flag = _COMPRESSED if packed is not block else 0
+        file.write(_LENGTH.pack(len(packed) | flag))
+        file.write(packed)
+        count(len(packed))
     file.write(_LENGTH.pack(0))
 
 
-def receive_content(file: Source, *, compress: bool) -> Iterator[bytes]:
+def receive_content(file: Source) -> Iterator[bytes]:
     """The blocks of a content; Closed."""
-    unpacker = zlib.decompressobj() if compress else None
     while length := _length(file):
-        block = _exactly(file, length)
-        yield unpacker.decompress(block) if unpacker else block
+        block = _exactly(file, length & ~_COMPRESSED)
+        yield zlib.decompress(block) if length & _COMPRESSED else block
 
 
-def _send_block(file: BinaryIO, block: bytes, count: Callable[[int], None]) -> None:
-    if block:
-        file.write(_LENGTH.pack(len(block)))
-        file.write(block)
-        count(len(block))
+def _gets_smaller(block: bytes) -> bool:
+    """Whether compressing is worth its time: parts of archives and images stay as large."""
+    sample = block[:_SAMPLE_BYTES]
+    return len(sample) >= _LEAST_BYTES and len(zlib.compress(sample, 1)) < _WORTH * len(sample)
 
 
 def _length(file: Source) -> int:
