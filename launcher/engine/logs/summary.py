@@ -105,8 +105,12 @@ def is_well(process: Process) -> bool:
 
 def all_well(processes: Collection[Process]) -> str:
     """`5 processes ended as expected after 12.3 s; peak memory 31.0 MB USS (robot_1-3)`."""
-    longest_s = max(process.history.run_s for process in processes)
-    text = f"{count(len(processes), 'process')} ended as expected after {longest_s:.1f} s"
+    ended = [process for process in processes if not process.is_abandoned]
+    longest_s = max((process.history.run_s for process in ended), default=0.0)
+    text = f"{count(len(ended), 'process')} ended as expected after {longest_s:.1f} s"
+    if len(ended) < len(processes):
+        left = f"{count(len(processes) - len(ended), 'process')} left on other hosts"
+        text = f"{text}; {left}" if ended else left
     peaks = [(p.history.peak_uss, p.name) for p in processes if p.history.peak_uss is not None]
     if not peaks:
         return text
@@ -175,6 +179,8 @@ def _cells(process: Process) -> tuple[str, ...]:
 def _ended(process: Process) -> str:
     """`stopped (SIGINT)`, `died 4x: exit code 1`, `died 4x (exit code 1), then exit code 0`."""
     end, history = process.last_end, process.history
+    if process.is_abandoned:
+        return f"left on {process.host_name}"
     if process.machine.is_stuck:
         return "still exists after SIGKILL"
     if end is None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from launcher.engine.hosts.remote_host import RemoteHost
 from launcher.engine.logs import summary
 from launcher.engine.machine import Command, Ended
 from launcher.engine.process import Process
+from launcher.hosts.model import Host
 from launcher.model.events import Outcome
 from launcher.model.spec import ProcessSpec, RestartPolicy
 
@@ -56,6 +58,18 @@ def test_where_all_is_well_it_is_one_line():
     ]
     assert written([]).screen == []
     assert written([process("a-1")], is_script=True).screen == []
+
+
+def test_processes_that_were_left_on_other_hosts_have_not_ended():
+    left = process("robot-3", None)
+    left.host = RemoteHost(Host(name="bot1", address="10.0.0.2"))
+    left.is_abandoned = True
+    ((_, text),) = written([process("a-1"), left]).screen
+    assert "1 process ended as expected after 12.3 s; 1 process left on other hosts" in text
+    ((_, text),) = written([left]).screen
+    assert text.startswith("exit code 0: 1 process left on other hosts")
+    (_, table), _ = written([process("a-1", DIED, deaths=1), left], code=1).screen
+    assert "robot-3  left on bot1" in table
 
 
 def test_a_cause_that_ended_the_run_is_told_once():
