@@ -345,6 +345,23 @@ def test_requests_for_unreachable_processes_are_answered(bench: HostsBench):
         wait_until(lambda: run.row("bot1_a")["state"] == "STOPPED", "the stop")
 
 
+def test_a_request_whose_link_is_lost_is_answered(bench: HostsBench):
+    stubborn = """sh("trap '' INT; echo ready; while :; do sleep 0.1; done", name="bot1_a",
+                     sigterm_timeout="600")"""
+    with bench.launch(stubborn) as run:
+        run.wait_for("[bot1_a-1] ready")
+        stop = run.shell_start("stop", "bot1_a")
+        run.wait_for("sending signal 'SIGINT'")
+        bench.switch("cut bot1")
+        out, err = stop.communicate(timeout=60)
+        assert stop.returncode == 1
+        assert "bot1, which has become unreachable" in out + err
+        bench.switch("restore bot1")
+        wait_until(lambda: run.row("bot1_a")["unreachable_s"] is None, "the link")
+        assert run.row("bot1_a")["state"] == "STOPPING"
+        run.ask("kill", "bot1_a", signal="SIGKILL")
+
+
 def test_a_host_that_is_gone_takes_its_processes_along(bench: HostsBench):
     handler = """RegisterEventHandler(OnProcessExit(
         on_exit=lambda event, context: LogInfo(msg=f"{event.process_name} {event.returncode}")))"""

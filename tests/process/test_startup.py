@@ -39,6 +39,19 @@ sys.argv = ["launcher", sys.argv[1], "--no-log-files"]
 runpy.run_module("launcher", run_name="__main__", alter_sys=True)
 """
 
+# Tells which modules there are at the end of a whole run.
+TELL_AT_THE_END = """
+import os, runpy, sys
+
+sys.argv = ["launcher", sys.argv[1], "--no-log-files"]
+try:
+    runpy.run_module("launcher", run_name="__main__", alter_sys=True)
+finally:
+    with os.fdopen(os.dup(2), "w") as out:
+        print(*sys.modules, file=out)
+    os._exit(0)
+"""
+
 # Somebody presses Ctrl-C when this module is about to be imported.
 INTERRUPT = """
 import runpy, signal, sys
@@ -91,6 +104,15 @@ def test_little_of_the_standard_library_is_imported_before_the_first_process(imp
 def test_few_modules_of_the_launcher_are_imported_before_the_first_process(imported: set[str]):
     ours = sorted(name for name in imported if is_ours(name))
     assert len(ours) <= MAX_OWN_MODULES, ours
+
+
+def test_a_run_without_a_hosts_file_imports_nothing_for_hosts(tmp_path: Path):
+    file = tmp_path / "one.launch.py"
+    file.write_text(LAUNCH_FILE.replace('["/bin/true"]', '["sleep", "0.2"]'), encoding="utf-8")
+    modules = python(TELL_AT_THE_END, str(file)).split()
+    assert "launcher.engine.shutdown" in modules
+    hosts = ("launcher.hosts", "launcher.engine.hosts", "launcher.agent")
+    assert [name for name in modules if name.startswith(hosts)] == []
 
 
 def test_outside_of_a_workspace_nothing_is_imported_but_what_looks_for_it(imported: set[str]):
