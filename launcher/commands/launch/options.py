@@ -7,21 +7,26 @@ from collections.abc import Callable
 from launcher.command_line import Parsed, count, option, positive_seconds, seconds
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions
+from launcher.model.spec import UNLIMITED
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
 
-def _later(parse: str) -> Callable[[str], Any]:
+def _later(parse: str, **more: Any) -> Callable[[str], Any]:
     """A parser of `process_options`, which is imported only when one of its options is given."""
 
     def read(word: str) -> Any:
         from launcher.commands.launch import process_options
 
-        return getattr(process_options, parse)(word)
+        return getattr(process_options, parse)(word, **more)
 
     return read
+
+
+def _unlimited(name: str) -> int:
+    return UNLIMITED  # other hosts may grant more than this machine
 
 
 def _format(word: str) -> str:
@@ -54,13 +59,13 @@ RUN_OPTIONS = (
     option(
         "--cpus NAME=0-1",
         "processors to run on: numbers and ranges, separated by commas",
-        _later("parse_cpus"),
+        _later("parse_cpus", is_here=False),
         name="limits",
     ),
     option(
         "--limit NAME:nofile=256,as=1G,core=0",
         "resource limits, with the names of `ulimit`",
-        _later("parse_limit"),
+        _later("parse_limit", most_granted=_unlimited),
         name="limits",
     ),
     option("--hosts FILE", "run processes on other hosts, as this file says", repeat="once"),
@@ -128,6 +133,17 @@ def run_options(parsed: Parsed) -> RunOptions:
                 several = isinstance(getattr(RunOptions, name), tuple)
                 fields[name] = (*fields.get(name, ()), item) if several else item
     options = RunOptions(**fields)
+    if options.limits and options.hosts is None:
+        _refuse_what_is_not_here(parsed)
     if options.ros and not options.control:
         raise UsageError("--ros needs the control socket and excludes --no-control")
     return options
+
+
+def _refuse_what_is_not_here(parsed: Parsed) -> None:
+    """UsageError for processors that this machine lacks, and limits that it does not grant."""
+    parsers = {"--cpus": _later("parse_cpus"), "--limit": _later("parse_limit")}
+    for one, words, _ in parsed.given:
+        if one in RUN_OPTIONS and one is not None:
+            for flag in parsers.keys() & set(one.flags):
+                parsers[flag](words[0].partition("=")[2] if len(words) == 1 else words[1])

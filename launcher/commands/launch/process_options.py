@@ -136,8 +136,8 @@ def parse_nice(text: str) -> Limits:
 
 
 @for_pattern("=", "--cpus 'robot_*=0'")
-def parse_cpus(text: str) -> Limits:
-    """The processors that it may run on, as in `0,2-3`."""
+def parse_cpus(text: str, *, is_here: bool = True) -> Limits:
+    """The processors that it may run on, as in `0,2-3`; with `is_here`, only those there are."""
     cpus: set[int] = set()
     for part in text.split(","):
         first, _, last = part.partition("-")
@@ -148,7 +148,7 @@ def parse_cpus(text: str) -> Limits:
         if not found:
             raise ValueError(f"'{part}' is not a processor or a range of them")
         cpus.update(found[:MAX_CPUS])
-    number = os.cpu_count() or MAX_CPUS
+    number = (is_here and os.cpu_count()) or MAX_CPUS
     if max(cpus) >= number:
         raise ValueError(f"this machine has processors 0 to {number - 1}")
     return Limits(cpus=tuple(sorted(cpus)))

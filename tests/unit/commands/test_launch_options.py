@@ -163,6 +163,16 @@ def test_a_limit_beyond_the_kernels_maximum_is_refused_on_the_command_line():
         read(["--limit", "x:nofile=unlimited"])
 
 
+def test_other_hosts_may_grant_more_than_this_machine():
+    words = ["--cpus", "x=4000", "--limit=x:nofile=unlimited"]
+    (_, cpus), (_, rlimits) = read([*words, "--hosts", "hosts.yaml"]).limits
+    assert cpus == Limits(cpus=(4000,))
+    assert rlimits == Limits(rlimits=(("nofile", -1, -1),))
+    for word in (words[:2], words[2:]):
+        with pytest.raises(UsageError, match=r"this machine has|more than is allowed here"):
+            read(word)
+
+
 def test_processors_are_read_as_a_list_with_ranges():
     last = (os.cpu_count() or 1) - 1
     assert parse_cpus(f"x=0-{last},0") == ("x", Limits(cpus=tuple(range(last + 1))))
