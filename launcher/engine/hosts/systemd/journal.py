@@ -151,8 +151,9 @@ class JournalReader:
 
 
 def _line(fields: Mapping[str, Any], at_s: float) -> Line:
-    # A line that is too long comes in pieces; the end of the last one is known by the stream's end.
-    newline = b"" if _one(fields, "_LINE_BREAK") in ("line-max", "eof", "pid-change") else b"\n"
+    # A line that is too long comes in pieces. One that another process continues is broken, and if
+    # that has added only the newline, nothing more comes of it.
+    newline = b"" if _one(fields, "_LINE_BREAK") in ("line-max", "eof") else b"\n"
     is_error = _one(fields, "PRIORITY") == str(STDERR_PRIORITY)
     return Line(
         unit=_one(fields, "_SYSTEMD_USER_UNIT") or _one(fields, "_SYSTEMD_UNIT"),

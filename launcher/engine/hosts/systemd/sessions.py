@@ -45,7 +45,8 @@ if TYPE_CHECKING:
         def mark(self, token: str) -> str: ...
 
 
-SILENT_S = 3.0  # without a beat of the shell, which has one each second
+SILENT_S = 3.0  # without a beat of the shell, which has one each second, and without lines
+MUTE_S = 12.0  # without a beat, while lines come: they may fill a slow link, or the shell is dead
 CONNECT_S = 15.0  # for the first answer of a host
 AGAIN_S = (0.1, 0.5, 1.0, 2.0, 5.0)  # between attempts to reconnect
 ATTEMPT_S = 6.0  # for an attempt to reconnect
@@ -69,7 +70,7 @@ class Sessions:
         self._shell: Channel | None = None
         self._journal: Channel | None = None
         self._answers = Answers(self._beat)
-        self._heard_s = self._reactor.now()
+        self._heard_s = self._beat_s = self._reactor.now()
         self._queue: deque[Request] = deque()
         self._timers: dict[str, Timer] = {}
         self._attempts = 0
@@ -91,6 +92,7 @@ class Sessions:
 
     def _connect(self) -> None:
         self._answers = Answers(self._beat)
+        self._beat_s = self._reactor.now()
         try:
             self._shell = Channel(
                 self._reactor,
@@ -172,7 +174,7 @@ class Sessions:
         self._shell.write(self._answers.framed(request))
 
     def _shell_data(self, data: bytes) -> None:
-        self._heard_s = self._reactor.now()
+        self._heard_s = self._beat_s = self._reactor.now()
         self._answers.feed(data)
 
     def _beat(self, uptime_s: float) -> None:
@@ -188,8 +190,9 @@ class Sessions:
             self._lose(_own_words(error.message) if errors.strip() else "the session has ended")
 
     def _check_silence(self) -> None:
-        if self._shell is not None and self.silent_s > SILENT_S:
-            self._lose(f"silent for {self.silent_s:.0f} s")
+        mute_s = self._reactor.now() - self._beat_s
+        if self.silent_s > SILENT_S or mute_s > MUTE_S:
+            self._lose(f"silent for {max(self.silent_s, mute_s):.0f} s")
         else:
             self._soon("watch", 1.0, self._check_silence)
 

@@ -1,0 +1,317 @@
+"""Processes on robots as units of systemd: lines, states, restarts, broken links, no traces."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.hosts import Lab, Robot, needs_robots
+from tests.support.hosts.remote_run import RemoteRun
+from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.thorough
+
+USERS = ("root", "robot")
+SCREEN = "output='screen'"
+COUNT = "n=0; while :; do n=$((n+1)); echo $n; sleep 0.1; done"
+
+
+@pytest.fixture(scope="module")
+def robot(lab: Lab) -> Robot:
+    needs_robots()
+    made = lab.robot("bot1")
+    made.run(["loginctl", "enable-linger", "robot"])
+    return made
+
+
+@pytest.fixture(params=USERS)
+def user(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+Start = Callable[..., RemoteRun]
+
+
+@pytest.fixture
+def start(lab: Lab, robot: Robot, tmp_path: Path) -> Iterator[Start]:
+    """Starts a launcher on `(name, shell script, further arguments)` as a user of the robot."""
+    runs: list[RemoteRun] = []
+
+    def begin(*processes: tuple[str, ...], user: str = "root", **settings: object) -> RemoteRun:
+        host = {robot: {"user": user, "engine": "systemd", **settings}}
+        lab.hosts_file(tmp_path / "hosts.yaml", host, {"*": robot.name})
+        (tmp_path / "t.launch.py").write_text(launch_file(processes), encoding="utf-8")
+        screen = tmp_path / f"screen{len(runs)}"
+        run = RemoteRun(lab, screen, "t.launch.py", "--hosts", "hosts.yaml")
+        runs.append(run)
+        return run
+
+    yield begin
+    for run in runs:
+        run.__exit__(None, None, None)
+    lab.operator.launcher("attach", "--hosts", tmp_path / "hosts.yaml", "--stop")
+
+
+def launch_file(processes: tuple[tuple[str, ...], ...]) -> str:
+    actions = "".join(
+        f"ExecuteProcess(cmd=['/bin/sh', '-c', {script!r}], name={name!r}"
+        f"{''.join(f', {one}' for one in (more or [SCREEN]))}), "
+        for name, script, *more in processes
+    )
+    return (
+        "from launch import LaunchDescription\n"
+        "from launch.actions import ExecuteProcess\n"
+        f"def generate_launch_description():\n    return LaunchDescription([{actions}])\n"
+    )
+
+
+def attach(lab: Lab, folder: Path, *words: str) -> RemoteRun:
+    screen = folder / f"attached{len(list(folder.glob('attached*')))}"
+    return RemoteRun(lab, screen, "attach", "--hosts", "hosts.yaml", *words)
+
+
+def systemctl(robot: Robot, user: str, *words: str) -> str:
+    manager = [] if user == "root" else ["--user", f"--machine={user}@"]
+    return robot.run(["systemctl", *manager, *words], check=False).stdout
+
+
+def restarts(robot: Robot, user: str, name: str) -> int:
+    """How often systemd has restarted a process."""
+    shown = systemctl(robot, user, "show", "-p", "NRestarts", f"launcher-*-{name}.service")
+    return int(shown.strip().partition("=")[2] or 0)
+
+
+def pid_there(robot: Robot, *words: str) -> int:
+    """The pid of a process of the robot whose command line has these words."""
+    for process in robot.processes():
+        if all(any(word in one for one in process.words) for word in words):
+            return process.pid
+    return 0
+
+
+def assert_no_traces(robot: Robot, user: str) -> None:
+    assert systemctl(robot, user, "list-units", "--all", "--no-legend", "launcher*") == ""
+    for folder in ("/run/launcher", "/run/user/1000/launcher"):
+        assert robot.run(["test", "-e", folder], check=False).returncode == 1
+
+
+def without_gap(numbers: list[int]) -> bool:
+    return numbers == list(range(1, len(numbers) + 1))
+
+
+def test_a_process_runs_there_and_leaves_nothing(robot: Robot, start: Start, user: str):
+    script = "echo I am $(id -un) on $(hostname) in $HOME; echo warning >&2; exit 3"
+    run = start(("talker", script), user=user)
+
+    assert run.wait() == 1
+    home = "/root" if user == "root" else "/home/robot"
+    assert f"[talker-1] I am {user} on bot1 in {home}\n[talker-1] warning\n" in run.text
+    assert "exit code 3" in run.text
+    assert_no_traces(robot, user)
+
+
+def test_every_line_and_byte_comes(robot: Robot, start: Start, user: str):
+    script = r"printf 'caf\351 \033[1mbold\033[0m\n'; head -c 60000 /dev/zero | tr '\0' x; echo"
+    run = start(("talker", f"{script}; seq 20000; printf unfinished"), user=user)
+
+    assert run.wait() == 0
+    text = run._screen.read_bytes()
+    assert b"[talker-1] caf\xe9 " in text
+    assert b"x" * 60000 in text
+    assert run.numbers("talker-1") == list(range(1, 20001))
+    assert "[talker-1] unfinished\n" in run.text
+
+
+def test_a_process_that_exits_at_once_is_heard(start: Start, user: str):
+    names = [f"p{number}" for number in range(12)]
+    run = start(*((name, f"echo {name} was here") for name in names), user=user)
+
+    assert run.wait() == 0
+    for number, name in enumerate(names):
+        assert f"[{name}-{number + 1}] {name} was here\n" in run.text
+
+
+def test_the_environment_arrives_whatever_is_in_it(start: Start, user: str):
+    values = {
+        "NEWLINE": "one\ntwo",
+        "QUOTES": "a 'b' \"c\" `d` \\",
+        "DOLLAR": "$HOME ${X} %n $$",
+        "CONTROL": "\x1b[1m\r\x01",
+        "UMLAUT": "grün ☃",
+        "EMPTY": "",
+    }
+    command = "; ".join(
+        f'echo "{name}=$(printf %s "${name}" | od -An -v -tx1 | tr -d " \\n")"' for name in values
+    )
+    run = start(("shows", command, SCREEN, f"additional_env={values!r}"), user=user)
+
+    assert run.wait() == 0
+    for name, value in values.items():
+        assert f"[shows-1] {name}={value.encode().hex()}\n" in run.text
+
+
+def test_streams_are_told_apart_where_somebody_asks(start: Start, tmp_path: Path):
+    script = "echo out; echo err >&2"
+    run = start(("two", script, "output={'stdout': 'log', 'stderr': 'screen'}"))
+
+    assert run.wait() == 0
+    assert "[two-1] err\n" in run.text
+    assert "[two-1] out\n" not in run.text
+
+
+def test_standard_input(lab: Lab, start: Start):
+    run = start(("reader", "read line; echo got $line"))
+    run.wait_for("process started")
+    assert lab.operator.launcher("send", "reader", "some words").returncode == 0
+    run.wait_for(r"^\[reader-1\] got some words$")
+    assert run.wait() == 0
+
+
+def test_systemd_restarts_it_and_a_user_ends_it(lab: Lab, robot: Robot, start: Start, user: str):
+    run = start(("counter", COUNT, SCREEN, "respawn=True", "respawn_delay=0.5"), user=user)
+    run.wait_for(r"\] 3$")
+    systemctl(robot, user, "kill", "--signal=KILL", "launcher-*-counter-1.service")
+    run.wait_for("process started with pid", 2)
+    assert "SIGKILL" in run.text
+    assert "restart 1 in 0.5 s" in run.text
+    assert lab.operator.launcher("kill", "counter", "-s", "INT").returncode == 0
+    run.wait_for("process was stopped")
+    assert lab.operator.launcher("start", "counter").returncode == 0
+    run.wait_for("process started with pid", 3)
+    assert run.interrupt() == 0
+    assert_no_traces(robot, user)
+
+
+def test_restarts_end_where_the_policy_says(robot: Robot, start: Start):
+    run = start(("mad", "echo mad; exit 7", SCREEN, "respawn=True", "respawn_max_retries=2"))
+
+    assert run.wait() == 1
+    assert run.text.count("[mad-1] mad\n") == 3
+    assert_no_traces(robot, "root")
+
+
+def test_a_stop_on_the_robot_is_a_stop_by_a_user(lab: Lab, robot: Robot, start: Start):
+    run = start(("counter", COUNT, SCREEN, "respawn=True"))
+    run.wait_for(r"\] 3$")
+    systemctl(robot, "root", "stop", "launcher-*-counter-1.service")
+    run.wait_for("process was stopped|finished cleanly")
+    assert "stopped" in lab.operator.launcher("ps").stdout
+    assert run.interrupt() == 0
+
+
+def test_a_stubborn_process_is_killed(robot: Robot, start: Start):
+    script = "trap '' INT TERM; echo ready; while :; do sleep 0.1; done"
+    more = (SCREEN, "sigterm_timeout='0.3'", "sigkill_timeout='0.3'")
+    run = start(("stubborn", script, *more))
+    run.wait_for("ready")
+    assert run.interrupt() == 130
+    assert "escalating to 'SIGTERM'" in run.text
+    assert "escalating to 'SIGKILL'" in run.text
+    assert_no_traces(robot, "root")
+
+
+@pytest.mark.parametrize("victim", ["journalctl", "shell", "ssh", "sshd"])
+def test_what_is_killed_is_made_again_and_no_line_is_lost(
+    lab: Lab, robot: Robot, start: Start, victim: str
+):
+    run = start(("counter", COUNT))
+    run.wait_for(r"\] 5$")
+    if victim == "journalctl":
+        pid = pid_there(robot, "journalctl", "--follow")
+    elif victim == "shell":
+        pid = next(one.pid for one in robot.processes() if one.words == ("sh",))
+    elif victim == "ssh":
+        pid = next(one.pid for one in lab.operator.processes() if "ControlMaster=auto" in one.words)
+    else:
+        robot.kill_sshd_sessions()
+        pid = 0
+    if pid:
+        os.kill(pid, signal.SIGKILL)
+    seen = len(run.numbers("counter-1"))
+    wait_until(lambda: len(run.numbers("counter-1")) > seen + 60, "lines go on")
+    assert run.interrupt() == 0
+    assert without_gap(run.numbers("counter-1")), run.text
+
+
+def test_nothing_is_lost_while_the_link_is_down(robot: Robot, start: Start, user: str):
+    run = start(
+        ("counter", COUNT), ("mad", "echo up; sleep 2; exit 1", SCREEN, "respawn=True"), user=user
+    )
+    run.wait_for(r"^\[counter-1\] 5$")
+    robot.link_down()
+    run.wait_for("bot1 is unreachable.*its processes run on")
+    before = run.numbers("counter-1")[-1]
+    wait_until(lambda: restarts(robot, user, "mad-2") >= 3, "it is restarted there")
+    robot.link_up()
+    run.wait_for("bot1 is reachable again")
+    run.wait_for(rf"^\[counter-1\] {before + 60}$")
+    assert run.interrupt() in (0, 130)
+    assert without_gap(run.numbers("counter-1")), run.text
+    ups = run.text.count("[mad-2] up\n")
+    assert ups == run.text.count("[mad-2]: process started")
+    assert_no_traces(robot, user)
+
+
+def test_a_killed_launcher_leaves_units_that_can_be_stopped(
+    lab: Lab, robot: Robot, start: Start, tmp_path: Path, user: str
+):
+    run = start(("counter", COUNT), user=user)
+    run.wait_for(r"\] 3$")
+    run.process.kill()
+    run.process.wait()
+    wait_until(lambda: not pid_there(robot, "journalctl", "--follow"), "its sessions end")
+    assert pid_there(robot, COUNT)
+    listed = lab.operator.launcher("attach", "--hosts", tmp_path / "hosts.yaml", "--list")
+    assert "t.launch.py" in listed.stdout, listed.stderr
+    stopped = lab.operator.launcher("attach", "--hosts", tmp_path / "hosts.yaml", "--stop")
+    assert stopped.returncode == 0, stopped.stdout
+    assert_no_traces(robot, user)
+
+
+def test_detach_and_attach(lab: Lab, robot: Robot, start: Start, tmp_path: Path, user: str):
+    run = start(("counter", COUNT, SCREEN, "respawn=True"), user=user)
+    run.wait_for(r"\] 5$")
+    assert lab.operator.launcher("detach").returncode == 0
+    assert run.wait() == 0
+    assert "these run on: counter-1 (bot1)" in run.text
+    last = run.numbers("counter-1")[-1]
+    with attach(lab, tmp_path, "-n", "500") as first, attach(lab, tmp_path) as second:
+        first.wait_for("counter-1]: runs on bot1 with pid")
+        second.wait_for("counter-1]: runs on bot1 with pid")
+        first.wait_for(rf"\] {last + 20}$")
+        assert without_gap(first.numbers("counter-1"))
+        systemctl(robot, user, "kill", "--signal=KILL", "launcher-*-counter-1.service")
+        for one in (first, second):
+            one.wait_for("process started with pid")
+        assert first.interrupt() == 0
+        second.wait_for("process was stopped|finished cleanly")
+        second.interrupt()
+    assert_no_traces(robot, user)
+
+
+def test_without_the_launcher_the_robot_stops_its_processes(robot: Robot, start: Start, user: str):
+    run = start(
+        ("counter", COUNT, SCREEN, "respawn=True"), user=user, on_link_loss="stop-after=2 s"
+    )
+    run.wait_for(r"\] 40$")
+    run.process.kill()
+    run.process.wait()
+    assert pid_there(robot, COUNT)
+    wait_until(lambda: not pid_there(robot, COUNT), "the watch stops it")
+
+
+def test_a_robot_without_power_is_unreachable_and_named(lab: Lab, start: Start, robot: Robot):
+    run = start(("counter", COUNT))
+    run.wait_for(r"\] 3$")
+    robot.power_off()
+    try:
+        run.wait_for("bot1 is unreachable")
+        assert run.interrupt() == 1
+        assert "could not be reached: bot1 (counter-1)" in run.text
+    finally:
+        robot.power_on()
+        lab.trust(robot)
