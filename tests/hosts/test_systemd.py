@@ -315,3 +315,25 @@ def test_a_robot_without_power_is_unreachable_and_named(lab: Lab, start: Start, 
     finally:
         robot.power_on()
         lab.trust(robot)
+
+
+@pytest.mark.parametrize("kind", ["robot", "host"])
+def test_the_host_decides_on_the_engine(lab: Lab, robot: Robot, tmp_path: Path, kind: str):
+    host = robot if kind == "robot" else lab.host("plain")
+    lab.hosts_file(tmp_path / "hosts.yaml", [host], {"*": host.name})
+    script = 'test -n "$INVOCATION_ID" && echo a unit || echo no unit'
+    (tmp_path / "t.launch.py").write_text(launch_file((("asks", script),)), encoding="utf-8")
+
+    with RemoteRun(lab, tmp_path / "screen", "t.launch.py", "--hosts", "hosts.yaml") as run:
+        assert run.wait() == 0
+    assert f"[asks-1] {'a unit' if kind == 'robot' else 'no unit'}\n" in run.text
+
+
+def test_a_host_without_systemd_refuses_it(lab: Lab, tmp_path: Path):
+    host = lab.hosts.get("plain") or lab.host("plain")
+    lab.hosts_file(tmp_path / "hosts.yaml", {host: {"engine": "systemd"}}, {"*": host.name})
+    (tmp_path / "t.launch.py").write_text(launch_file((("none", "true"),)), encoding="utf-8")
+
+    with RemoteRun(lab, tmp_path / "screen", "t.launch.py", "--hosts", "hosts.yaml") as run:
+        assert run.wait() == 1
+    assert "set `engine: ssh` for it in the hosts file" in run.text

@@ -9,11 +9,19 @@ from launcher.hosts.model import HostEngine
 def make_link(context: LinkContext) -> Link:
     """A link that is not open yet."""
     host = context.host
-    if host.engine is HostEngine.SYSTEMD:
+    if host.engine is HostEngine.SYSTEMD or context.attached is not None:
         from launcher.engine.hosts.systemd.link import SystemdLink
 
         return SystemdLink(context)
+    if host.engine is HostEngine.AUTO:
+        from launcher.engine.hosts.auto_link import AutoLink
+
+        return AutoLink(context, _agent_link)
+    return _agent_link(context)
+
+
+def _agent_link(context: LinkContext) -> Link:
     from launcher.engine.hosts.agent_link import AgentLink
     from launcher.engine.hosts.transport import SshTransport
 
-    return AgentLink(context, SshTransport(host, context.environment))
+    return AgentLink(context, SshTransport(context.host, context.environment))

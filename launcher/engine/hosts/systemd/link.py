@@ -35,6 +35,18 @@ LIMBO_S = 2.0  # for the record that says whose output it is
 READABLE_S = 5.0  # for the first record to come through the journal
 
 
+def _why_unusable(facts: Facts) -> str:
+    """Why its systemd cannot be used, and what to do; empty if it can."""
+    if facts.version == 0:
+        return "does not have systemd: install it"
+    if facts.version < unit.OLDEST:
+        return f"has systemd {facts.version}: install {unit.OLDEST} or newer"
+    if not facts.state:
+        user = f" of {facts.user}" if facts.is_user else ""
+        return f"its service manager{user} does not answer: install libpam-systemd there"
+    return ""
+
+
 def short_id(run_id: str) -> str:
     """The id of a run in the names of its units: six letters and digits."""
     digest = hashlib.sha256(run_id.encode()).digest()
@@ -44,7 +56,10 @@ def short_id(run_id: str) -> str:
 class SystemdLink:
     """A Link. Its units are started, stopped and restarted by systemd there."""
 
-    def __init__(self, context: LinkContext) -> None:
+    def __init__(
+        self, context: LinkContext, *, on_unusable: Callable[[str], None] | None = None
+    ) -> None:
+        self._on_unusable = on_unusable  # in place of GONE, if systemd there cannot be used
         self._context = context
         self._host = context.host
         self._listener = context.listener
@@ -197,15 +212,13 @@ class SystemdLink:
 
     # ---- the sessions
 
-    def met(self, facts: Facts) -> str:
-        if facts.version < unit.OLDEST:
-            has = f"has systemd {facts.version}" if facts.version else "does not have systemd"
-            return f"{has}; set `engine: ssh` for it in the hosts file (needs {unit.OLDEST})"
-        if not facts.state:
-            return (
-                f"its service manager does not answer{' user ' + facts.user if facts.uid else ''};"
-                " is libpam-systemd installed there? Otherwise set `engine: ssh` in the hosts file"
-            )
+    def met(self, facts: Facts) -> str | None:
+        why_not = _why_unusable(facts)
+        if why_not and self._on_unusable is not None:
+            self._on_unusable(why_not)
+            return None
+        if why_not:
+            return f"{why_not}, or set `engine: ssh` for it in the hosts file"
         if not facts.has_launcher:
             return (
                 f"its Python '{self._host.python}' does not have the launcher; install it there"

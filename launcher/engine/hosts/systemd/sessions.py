@@ -31,8 +31,9 @@ if TYPE_CHECKING:
     class SessionsListener(Protocol):
         """Called back by the event loop, never from within a call of `Sessions`."""
 
-        # The host has told about itself, for the first time; the reason to refuse it, or "".
-        def met(self, facts: Facts) -> str: ...
+        # The host has told about itself, for the first time; the reason to refuse it, or "". None:
+        # the sessions were closed.
+        def met(self, facts: Facts) -> str | None: ...
 
         # As `met`, when it is reached again; whether it is the same host and was not restarted.
         def met_again(self, facts: Facts) -> bool: ...
@@ -119,6 +120,8 @@ class Sessions:
             return
         if not self._has_met:
             refusal = self._listener.met(facts)
+            if refusal is None:
+                return  # this has been closed
             if refusal:
                 self._refuse(refusal)
                 return
