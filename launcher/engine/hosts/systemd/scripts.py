@@ -12,7 +12,7 @@ import shlex
 from launcher.engine.hosts.systemd import journal
 from launcher.hosts import unit
 from launcher.hosts.order_words import as_words, files_of
-from launcher.hosts.ssh import host_python, quoted, setup_script
+from launcher.hosts.ssh import quoted, set_python, setup_script
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
@@ -42,6 +42,7 @@ class Facts(Record):
     uptime_s: float
     cursor: str | None
     has_launcher: bool  # whether the host's Python finds it
+    python: str  # that Python: what `hosts sync` brought, else that of the hosts file
 
     @property
     def is_user(self) -> bool:
@@ -71,8 +72,12 @@ echo "entry $(journalctl --quiet --lines=1 --output=json --output-fields=_BOOT_I
 def hello(host: Host) -> str:
     """Asks for the facts."""
     code = "import launcher.hosts.run_order; print('yes')"
-    python = f"{setup_script(host)}{quoted([host_python(host), '-c', code])}"
-    return f'{HELLO}echo "launcher $( ({python}) 2>/dev/null | tail -n 1)"'
+    chosen = set_python(host)
+    python = f'{setup_script(host)}{chosen}"$python" -c {shlex.quote(code)}'
+    return (
+        f'{HELLO}echo "python $(cd && {chosen}printf %s "$python")"\n'
+        f'echo "launcher $( ({python}) 2>/dev/null | tail -n 1)"'
+    )
 
 
 def read_facts(text: str) -> Facts:
@@ -94,6 +99,7 @@ def read_facts(text: str) -> Facts:
         uptime_s=float(found["uptime_s"]),
         cursor=json.loads(entry)["__CURSOR"] if entry.startswith("{") else None,
         has_launcher=found.get("launcher", "") == "yes",
+        python=found["python"],
     )
 
 
@@ -171,7 +177,7 @@ class Scripts:
     @property
     def _python(self) -> str:
         """Usable in any folder."""
-        python = host_python(self._host)
+        python = self._facts.python
         return f"{self._facts.home}/{python}" if python.startswith("./") else python
 
     def _apart(self, order: Order) -> Sequence[str]:
