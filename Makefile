@@ -112,6 +112,7 @@ $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 lock:
 	uv pip compile $(LOCK) setup.py -o requirements/run.txt
 	uv pip compile $(LOCK) --extra build setup.py requirements/dev.in -o requirements/dev.txt
+	uv pip compile $(LOCK) requirements/export.in -o requirements/export.txt
 
 ## clean: remove .venv and everything that was built
 clean:

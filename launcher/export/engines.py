@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from launcher.export.compose import Compose
@@ -28,6 +29,9 @@ _IN_CONTAINERS: dict[str, type[Kubernetes | Compose | Quadlet]] = {
 }
 
 
+_LOCAL = (("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"), ("ROS_LOCALHOST_ONLY", "1"))
+
+
 class Settings(Record):
     """What a user may choose; `image` None is `localhost/NAME`, made by the recipe."""
 
@@ -41,7 +45,8 @@ def export(engine: str, system: System, settings: Settings) -> Output:
     """All files of an export, README and image recipe included, and everything that is lost."""
     image = None if engine == "systemd" else _image(system, settings)
     output = _output(engine, system, settings, image)
-    gaps = merged([*system.gaps, *_of_image(image), *output.gaps])
+    of_containers = [] if image is None else [*_of_image(image), *_of_range(system, settings)]
+    gaps = merged([*system.gaps, *of_containers, *output.gaps])
     text = readme(engine, system, image, gaps, python=settings.python)
     with_recipe = image is not None and settings.image is None
     recipe = image_files(image) if with_recipe and image is not None else {}
@@ -59,9 +64,20 @@ def _image(system: System, settings: Settings) -> Image:
     return image_of(settings.image or f"localhost/{system.name}:latest", system.packages)
 
 
-def _of_image(image: Image | None) -> list[Gap]:
-    if image is None:
-        return []
+def _of_range(system: System, settings: Settings) -> Iterator[Gap]:
+    """With this range Fast DDS uses shared memory, whatever its variable says."""
+    for process in system.processes:
+        is_local = any(process.environment.get(name) == value for name, value in _LOCAL)
+        if is_local and not settings.shared_memory:
+            yield Gap(
+                what="ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
+                place=process.place,
+                text="containers lose all messages: export with SUBNET, or --shared-memory",
+                names=(process.unit,),
+            )
+
+
+def _of_image(image: Image) -> list[Gap]:
     return [
         Gap(
             what=f"package {package}",

@@ -145,9 +145,10 @@ RUN pip install --no-cache-dir --find-links /tmp/wheels \\
  && pip install --no-cache-dir --no-deps {_wheel_words(image)} \\
  && rm -rf /tmp/wheels
 
-RUN useradd --create-home --uid 1000 robot
-USER robot
-WORKDIR /home/robot
+RUN useradd --create-home --uid 10001 launcher
+# By number, so that Kubernetes can tell that it is not root.
+USER 10001
+WORKDIR /home/launcher
 # ROS nodes end by SIGINT in order.
 STOPSIGNAL SIGINT
 """

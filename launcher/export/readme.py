@@ -35,7 +35,8 @@ _GENERAL = {
     "systemd": """\
 All processes start together, those with a timer later. Their output is in the journal, whatever the
 launch file says about it. `systemctl stop` sends the first signal of the launch file's stop policy
-to all processes of a unit, and SIGKILL when its time is over.
+to all processes of a unit, and SIGKILL when its time is over; stopping the target returns before
+its units have stopped.
 """,
     "kubernetes": """\
 Containers have the network of their node, since DDS needs it. They have a /dev/shm of their own and

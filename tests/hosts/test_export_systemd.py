@@ -1,0 +1,142 @@
+"""Exported units: systemd accepts them, and they run on a robot that was booted for the test."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.exports import ROBOTS, export, works
+from tests.support.hosts import Lab, Robot, needs_robots
+from tests.support.hosts.requirements import program
+from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.thorough
+
+ODD = """
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess, TimerAction
+from launch_ros.actions import Node
+
+def generate_launch_description():
+    words = ["echo", "100%", "%n $HOME ${HOME}", "a'b\\"c", "\\\\n;", "@x", "\\u00fc", "tab\\there"]
+    return LaunchDescription([
+        ExecuteProcess(cmd=words, name="\\u00d6dd/one (1)", additional_env={"P": "5% $X \\"'"}),
+        ExecuteProcess(cmd=["echo $HOME; sleep 1"], shell=True, name="sshd"),
+        Node(package="group_gp1", executable="robot_1", name="n" * 80, respawn=True,
+             respawn_delay=0.5, parameters=[{"text": "a\\nb"}]),
+        TimerAction(period=1.25, actions=[ExecuteProcess(cmd=["true"], name="late")]),
+    ])
+"""
+OPTIONS = (
+    *("--restart", "sshd=on-failure,max=3,window=60,backoff=0.5..30", "--nice", "late=5"),
+    *("--cpus", "late=0", "--limit", "late:nofile=256,as=1G,core=0", "--user", "root"),
+    *("--stop", "late=term:1,int:2"),
+)
+
+
+def verify(folder: Path) -> None:
+    """Anything that systemd-analyze says is an error: of unknown keys it only warns."""
+    if program("systemd-analyze") is None:
+        pytest.skip("not installed: systemd-analyze")
+    units = sorted(map(str, folder.glob("*.*")))
+    done = subprocess.run(
+        ["systemd-analyze", "verify", *(one for one in units if not one.endswith(".example"))],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={"SYSTEMD_UNIT_PATH": f"{folder}:", "PATH": "/usr/bin:/bin"},
+    )
+    assert (done.returncode, done.stdout + done.stderr) == (0, "")
+
+
+def test_systemd_accepts_the_units_of_the_fleet(tmp_path: Path):
+    export("systemd", tmp_path / "out")
+    verify(tmp_path / "out" / "default")
+
+
+def test_systemd_accepts_odd_names_words_and_policies(tmp_path: Path):
+    (tmp_path / "odd.launch.py").write_text(ODD)
+    export("systemd", tmp_path / "out", *OPTIONS, target=tmp_path / "odd.launch.py")
+    verify(tmp_path / "out" / "default")
+
+
+def test_an_unknown_key_is_noticed(tmp_path: Path):
+    export("systemd", tmp_path / "out")
+    unit = tmp_path / "out" / "default" / "robot_1.service"
+    unit.write_text(unit.read_text().replace("KillSignal=", "KilSignal="))
+    with pytest.raises(AssertionError, match="KilSignal"):
+        verify(tmp_path / "out" / "default")
+
+
+@pytest.fixture(scope="module")
+def robot(lab: Lab) -> Robot:
+    needs_robots()
+    return lab.robot("robot1")
+
+
+@pytest.fixture(scope="module")
+def installed(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    """The robot with the units of the fleet, by the commands of the README."""
+    out = tmp_path_factory.mktemp("export") / "out"
+    export("systemd", out, "--user", "robot", "--python", sys.executable)
+    shutil.copytree(out, Path(f"/proc/{robot.pid}/root/root/out"))
+    readme = (out / "README.md").read_text()
+    install = re.findall(
+        r"^(?:install|systemctl (?:daemon-reload|enable)).*$", readme, re.MULTILINE
+    )
+    robot.run(["sh", "-e", "-c", "cd /root/out/default\n" + "\n".join(install)])
+    return robot
+
+
+def journal(robot: Robot, unit: str) -> str:
+    return robot.run(["journalctl", "-u", unit, "-o", "short-unix"]).stdout
+
+
+def test_the_fleet_works_as_units(installed: Robot):
+    wait_until(lambda: works(last_report(installed)), "all robots have finished tasks")
+    users = installed.run(["systemctl", "show", "-p", "User", "robot_1"]).stdout
+    assert users == "User=robot\n"
+
+
+def last_report(robot: Robot) -> str:
+    found = re.findall(r"Fleet report -- .*", journal(robot, "monitor"))
+    return str(found[-1]) if found else ""
+
+
+def test_the_timer_delayed_the_third_robot(installed: Robot):
+    started = {name: started_s(installed, name) for name in ROBOTS}
+    assert started["robot_3"] - started["robot_1"] >= 4.9
+
+
+def started_s(robot: Robot, unit: str) -> float:
+    words = ["systemctl", "show", "-p", "ExecMainStartTimestampMonotonic", "--value", unit]
+    return int(robot.run(words).stdout) / 1e6
+
+
+def test_stopping_the_target_stops_all_in_order(installed: Robot):
+    installed.run(["systemctl", "stop", "system.target"])
+    for name in ("dispatcher", "monitor", *ROBOTS):
+        wait_until(lambda name=name: state(installed, name)["ActiveState"] == "inactive", name)
+        assert state(installed, name)["Result"] == "success"
+        assert state(installed, name)["ExecMainStatus"] == "0"
+
+
+def state(robot: Robot, unit: str) -> dict[str, str]:
+    words = ["systemctl", "show", "-p", "ActiveState,Result,ExecMainStatus", unit]
+    return dict(line.split("=", 1) for line in robot.run(words).stdout.split())
+
+
+def test_the_units_come_back_with_the_robot(installed: Robot):
+    installed.power_off()
+    installed.power_on()
+    wait_until(
+        lambda: (
+            installed.run(["systemctl", "is-active", "robot_3"], check=False).stdout == "active\n"
+        ),
+        "robot_3 was started by its timer",
+    )
