@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 READ_BYTES = 256 * 1024
 ACK_BYTES = 256 * 1024  # of what was received, after which it is acknowledged
 WRITE_BYTES = 256 * 1024  # at once
+WRITE_FRAMES = 512  # at once; the kernel takes at most 1024 (IOV_MAX)
 MOST_CONTROL = 256  # frames without a number that wait for the transport
 
 
@@ -150,7 +151,9 @@ class Channel:
         """Take frames to write; whether there are any."""
         outbox = self.outbox
         size = sum(map(len, self._rest))
-        while size < WRITE_BYTES and (self._control or (self._sends_kept and outbox.has_unsent)):
+        while (size < WRITE_BYTES and len(self._rest) < WRITE_FRAMES) and (
+            self._control or (self._sends_kept and outbox.has_unsent)
+        ):
             data = self._control.popleft() if self._control else outbox.take()
             self._rest.append(data)
             size += len(data)
