@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import statistics
@@ -14,11 +15,15 @@ from typing import NamedTuple, TypeVar
 T = TypeVar("T")
 
 
+class NotHereError(Exception):
+    """The machine lacks what the benchmark needs; the text says what."""
+
+
 class Row(NamedTuple):
     """A measured value, its limit, and details.
 
     `unit` applies to both; "x" is a `ratio` within this run. With `at_least` the limit is a
-    lower one.
+    lower one; an infinite one is none.
     """
 
     what: str
@@ -36,11 +41,12 @@ class Row(NamedTuple):
 
     def cells(self) -> tuple[str, str, str, str, str]:
         side = ">=" if self.at_least else "<="
+        limit = f"{side} {self.limit:g} {self.unit}" if math.isfinite(self.limit) else ""
         verdict = "ok" if self.is_met else "OVER" if not self.at_least else "UNDER"
         return (
             self.what,
             f"{self.measured:.3g} {self.unit}",
-            f"{side} {self.limit:g} {self.unit}",
+            limit,
             verdict,
             self.detail,
         )

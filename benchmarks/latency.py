@@ -33,17 +33,17 @@ def latency(runs: int) -> list[Row]:
     ]
 
 
-def _row(what: str, found: dict[str, list[list[int]]], quantile: float) -> Row:
+def _row(what: str, found: dict[str, list[list[int]]], share: float) -> Row:
     ours, theirs = (
-        [_quantile(delays, quantile) / 1e6 for delays in found[c.name]]
-        for c in (LAUNCHER, PREFIXER)
+        [quantile(delays, share) / 1e6 for delays in found[c.name]] for c in (LAUNCHER, PREFIXER)
     )
     detail = f"launcher {median(ours):.3f} ms, prefixer {median(theirs):.3f} ms"
     return Row(what, ratio(ours, theirs), "x", 2.0, detail)
 
 
-def _quantile(values: list[int], quantile: float) -> float:
-    return float(sorted(values)[round(quantile * (len(values) - 1))])
+def quantile(values: list[int], share: float) -> float:
+    """The value that this share of the others does not exceed."""
+    return float(sorted(values)[round(share * (len(values) - 1))])
 
 
 def _delays_ns(contestant: Contestant) -> list[int]:
@@ -52,13 +52,14 @@ def _delays_ns(contestant: Contestant) -> list[int]:
         work = Work(folder, [[sys.executable, "-I", "-S", "-c", _CHILD]])
         with contestant.running(work, subprocess.PIPE) as process:
             assert process.stdout is not None
-            delays = _read_delays(process.stdout.fileno())
+            delays = read_delays(process.stdout.fileno())
     if len(delays) != LINES:
         raise RuntimeError(f"{contestant.name} delivered {len(delays)} lines instead of {LINES}")
     return delays
 
 
-def _read_delays(fd: int) -> list[int]:
+def read_delays(fd: int) -> list[int]:
+    """Of each line with the time at which it was sent, until the output ends."""
     delays = []
     while block := os.read(fd, 65536):
         now = time.monotonic_ns()

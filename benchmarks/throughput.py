@@ -5,8 +5,6 @@ from __future__ import annotations
 import contextlib
 import itertools
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -46,8 +44,9 @@ def ptys(runs: int) -> list[Row]:
 
 def _rows(runs: int, through: str) -> list[Row]:
     contestants = (LAUNCHER, LAUNCHER_WITHOUT_LOGS, PREFIXER)
-    with _sources() as sources:
-        measures = {c.name: partial(_flood, c, sources, pty=through == "ptys") for c in contestants}
+    with scratch() as folder:
+        files = sources(folder)
+        measures = {c.name: partial(_flood, c, files, pty=through == "ptys") for c in contestants}
         found = interleaved(runs, measures)
     return [
         _row(f"1 M lines, {through}, no log files", found, LAUNCHER_WITHOUT_LOGS, 0.7),
@@ -70,25 +69,23 @@ def _damage(what: str, found: dict[str, list[Flood]]) -> Row:
     return Row(what, damaged, "lines", 0, f"of {len(floods)} M in all runs, the prefixer's too")
 
 
-def _flood(contestant: Contestant, sources: list[Path], *, pty: bool) -> Flood:
-    with scratch() as folder, programs("cat", len(sources)) as store, ExecWatch(store) as watch:
-        commands = [[str(store / f"cat-{n}"), str(path)] for n, path in enumerate(sources)]
+def _flood(contestant: Contestant, files: list[Path], *, pty: bool) -> Flood:
+    with scratch() as folder, programs("cat", len(files)) as store, ExecWatch(store) as watch:
+        commands = [[str(store / f"cat-{n}"), str(path)] for n, path in enumerate(files)]
         output = folder / "output"
         work = Work(folder, commands, pty=pty)
         with output.open("wb") as file, contestant.running(work, file) as process:
             wait_for_end(process)
             seconds = time.monotonic() - watch.execs()[0]
-        return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, sources))
+        return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, files))
 
 
-@contextmanager
-def _sources() -> Iterator[list[Path]]:
-    """The output of the children: each line has the number of the child and its own."""
-    with scratch() as folder:
-        paths = [folder / f"source-{child}" for child in range(CHILDREN)]
-        for child, path in enumerate(paths):
-            path.write_bytes(b"".join(_line(child, number) for number in range(LINES_EACH)))
-        yield paths
+def sources(folder: Path) -> list[Path]:
+    """Make the output of the children: each line has the number of the child and its own."""
+    paths = [folder / f"source-{child}" for child in range(CHILDREN)]
+    for child, path in enumerate(paths):
+        path.write_bytes(b"".join(_line(child, number) for number in range(LINES_EACH)))
+    return paths
 
 
 def _line(child: int, number: int) -> bytes:
@@ -96,13 +93,13 @@ def _line(child: int, number: int) -> bytes:
     return head.ljust(LINE_BYTES - 1, b".") + b"\n"
 
 
-def damaged(output: Path, sources: list[Path]) -> int:
+def damaged(output: Path, files: list[Path]) -> int:
     """Lines that are missing, cut or mixed with others, and all after such a line of a child."""
     bad = 0
     with contextlib.ExitStack() as stack:
         expected = {
             b"[cat-%d-%d" % (n, n + 1): stack.enter_context(path.open("rb"))
-            for n, path in enumerate(sources)
+            for n, path in enumerate(files)
         }
         for line in stack.enter_context(output.open("rb")):
             prefix, _, text = line.partition(b"] ")
