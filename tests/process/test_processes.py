@@ -46,6 +46,7 @@ WALL_CLOCK_READERS = {
     "cgroup",
     "event_log",
     "line_format",
+    "link",
     "run_directory",
     "process_driver",
     "shared_memory",
