@@ -381,7 +381,30 @@ def test_a_host_that_is_gone_takes_its_processes_along(bench: HostsBench):
         assert "bot1 was lost" in run.screen
 
 
+@pytest.mark.parametrize("option", [["--required", "bot1_a"], ["--exit-when-any-dies"]])
+def test_a_process_that_is_lost_can_end_the_run(bench: HostsBench, option: list[str]):
+    with bench.launch(FLEET, *option) as run:
+        wait_for_fleet(run)
+        bench.switch("power_off bot1")
+        assert run.exit_code() == 1
+        assert "bot1_a-1 ended unexpectedly (lost with bot1)" in run.screen
+
+
 # ---- the end
+
+
+@pytest.mark.parametrize(("switch", "code"), [("leave", 0), ("leave_deaf", 1)])
+def test_leftovers_are_told_with_their_host(bench: HostsBench, switch: str, code: int):
+    with bench.launch(FLEET) as run:
+        wait_for_fleet(run)
+        bench.switch(f"{switch} bot1")
+        bench.switch("cut bot2")  # the switches are thrown in order
+        run.wait_for("bot2 is unreachable")
+        bench.switch("restore bot2")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == code
+        assert "leftover processes on bot1: sleep [7]" in run.screen
+        assert ("leftovers on bot1 had to be killed" in run.screen) is bool(code)
 
 
 def test_an_unreachable_host_is_named_at_the_end(bench: HostsBench):

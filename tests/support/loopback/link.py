@@ -20,7 +20,9 @@ SAMPLE_S = 0.2
 
 
 class LoopbackLink:
-    """`cut()`, `restore()`, `power_off()`. All calls go through queues, later on the reactor.
+    """`cut()`, `restore()`, `power_off()`, `leave()`, `leave_deaf()`.
+
+    All calls go through queues, later on the reactor.
 
     A host named `refuses...` refuses the connection, one named `missing...` cannot be reached,
     and one named `silent...` does not answer.
@@ -40,6 +42,8 @@ class LoopbackLink:
         self._leash: Timer | None = None
         self._is_finishing = False
         self._is_closed = False
+        self._leftovers: list[str] = []
+        self._is_deaf = False
 
     # ---- switches
 
@@ -68,6 +72,15 @@ class LoopbackLink:
         self._change(LinkState.GONE, "it was restarted")
         self._pump_run()
 
+    def leave(self) -> None:
+        """At the end a process will be found that another one has left."""
+        self._leftovers = ["sleep [7]"]
+
+    def leave_deaf(self) -> None:
+        """The same, and only SIGKILL ends it."""
+        self.leave()
+        self._is_deaf = True
+
     # ---- from the host to the run
 
     def _report(self, method: str, arguments: tuple[Any, ...]) -> None:
@@ -83,7 +96,8 @@ class LoopbackLink:
                 arguments = (self.host.name, *arguments)
                 self.context.listener.link_changed(*arguments)
             elif method == "finished":
-                self.context.listener.finished(self.host.name, [], killed=False)
+                name, left = self.host.name, self._leftovers
+                self.context.listener.finished(name, left, killed=self._is_deaf)
             else:
                 getattr(self.context.listener, method)(*arguments)
 
