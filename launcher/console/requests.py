@@ -39,6 +39,9 @@ SHELL_VERBS = (
     "export",
     "smoke",
     "graph",
+    "hosts",
+    "export",
+    "agent",
     "completion",
     "runs",
 )
