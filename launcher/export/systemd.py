@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from launcher.hosts.model import Host
 
 _HOME = "HOME-OF-THE-USER-OF-THE-UNIT"  # until the words are quoted
+_RUN_OF_USER = "RUNTIME-FOLDER-OF-THE-USER"  # likewise
 _ROOT = "root"
 _PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
@@ -26,10 +27,19 @@ class Systemd:
     """Writes the units of a system.
 
     `user` and `python` are those of processes whose host is not in the hosts file, or does not
-    tell; without a user they are root's.
+    tell; without a user they are root's. `home`: the units are for the service manager of the user
+    whose home that is.
     """
 
-    def __init__(self, system: System, *, user: str | None = None, python: str = "python3") -> None:
+    def __init__(
+        self,
+        system: System,
+        *,
+        user: str | None = None,
+        python: str = "python3",
+        home: str | None = None,
+    ) -> None:
+        self._home = home
         self._system = system
         self._user = user
         self._python = python
@@ -65,12 +75,19 @@ class Systemd:
     @property
     def folder(self) -> str:
         """Where files for the units are on a host."""
-        return f"/etc/launcher/{self._system.unit}"
+        base = "/etc" if self._home is None else f"{self._home}/.config"
+        return f"{base}/launcher/{self._system.unit}"
+
+    @property
+    def _network(self) -> list[tuple[str, str]]:
+        """The manager of a user does not know when the network is there."""
+        return _NETWORK if self._home is None else []
 
     def _target(self) -> str:
+        boot = "multi-user.target" if self._home is None else "default.target"
         return unit_text(
-            ("Unit", [("Description", f"all processes of {self._system.unit}"), *_NETWORK]),
-            ("Install", [("WantedBy", "multi-user.target")]),
+            ("Unit", [("Description", f"all processes of {self._system.unit}"), *self._network]),
+            ("Install", [("WantedBy", boot)]),
         )
 
     def _timer(self, process: Process) -> str:
@@ -97,7 +114,7 @@ class Systemd:
 
     def unit_entries(self, process: Process) -> list[tuple[str, str]]:
         about = unit.literal(f"{process.label} of {self._system.unit}")
-        return [("Description", about), *self._part_of(), *_NETWORK]
+        return [("Description", about), *self._part_of(), *self._network]
 
     def install_entries(self, process: Process) -> list[tuple[str, str]]:
         """Empty for a process that a timer starts."""
@@ -108,7 +125,8 @@ class Systemd:
 
     def _runs(self, process: Process) -> Iterator[tuple[str, str]]:
         yield "Type", "exec"
-        yield "User", unit.literal(self._user_of(process.host))
+        if self._home is None:
+            yield "User", unit.literal(self._user_of(process.host))
         yield "WorkingDirectory", unit.literal(process.cwd) if process.cwd else "~"
         for name, value in process.environment.items():
             yield "Environment", unit.exec_line([f"{name}={value}"])
@@ -127,10 +145,11 @@ class Systemd:
 
     def _command(self, process: Process) -> str:
         python = _in_home(process.host.python if process.host else self._python)
+        runtime = "/run" if self._home is None else _RUN_OF_USER
         where = Where(
             python=python,
             folder=f"{self.folder}/files",
-            scratch=f"/run/{_runtime_directory(process)}",
+            scratch=f"{runtime}/{_runtime_directory(process)}",
         )
         words = words_of(process, where)
         if "/" in python and "/" not in words[0]:
@@ -142,7 +161,8 @@ class Systemd:
             words = ["/bin/sh", "-c", f'{sourced} && exec "$@"', "sh", *words]
         elif not words[0].startswith("/"):
             words = ["/usr/bin/env", *words]
-        return unit.exec_line(words).replace(_HOME, "${HOME}")
+        line = unit.exec_line(words).replace(_HOME, "${HOME}")
+        return line.replace(_RUN_OF_USER, "${XDG_RUNTIME_DIR}")
 
     # ---- what is lost
 

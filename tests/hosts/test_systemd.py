@@ -337,3 +337,49 @@ def test_a_host_without_systemd_refuses_it(lab: Lab, tmp_path: Path):
     with RemoteRun(lab, tmp_path / "screen", "t.launch.py", "--hosts", "hosts.yaml") as run:
         assert run.wait() == 1
     assert "set `engine: ssh` for it in the hosts file" in run.text
+
+
+def test_enabled_processes_start_at_boot_and_are_removed(
+    lab: Lab, robot: Robot, tmp_path: Path, user: str
+):
+    secret = {"API_TOKEN": "s3 $cret"}
+    settings = {"user": user, "engine": "systemd", "environment": secret}
+    lab.hosts_file(tmp_path / "hosts.yaml", {robot: settings}, {"*": robot.name})
+    script = 'echo "token $API_TOKEN"; exec sleep 1000'
+    (tmp_path / "boots.launch.py").write_text(launch_file((("sleeps", script),)), encoding="utf-8")
+    launch = ("boots.launch.py", "--hosts", "hosts.yaml")
+    unit = "launcher-boots-sleeps.service"
+
+    enabled = lab.operator.launcher(*launch, "--enable", cwd=tmp_path)
+    assert enabled.returncode == 0, enabled.stderr
+    field = "_SYSTEMD_UNIT" if user == "root" else "_SYSTEMD_USER_UNIT"
+    read = ["journalctl", "--boot", "--output=cat", f"{field}={unit}"]
+    for _ in range(2):
+        wait_until(lambda: systemctl(robot, user, "is-active", unit) == "active\n", "it runs")
+        wait_until(lambda: "token s3 $cret\n" in robot.run(read).stdout, "its line")
+        assert "s3" not in systemctl(robot, user, "cat", unit)
+        robot.power_off()
+        robot.power_on()
+    disabled = lab.operator.launcher(*launch, "--disable", cwd=tmp_path)
+    assert disabled.returncode == 0, disabled.stderr
+    assert systemctl(robot, user, "list-units", "--all", "--no-legend", "launcher-boots*") == ""
+    found = robot.run(["find", "/etc", "/home/robot/.config", "-name", "launcher*"], check=False)
+    assert [line for line in found.stdout.splitlines() if "boots" in line] == []
+
+
+def test_a_full_disk_for_the_journal_loses_lines_and_no_states(
+    robot: Robot, start: Start, tmp_path: Path
+):
+    run = start(("counter", COUNT, SCREEN, "respawn=True", "respawn_delay=0.2"))
+    run.wait_for(r"\] 3$")
+    robot.full_disk("/var/log/journal")
+    robot.run(["systemctl", "restart", "systemd-journald"])
+    try:
+        pid = pid_there(robot, COUNT)
+        os.kill(pid, signal.SIGKILL)
+        run.wait_for("process started with pid", 2)
+    finally:
+        robot.free_disk("/var/log/journal")
+        robot.run(["systemctl", "restart", "systemd-journald"])
+    assert run.interrupt() in (0, 130)
+    assert_no_traces(robot, "root")

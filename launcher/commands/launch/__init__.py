@@ -53,8 +53,15 @@ again to skip a wait.""",
             "send the output of every process to the screen and to the log",
             name="show_all",
         ),
+        option(
+            "--enable",
+            "install the processes of other hosts there as units of systemd that start at boot, "
+            "and start them; nothing is started here",
+        ),
+        option("--disable", "stop and remove what --enable has installed"),
         *READING_OPTIONS,
     ),
+    exclusive=(("enable", "disable"),),
     groups=(("options about the run", RUN_OPTIONS),),
     epilog="\n".join(exit_code_table(code for code in ExitCode if code not in OF_SMOKE)),
 )
@@ -76,6 +83,10 @@ def main(words: Sequence[str]) -> int:
         from launcher.commands import plan
 
         return plan.show(request, hosts=options.hosts)
+    if parsed.enable or parsed.disable:
+        from launcher.commands import enable
+
+        return (enable.enable if parsed.enable else enable.disable)(request, options)
     return launch(request, options)
 
 

@@ -131,8 +131,8 @@ class Scripts:
             [
                 "umask 077",
                 f"mkdir -p {self._folder} && chmod 700 {self._folder} || exit",
-                _written(f"{self.folder}/end", end.encode()),
-                _written(f"{self.folder}/may-start", b'[ ! -e "$1" ]\n'),
+                written(f"{self.folder}/end", end.encode()),
+                written(f"{self.folder}/may-start", b'[ ! -e "$1" ]\n'),
             ]
         )
 
@@ -144,10 +144,10 @@ class Scripts:
             "umask 077",
             f"mkdir -p {shlex.quote(folder)}",
             f"[ -p {shlex.quote(folder)}/stdin ] || mkfifo {shlex.quote(folder)}/stdin",
-            _written(f"{folder}/environment", unit.environment_file(fits).encode()),
-            _written(f"{folder}/start", self._start_file(process_id, order)),
+            written(f"{folder}/environment", unit.environment_file(fits).encode()),
+            written(f"{folder}/start", self._start_file(process_id, order)),
         ]
-        lines += [_written(f"{folder}/{name}", data) for name, data in files_of(order).items()]
+        lines += [written(f"{folder}/{name}", data) for name, data in files_of(order).items()]
         return "\n".join(lines)
 
     def _start_file(self, process_id: int, order: Order) -> bytes:
@@ -280,7 +280,7 @@ exit $code"""
     def manifest(self, document: Mapping[str, Any]) -> str:
         """Writes what `attach` needs to know about the run."""
         text = json.dumps(document, sort_keys=True).encode()
-        return f"umask 077\n{_written(f'{self.folder}/manifest', text)}"
+        return f"umask 077\n{written(f'{self.folder}/manifest', text)}"
 
     def watch(self, stop_after_s: float) -> str:
         """Starts a unit that stops the run if no beat comes for so long."""
@@ -295,7 +295,7 @@ exit $code"""
         return "\n".join(
             [
                 f"{self.beat()}\n",
-                _written(f"{self.folder}/watch", script.encode()),
+                written(f"{self.folder}/watch", script.encode()),
                 f"{self._systemctl} is-active --quiet {name} || systemd-run{scope} --quiet"
                 f" --collect --unit={name} --slice=launcher.slice"
                 f" --description='watch of launcher run {self._run}'"
@@ -349,7 +349,7 @@ def _safe(variables: Mapping[str, str]) -> dict[str, str]:
     return {name: value.translate(table) for name, value in variables.items()}
 
 
-def _written(path: str, content: bytes) -> str:
+def written(path: str, content: bytes) -> str:
     """Writes a file in one step; the content is in no command line."""
     place, new = shlex.quote(path), shlex.quote(f"{path}.new")
     encoded = base64.encodebytes(content).decode()
