@@ -150,7 +150,8 @@ def test_a_launcher_of_another_version_is_told(check: Check, two: Host):
     (two.home / "other.sh").write_text(f"export PYTHONPATH={folder}\n")
     found = [(text, repair) for kind, _, text, repair in check.problems() if kind == "launcher"]
     ((text, repair),) = found
-    assert text == f"launcher 0.0.1 is installed, and {launcher.__version__} runs here"
+    known = f"launcher 0.0.1 is installed, and {launcher.__version__} runs here"
+    assert text == f"{known}: they speak different protocols"
     assert "hosts sync" in repair
 
 

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import os
 import select
 import signal
 import subprocess
 import threading
+import time
 from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from launcher.hosts.discovery import MAX_WITH_PEERS, Server, Wiring
+from launcher.hosts.discovery import MAX_WITH_PEERS, RESTART_DELAY_S, Server, Wiring
 from launcher.hosts.model import LOCAL, DiscoveryMode
 from tests.support.hosts import Computer, Host, Lab
 from tests.support.hosts.checks import module
 from tests.support.hosts.entered import Entered
+from tests.support.hosts.operator import launcher_words
+from tests.support.node_process import REPOSITORY
 from tests.support.waiting import wait_until
 
 DOMAIN = 17  # the network is ours alone
@@ -188,3 +195,105 @@ def test_the_whole_graph_is_seen_through_the_server(lab: Lab, one: Host, two: Ho
         nodes.wait()
         wait_until(lambda: shown("node", "list").split() == ["/one", "/two"], "all nodes are seen")
         assert "Publisher count: 2" in shown("topic", "info", "/names")
+
+
+# ---- the servers of a run
+
+
+class Fleet:
+    """A launcher on the operator's computer; its screen is a file."""
+
+    def __init__(self, lab: Lab, screen: Path, *words: object) -> None:
+        self._operator = lab.operator
+        self.env = {"ROS_DOMAIN_ID": str(DOMAIN)}
+        self._screen = screen
+        with screen.open("wb") as out:
+            command = launcher_words(["system", *words])
+            options = {"env": self.env, "cwd": REPOSITORY, "stderr": subprocess.STDOUT}
+            self.process = self._operator.popen(command, stdout=out, **options)
+
+    def __enter__(self) -> Fleet:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    @property
+    def screen(self) -> str:
+        return self._screen.read_text(encoding="utf-8", errors="replace")
+
+    def wait_for(self, text: str) -> None:
+        wait_until(lambda: text in self.screen, f"{text!r} on the screen:\n{self.screen}")
+
+    def verb(self, *words: str) -> str:
+        return str(self._operator.launcher(*words, env=self.env).stdout)
+
+    def processes(self) -> dict[str, dict[str, Any]]:
+        document = json.loads(self.verb("ps", "--json"))
+        return {process["name"]: process for process in document["processes"]}
+
+    def stop(self) -> int:
+        self.process.send_signal(signal.SIGINT)
+        return int(self.process.wait(60))
+
+
+def test_a_run_on_this_machine_starts_a_server_for_its_nodes(lab: Lab, tmp_path: Path):
+    with Fleet(lab, tmp_path / "screen", "--discovery", "server") as fleet:
+        fleet.wait_for("robot_1: 1 task")
+        names = list(fleet.processes())
+        assert names[0] == "discovery-server"
+        wait_until(lambda: "/robot_2" in fleet.verb("node", "list").split(), "a shell sees nodes")
+        assert fleet.stop() == 0
+    started = fleet.screen.index("[discovery-server]: process started")
+    assert started < fleet.screen.index("[dispatcher-1]: process started")
+
+
+def test_a_killed_server_is_started_again_when_its_clients_have_forgotten_it(
+    lab: Lab, tmp_path: Path
+):
+    with Fleet(lab, tmp_path / "screen", "--discovery", "server") as fleet:
+        fleet.wait_for("robot_1: 1 task")
+        killed = fleet.processes()["discovery-server"]["pid"]
+        begun_s = time.monotonic()
+        os.kill(killed, signal.SIGKILL)
+        reports = fleet.screen.count("Fleet report")
+        wait_until(lambda: fleet.screen.count("Fleet report") > reports + 1, "the nodes go on")
+
+        def is_back() -> bool:
+            found = fleet.processes()["discovery-server"]
+            return found["state"] == "RUNNING" and found["pid"] != killed
+
+        wait_until(is_back, "the server runs again")
+        assert time.monotonic() - begun_s > RESTART_DELAY_S
+        wait_until(lambda: "/robot_2" in fleet.verb("node", "list").split(), "a shell sees nodes")
+        fleet.stop()
+
+
+def test_a_run_over_hosts_has_its_servers_where_the_hosts_file_says(
+    lab: Lab, one: Host, two: Host, tmp_path: Path
+):
+    place = {"robot_1": "one", "robot_2": "two"}
+    servers = {"mode": "server", "server": "one", "backup": LOCAL}
+    file = lab.hosts_file(tmp_path / "hosts.yaml", [one, two], place, discovery=servers)
+    with Fleet(lab, tmp_path / "screen", "--hosts", file) as fleet:
+        for name in ("robot_1", "robot_2", "robot_3"):
+            wait_until(lambda name=name: f"{name}: 2 tasks" in fleet.screen, f"{name} works")
+        processes = fleet.processes()
+        assert processes["discovery-server"]["host"] == "one"
+        assert processes["discovery-backup"]["host"] == LOCAL
+        assert "Publisher count: 3" in fleet.verb("topic", "info", "/fleet/status")
+        assert fleet.stop() == 0
+    words = [process.words for process in one.processes()]
+    assert not any("discovery" in " ".join(found) for found in words)
+
+
+def test_a_run_over_routed_hosts_needs_only_peers(lab: Lab, one: Host, two: Host, tmp_path: Path):
+    place = {"robot_1": "one", "robot_2": "two"}
+    file = lab.hosts_file(tmp_path / "hosts.yaml", [one, two], place)
+    words = ("--hosts", file, "--discovery", "peers")
+    with Fleet(lab, tmp_path / "screen", *words) as fleet:
+        for name in ("robot_1", "robot_2", "robot_3"):
+            wait_until(lambda name=name: f"{name}: 2 tasks" in fleet.screen, f"{name} works")
+        assert "Publisher count: 3" in fleet.verb("topic", "info", "/fleet/status")
+        assert fleet.stop() == 0

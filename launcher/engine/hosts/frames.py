@@ -14,11 +14,12 @@ import json
 import struct
 from collections.abc import Iterator, Mapping
 
+from launcher.hosts.protocol import PROTOCOL as PROTOCOL
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-PROTOCOL = 1
 # The agent sends this before its first frame; a login shell may have printed something before.
 PREAMBLE = b"\0launcher-agent\n"
 MAX_NOISE = 64 * 1024

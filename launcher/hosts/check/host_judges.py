@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-import launcher
 from launcher.hosts.check.facts import Finding, Level, Member
 from launcher.hosts.model import LOCAL, HostEngine
 from launcher.program import program
@@ -98,13 +97,9 @@ def _python(member: Member) -> Iterator[Finding]:
 
 def _launcher(member: Member) -> Iterator[Finding]:
     assert member.facts is not None
-    version = member.facts["version"]
-    if version is None:
+    if member.facts["version"] is None:
         text = f"{member.facts['executable']} has no launcher"
         yield problem("launcher", member, text, f"{sync_command(member)} installs it")
-    elif version != launcher.__version__:
-        text = f"launcher {version} is installed, and {launcher.__version__} runs here"
-        yield problem("launcher", member, text, f"{sync_command(member)} brings the same")
 
 
 def _packages(member: Member) -> Iterator[Finding]:

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from launcher.hosts.check.facts import Finding, Level, Member, Survey
+from launcher.hosts.check.host_judges import sync_command
 from launcher.hosts.model import LOCAL, DiscoveryMode
 from launcher.text import count
 
@@ -17,6 +18,7 @@ _UDP = "FASTDDS_BUILTIN_TRANSPORTS"
 def check_pairs(survey: Survey, mode: DiscoveryMode | None) -> list[Finding]:
     """All findings about two hosts or more."""
     return [
+        *_versions(survey),
         *_differences(survey),
         *_shared_memory(survey),
         *_unreached(survey, mode),
@@ -44,7 +46,23 @@ def distro_of(member: Member) -> str | None:
     return _DISTROS.get(version.partition(".")[0], f"rclpy {version}")
 
 
-# ---- settings
+# ---- software and settings
+
+
+def _versions(survey: Survey) -> Iterator[Finding]:
+    """The agent must speak the protocol of the launcher here."""
+    ours = survey.members[LOCAL].facts or {}
+    for member in survey.reached:
+        facts = member.facts or {}
+        if facts["version"] in (None, ours.get("version")):
+            continue
+        text = f"launcher {facts['version']} is installed, and {ours.get('version')} runs here"
+        level = Level.NOTE
+        if facts["protocol"] != ours.get("protocol"):
+            text += ": they speak different protocols"
+            level = Level.PROBLEM
+        advice = f"{sync_command(member)} brings the same"
+        yield _finding("launcher", [member.name], text, advice, level)
 
 
 def _differences(survey: Survey) -> Iterator[Finding]:

@@ -120,13 +120,10 @@ class Network:
         self.errors: dict[str, str] = {}
         self.sockets: dict[int, tuple[str, socket.socket]] = {}
         self._sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._open_unicast()
+        self._open("unicast", [self.base + 10 + 2 * index for index in range(PARTICIPANTS)])
         self._open_multicast()
         if request.get("server_port"):
             self._open("server", [request["server_port"]])
-
-    def _open_unicast(self) -> None:
-        self._open("unicast", [self.base + 10 + 2 * index for index in range(PARTICIPANTS)])
 
     def _open(self, kind: str, ports: list[int]) -> None:
         one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -269,14 +266,13 @@ def folder(path: str) -> dict[str, Any]:
         status = os.statvfs(existing)
     except OSError as error:
         return {**found, "error": error.strerror}
-    is_writable = os.access(existing, os.W_OK | os.X_OK) and not status.f_flag & os.ST_RDONLY
     return {
         **found,
         "total": status.f_blocks * status.f_frsize,
         "free": status.f_bavail * status.f_frsize,
         "inodes": status.f_files,
         "free_inodes": status.f_favail,
-        "writable": is_writable,
+        "writable": os.access(existing, os.W_OK | os.X_OK) and not status.f_flag & os.ST_RDONLY,
     }
 
 
@@ -322,25 +318,31 @@ def software(request: dict[str, Any]) -> dict[str, Any]:
     workspace = os.path.join(os.path.expanduser("~"), os.path.expanduser(request["workspace"]))
     with contextlib.suppress(OSError):
         os.chdir(workspace)
-    version = launcher_version()
+    version, protocol = launcher_versions()
     missing: dict[str, Any] = {"packages": [], "executables": [], "interfaces": []}
     if version is not None:
         with contextlib.suppress(Exception):  # of another version
             missing = missing_there(request)
     return {
         "version": version,
+        "protocol": protocol,
         "missing": missing,
         "rclpy": package_version("rclpy"),
         "middlewares": middlewares(),
     }
 
 
-def launcher_version() -> str | None:
+def launcher_versions() -> tuple[str | None, int | None]:
+    """Of the launcher, and of the protocol of its agent."""
+    version = None
     try:
         import launcher
+
+        version = str(launcher.__version__)
+        from launcher.hosts.protocol import PROTOCOL
     except Exception:
-        return None
-    return str(launcher.__version__)
+        return version, None
+    return version, PROTOCOL
 
 
 def prefixes() -> Iterator[str]:

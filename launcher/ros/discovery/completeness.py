@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from launcher.ros.discovery.domains import REMOTE_S, SPIN_TIME_S, localhost_only
+from launcher.ros.discovery.domains import SPIN_TIME_S, least_wait_s
 from launcher.ros.discovery.gids import ghosts, same_host
 from launcher.ros.discovery.ports import participants_by_domain
 from launcher.ros.discovery.reannounce import reannounce_to_silent
@@ -46,7 +46,7 @@ def settle(
 ) -> Settled:
     """Return when the graph is complete and quiet, or `enough`, or after `spin_time_s`."""
     start = changed = time.monotonic()
-    shortest_s = min(spin_time_s, 0.0 if localhost_only() else REMOTE_S)
+    shortest_s = min(spin_time_s, least_wait_s())
     last: object = None
     has_reannounced = observer.is_introduced  # then the silent ones are about to answer
     while True:

@@ -41,6 +41,7 @@ def member(name: str, *, engine: HostEngine = HostEngine.AUTO, **changes: Any) -
         "manager": False,
         "lingers": False,
         "version": launcher.__version__,
+        "protocol": 1,
         "missing": {"packages": [], "executables": [], "interfaces": []},
         "rclpy": "7.1.6",
         "middlewares": ["rmw_fastrtps_cpp"],
@@ -82,7 +83,6 @@ def survey(*members: Member, lost: tuple[tuple[str, str, str], ...] = ()) -> Sur
     [
         ({"python": [3, 8, 10]}, "python", "Python 3.8.10 is too old"),
         ({"version": None}, "launcher", "/usr/bin/python3 has no launcher"),
-        ({"version": "9.9"}, "launcher", "launcher 9.9 is installed"),
         ({"max_sessions": 2}, "sessions", "2 sessions"),
         ({"folders": [folder("a", free=10**6)]}, "disk", "1 MiB are free where a is"),
         ({"folders": [folder("/dev/shm", free=10**6)]}, "disk", "1 MiB are free"),
@@ -196,6 +196,14 @@ def test_what_differs_is_told_with_its_values(changes: Mapping[str, Any], check:
     finding = only(check_pairs(survey(*members), None))
     assert finding.check == check
     assert words in finding.text
+
+
+@pytest.mark.parametrize(("protocol", "level"), [(1, Level.NOTE), (2, Level.PROBLEM)])
+def test_another_launcher_is_a_problem_if_its_agent_is_not_understood(protocol: int, level: Level):
+    other = member("bot1", version="9.9", protocol=protocol)
+    finding = only(check_pairs(survey(member(LOCAL), other), None))
+    assert (finding.check, finding.level) == ("launcher", level)
+    assert finding.text.startswith(f"launcher 9.9 is installed, and {launcher.__version__} runs")
 
 
 LOST_MULTICAST = (("multicast", "bot1", LOCAL), ("multicast", LOCAL, "bot1"))

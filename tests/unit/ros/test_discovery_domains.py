@@ -18,6 +18,9 @@ from launcher.ros.discovery.domains import is_off, localhost_only, why_empty
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, True, True),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "off"}, False, True),  # rcl warns and takes LOCALHOST
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_LOCALHOST_ONLY": "1"}, False, True),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_STATIC_PEERS": "a"}, False, False),
+        ({"ROS_LOCALHOST_ONLY": "1", "ROS_STATIC_PEERS": "a"}, False, True),
+        ({"ROS_LOCALHOST_ONLY": "1", "ROS_DISCOVERY_SERVER": "a:1"}, False, False),
     ],
     ids=str,
 )
