@@ -11,9 +11,10 @@ raise SystemExit(service.run())
 
 import atexit
 
-from launcher.cli import add_wheels_to_ament_path, enter_workspace
+from launcher.cli import enter_workspace
 from launcher.commands.launch.service import script_vocabulary
 from launcher.model.options import RunOptions
+from launcher.workspace import add_wheels_to_ament_path
 
 add_wheels_to_ament_path()
 enter_workspace()

@@ -18,7 +18,7 @@ from launcher.errors import (
     exit_code_table,
 )
 from launcher.text import did_you_mean, suggest
-from launcher.workspace import current
+from launcher.workspace import add_wheels_to_ament_path, current
 
 
 def main(words: Sequence[str]) -> int:
@@ -60,17 +60,6 @@ def main(words: Sequence[str]) -> int:
         else:
             print(f"error: {error.strerror}: {error.filename}", file=sys.stderr)
         return ExitCode.PROCESS_FAILED
-
-
-def add_wheels_to_ament_path() -> None:
-    """Name the ament index of the wheels, as sourcing a set-up file does for ROS's own tools.
-
-    The wheels install it below `sys.prefix` and set no `AMENT_PREFIX_PATH` (CONFORMANCE 4.23). One
-    that is set is not changed, since launch files read it. Children inherit it.
-    """
-    is_set = os.environ.get("AMENT_PREFIX_PATH", "").strip(os.pathsep)
-    if not is_set and os.path.isdir(f"{sys.prefix}/share/ament_index/resource_index/packages"):
-        os.environ["AMENT_PREFIX_PATH"] = sys.prefix
 
 
 def _folder_is_gone() -> bool:
@@ -120,7 +109,7 @@ def _dispatch(words: list[str]) -> int:
 
 
 # Verbs that need nothing of a workspace, or make it.
-_OUTSIDE_WORKSPACE = ("control", "doctor", "env", "build", "wheel", "pkg", "agent")
+_OUTSIDE_WORKSPACE = ("control", "doctor", "env", "build", "wheel", "pkg")
 # Verbs that leave rclpy to other processes. In this one, the loader would have to know the
 # libraries of a workspace from the start.
 _WITHOUT_RCLPY = (
@@ -133,6 +122,7 @@ _WITHOUT_RCLPY = (
     "completion",
     "test",
     "hosts",
+    "agent",
 )
 
 

@@ -13,6 +13,7 @@ import sys
 from launcher.errors import ExitCode, LauncherError
 from launcher.hosts import order_json
 from launcher.hosts.resolution import resolve
+from launcher.workspace import add_wheels_to_ament_path, current
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ def main(path: str, folder: str | None = None) -> NoReturn:
     try:
         with open(path, encoding="utf-8") as file:
             order = order_json.decode(json.load(file))
+        _enter_workspace()
         found = resolve(order, folder or os.path.dirname(os.path.abspath(path)), os.environ)
         if found.cwd is not None:
             os.chdir(found.cwd)
@@ -34,6 +36,16 @@ def main(path: str, folder: str | None = None) -> NoReturn:
     except (OSError, ValueError) as error:
         print(f"error: cannot run '{path}': {error}", file=sys.stderr)
     raise SystemExit(ExitCode.PROCESS_FAILED)
+
+
+def _enter_workspace() -> None:
+    """Make visible what `hosts sync` has brought, or the workspace of the folder; UsageError."""
+    add_wheels_to_ament_path()
+    workspace = current()
+    if workspace is not None:
+        from launcher.workspace.activation import activate
+
+        activate(workspace)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ This module is on the way to the first process of every launch: it only looks fo
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping
 
 from launcher.errors import UsageError
@@ -80,6 +81,17 @@ def _workspace(root: str, name: str) -> Workspace:
     """That of the real folder: by a link to it, its builds would look moved."""
     root = os.path.realpath(root)
     return Workspace(root, os.path.join(root, name))
+
+
+def add_wheels_to_ament_path() -> None:
+    """Name the ament index of the wheels, as sourcing a set-up file does for ROS's own tools.
+
+    The wheels install it below `sys.prefix` and set no `AMENT_PREFIX_PATH` (CONFORMANCE 4.23). One
+    that is set is not changed, since launch files read it. Children inherit it.
+    """
+    is_set = os.environ.get("AMENT_PREFIX_PATH", "").strip(os.pathsep)
+    if not is_set and os.path.isdir(f"{sys.prefix}/share/ament_index/resource_index/packages"):
+        os.environ["AMENT_PREFIX_PATH"] = sys.prefix
 
 
 def _hint(folder: str) -> str | None:

@@ -106,7 +106,7 @@ MAY_IMPORT = {
         "packages",
         "control",
     },
-    "api": {"cli", "commands", "model"},
+    "api": {"cli", "commands", "model", "workspace"},
     "absent_modules": {"errors"},
     "absent_verbs": {"errors", "commands", "frontends", "packages"},
     "__main__": {"cli"},
