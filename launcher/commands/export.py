@@ -105,6 +105,8 @@ def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> Syst
         from launcher.commands.launch.mistakes import together
 
         raise together(errors) from (made.error.fault if made.error else None)
+    for surprise in made.warnings:
+        print(surprise.render(), file=sys.stderr)
     from launcher.export.system import system_of
 
     system = system_of(
@@ -113,6 +115,7 @@ def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> Syst
         adapt=options.adapt,
         command=_command_line(parsed, request),
         prefix=parsed.prefix,
+        discovery=None if file is None else file.discovery,
     )
     if not system.processes:
         raise _nothing(made)

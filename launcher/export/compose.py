@@ -15,7 +15,6 @@ from launcher.export.command import (
 )
 from launcher.export.kubernetes import container_variables
 from launcher.export.model import Output, Process, System
-from launcher.export.names import file_name
 from launcher.export.system import gaps_of_each
 from launcher.export.yaml_text import document
 from launcher.hosts.unit import seconds
@@ -42,7 +41,7 @@ class Compose:
         for host, processes in self._system.hosts.items():
             names = sorted({name for process in processes for name in process.private})
             if names:
-                files[f"{file_name(host)}.env.example"] = "".join(f"{name}=\n" for name in names)
+                files[f"{host}.env.example"] = "".join(f"{name}=\n" for name in names)
         gaps = gaps_of_each(self._system.processes, _gaps)
         return Output(files=files, gaps=tuple(gaps))
 
@@ -51,13 +50,13 @@ class Compose:
         variables = container_variables(process, self._shared_memory)
         service: dict[str, Any] = {
             "image": self._image,
-            "profiles": [file_name(process.host_name)] if process.host else None,
+            "profiles": [process.host_name] if process.host else None,
             "network_mode": "host",
             "ipc": "host" if self._shared_memory else None,
             "init": None if process.is_node else True,
             "command": [_literal(word) for word in after(process.delay_s, words)],
             "environment": {name: _literal(value) for name, value in variables.items()},
-            "env_file": [f"{file_name(process.host_name)}.env"] if process.private else None,
+            "env_file": [f"{process.host_name}.env"] if process.private else None,
             "working_dir": process.cwd,
             "tty": process.tty or None,
             "volumes": [_mount(name) for name in process.files],

@@ -9,11 +9,12 @@ from launcher.export.compose import Compose
 from launcher.export.image import files as image_files
 from launcher.export.image import image_of
 from launcher.export.kubernetes import Kubernetes
-from launcher.export.model import Gap, Output, System
+from launcher.export.model import Gap, Output, Process, System
 from launcher.export.quadlet import Quadlet
 from launcher.export.readme import readme
-from launcher.export.system import merged
+from launcher.export.system import gaps_of_each, merged
 from launcher.export.systemd import Systemd
+from launcher.hosts.order import MAX_FILE_BYTES
 from launcher.model.record import Record
 
 if TYPE_CHECKING:
@@ -45,7 +46,8 @@ def export(engine: str, system: System, settings: Settings) -> Output:
     """All files of an export, README and image recipe included, and everything that is lost."""
     image = None if engine == "systemd" else _image(system, settings)
     output = _output(engine, system, settings, image)
-    of_containers = [] if image is None else [*_of_image(image), *_of_range(system, settings)]
+    found = gaps_of_each(system.processes, lambda one: _of_containers(one, settings))
+    of_containers = [] if image is None else [*_of_image(image), *found]
     gaps = merged([*system.gaps, *of_containers, *output.gaps])
     text = readme(engine, system, image, gaps, python=settings.python)
     with_recipe = image is not None and settings.image is None
@@ -64,17 +66,17 @@ def _image(system: System, settings: Settings) -> Image:
     return image_of(settings.image or f"localhost/{system.name}:latest", system.packages)
 
 
-def _of_range(system: System, settings: Settings) -> Iterator[Gap]:
-    """With this range Fast DDS uses shared memory, whatever its variable says."""
-    for process in system.processes:
-        is_local = any(process.environment.get(name) == value for name, value in _LOCAL)
-        if is_local and not settings.shared_memory:
-            yield Gap(
-                what="ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
-                place=process.place,
-                text="containers lose all messages: export with SUBNET, or --shared-memory",
-                names=(process.unit,),
-            )
+def _of_containers(process: Process, settings: Settings) -> Iterator[tuple[str, str, bool]]:
+    is_local = any(process.environment.get(name) == value for name, value in _LOCAL)
+    if is_local and not settings.shared_memory:
+        # With this range Fast DDS uses shared memory, whatever its variable says.
+        text = "containers lose all messages: export with SUBNET, or --shared-memory"
+        yield "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST", text, False
+    if process.host is not None and process.host.setup:
+        yield "setup", "an image sources no files of the host", True
+    if sum(map(len, process.files.values())) > MAX_FILE_BYTES:
+        text = "more than 1 MiB of files, which a ConfigMap cannot hold: put them into the image"
+        yield "files", text, False
 
 
 def _of_image(image: Image) -> list[Gap]:

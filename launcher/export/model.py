@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from launcher.hosts.model import Host
+from launcher.hosts.model import LOCAL, Host
 from launcher.model.record import Record
 from launcher.model.spec import Limits, RestartPolicy, StopPolicy
 
-DEFAULT_HOST = "default"  # the folder and profile of processes without a rule of placement
+NO_HOST = LOCAL  # the name for processes that no rule places on a host
 
 
 class Interpreter(Record):
@@ -62,7 +62,7 @@ class Process(Record):
 
     @property
     def host_name(self) -> str:
-        return DEFAULT_HOST if self.host is None else self.host.name
+        return NO_HOST if self.host is None else self.host.name
 
 
 class Gap(Record):
@@ -105,6 +105,10 @@ class System(Record):
         for process in self.processes:
             found.setdefault(process.host_name, []).append(process)
         return found
+
+    def path_of(self, host: str, name: str) -> str:
+        """A file of a host: in a folder of its own, unless there is no host."""
+        return name if [*self.hosts] == [NO_HOST] else f"{host}/{name}"
 
 
 class Output(Record):

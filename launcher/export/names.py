@@ -37,13 +37,13 @@ class Name(Record):
 def names_of(specs: Sequence[ProcessSpec], prefix: str = "") -> list[Name]:
     """A name for each process, with the namespace or a number where several share it."""
     texts = _told_apart(specs)
-    units = _unique([_free(prefix + unit_name(text)) for text in texts])
+    units = _unique([_free(unit_name(prefix + text)) for text in texts])
     labels = _unique([dns_label(prefix + text) for text in texts])
     return [Name(unit=unit, label=label) for unit, label in zip(units, labels, strict=True)]
 
 
 def name_of_system(stem: str, prefix: str = "") -> Name:
-    return Name(unit=_free(prefix + unit_name(stem)), label=dns_label(prefix + stem))
+    return Name(unit=_free(unit_name(prefix + stem)), label=dns_label(prefix + stem))
 
 
 def unit_name(text: str) -> str:

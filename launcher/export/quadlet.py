@@ -14,7 +14,6 @@ from launcher.export.command import (
 )
 from launcher.export.kubernetes import container_variables
 from launcher.export.model import Output, Process, System
-from launcher.export.names import file_name
 from launcher.export.system import gaps_of_each
 from launcher.export.systemd import Systemd, policy_gaps, unit_text
 from launcher.hosts import unit
@@ -35,7 +34,7 @@ class Quadlet:
         files: dict[str, str] = {}
         for host, processes in self._system.hosts.items():
             for name, text in self._of_host(processes):
-                files[f"{file_name(host)}/{name}"] = text
+                files[self._system.path_of(host, name)] = text
         gaps = gaps_of_each(self._system.processes, _gaps)
         return Output(files=files, gaps=tuple(gaps))
 

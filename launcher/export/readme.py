@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import posixpath
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from launcher.export.kubernetes import runs_on, secret_of
-from launcher.export.model import DEFAULT_HOST
-from launcher.export.names import file_name
+from launcher.export.model import NO_HOST
 
 if TYPE_CHECKING:
     from launcher.export.image import Image
@@ -70,7 +68,12 @@ def _processes(system: System, engine: str) -> str:
 
 
 def _on(host: str) -> str:
-    return "on the machine" if host == DEFAULT_HOST else f"on {host}"
+    return "on the machine" if host == NO_HOST else f"on {host}"
+
+
+def _where(system: System, host: str) -> str:
+    folder = system.path_of(host, "")
+    return f"As root, in the folder `{folder.rstrip('/')}`:" if folder else "As root:"
 
 
 def _title(host: str) -> str:
@@ -104,7 +107,7 @@ def _systemd(system: System, python: str) -> Iterator[str]:
             f"journalctl -f -u {shlex.quote(processes[0].unit)}",
             f"systemctl stop {shlex.quote(target)}",
         ]
-        yield _block(_title(host), lines, f"As root, in the folder `{file_name(host)}`:")
+        yield _block(_title(host), lines, _where(system, host))
     yield (
         f"The launcher must be installed for `{python}` there, or for the `python` of the hosts "
         "file, and so must the packages.\n"
@@ -140,16 +143,14 @@ def _kubernetes(system: System, python: str) -> Iterator[str]:
 
 
 def _compose(system: System, python: str) -> Iterator[str]:
-    names = {file_name(one.host.name): one.host.name for one in system.processes if one.host}
+    names = {one.host.name: one.host.name for one in system.processes if one.host}
     commands = ["docker compose", *(f"docker compose --profile {name}" for name in names)]
     if names and not any(one.host is None for one in system.processes):
         commands = commands[1:]
     for command in commands:
         profile = command.rpartition("--profile ")[2] if "--profile" in command else ""
         first = next(
-            one
-            for one in system.processes
-            if (file_name(one.host.name) if one.host else "") == profile
+            one for one in system.processes if (one.host.name if one.host else "") == profile
         )
         lines = [f"{command} up --detach", f"{command} logs -f {first.name}", f"{command} down"]
         title = f"On {names[profile]}" if profile else "Start and stop"
@@ -170,7 +171,7 @@ def _podman(system: System, python: str) -> Iterator[str]:
             f"journalctl -f -u {shlex.quote(processes[0].unit)}",
             f"systemctl stop {shlex.quote(target)}",
         ]
-        yield _block(_title(host), lines, f"As root, in the folder `{file_name(host)}`:")
+        yield _block(_title(host), lines, _where(system, host))
 
 
 _WRITERS = {
@@ -218,8 +219,8 @@ def _secret_command(process: Process) -> str:
 
 
 def _example_command(process: Process, system: System, engine: str) -> str:
-    folder = file_name(process.host_name)
-    path = f"{folder}.env" if engine == "compose" else posixpath.join(folder, f"{system.unit}.env")
+    path = system.path_of(process.host_name, f"{system.unit}.env")
+    path = f"{process.host_name}.env" if engine == "compose" else path
     return f"cp {path}.example {path} && chmod 600 {path} && editor {path}"
 
 

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING
 
 import yaml
 
+from launcher.export.discovery import gaps as discovery_gaps
+from launcher.export.discovery import with_discovery
 from launcher.export.environment import divided, looks_secret
 from launcher.export.gaps import gaps_of, is_exported
 from launcher.export.model import Gap, Process, System
 from launcher.export.names import Name, name_of_system, names_of
 from launcher.export.places import Places
 from launcher.export.words import Command
-from launcher.hosts.model import Host
+from launcher.hosts.model import Discovery, Host
 from launcher.hosts.order import order_for
 from launcher.language.ros.generated_files import plain
 from launcher.model.record import replace
@@ -36,6 +38,7 @@ def system_of(
     adapt: Callable[[ProcessSpec], ProcessSpec],
     command: str,
     prefix: str = "",
+    discovery: Discovery | None = None,
 ) -> System:
     """What the plan starts, on the hosts where it is placed; UsageError of `host_of`.
 
@@ -53,13 +56,18 @@ def system_of(
     ]
     own = name_of_system(stem_of(plan.path), prefix)
     units = {number: name.unit for number, name in zip(numbers, names, strict=True)}
-    gaps = gaps_of(plan, places, units)
+    processes = [process for process, _ in made]
+    gaps = [
+        *gaps_of(plan, places, units),
+        *(gap for _, gaps in made for gap in gaps),
+        *discovery_gaps(processes, discovery or Discovery()),
+    ]
     return System(
         name=own.label,
         unit=own.unit,
-        processes=tuple(process for process, _ in made),
+        processes=with_discovery(processes, discovery or Discovery()),
         command=command,
-        gaps=merged([*gaps, *(gap for _, gaps in made for gap in gaps)]),
+        gaps=merged(gaps),
     )
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from launcher.export.command import Where, words_of
 from launcher.export.model import Output, Process, Scratch, System
-from launcher.export.names import file_name
 from launcher.export.system import gaps_of_each
 from launcher.hosts import unit
 from launcher.model.spec import StopPolicy
@@ -47,9 +46,8 @@ class Systemd:
     def output(self) -> Output:
         files: dict[str, str] = {}
         for host, processes in self._system.hosts.items():
-            folder = file_name(host)
             for name, text in self._of_host(processes):
-                files[f"{folder}/{name}"] = text
+                files[self._system.path_of(host, name)] = text
         gaps = gaps_of_each(self._system.processes, self._gaps)
         return Output(files=files, gaps=tuple(gaps))
 

@@ -101,7 +101,7 @@ def test_podman_compose_reads_the_compose_file(words: dict[str, Any], tmp_path: 
         pytest.skip("not installed: podman")
     command = [tool("podman-compose"), "config"]
     out = exported("compose", tmp_path / "out", words)
-    for host in ("bot.1", "default"):
+    for host in ("bot.1", "local"):
         (out / f"{host}.env").write_text("TOKEN=x\nAPI_KEY=y\n")
     done = subprocess.run(command, cwd=out, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import shutil
 import subprocess
@@ -39,13 +40,16 @@ OPTIONS = (
 )
 
 
+_UNITS = (".service", ".target", ".timer")
+
+
 def verify(folder: Path) -> None:
     """Anything that systemd-analyze says is an error: of unknown keys it only warns."""
     if program("systemd-analyze") is None:
         pytest.skip("not installed: systemd-analyze")
-    units = sorted(map(str, folder.glob("*.*")))
+    units = [str(one) for one in sorted(folder.iterdir()) if one.suffix in _UNITS]
     done = subprocess.run(
-        ["systemd-analyze", "verify", *(one for one in units if not one.endswith(".example"))],
+        ["systemd-analyze", "verify", *units],
         capture_output=True,
         text=True,
         timeout=60,
@@ -56,21 +60,21 @@ def verify(folder: Path) -> None:
 
 def test_systemd_accepts_the_units_of_the_fleet(tmp_path: Path):
     export("systemd", tmp_path / "out")
-    verify(tmp_path / "out" / "default")
+    verify(tmp_path / "out")
 
 
 def test_systemd_accepts_odd_names_words_and_policies(tmp_path: Path):
     (tmp_path / "odd.launch.py").write_text(ODD)
     export("systemd", tmp_path / "out", *OPTIONS, target=tmp_path / "odd.launch.py")
-    verify(tmp_path / "out" / "default")
+    verify(tmp_path / "out")
 
 
 def test_an_unknown_key_is_noticed(tmp_path: Path):
     export("systemd", tmp_path / "out")
-    unit = tmp_path / "out" / "default" / "robot_1.service"
+    unit = tmp_path / "out" / "robot_1.service"
     unit.write_text(unit.read_text().replace("KillSignal=", "KilSignal="))
     with pytest.raises(AssertionError, match="KilSignal"):
-        verify(tmp_path / "out" / "default")
+        verify(tmp_path / "out")
 
 
 @pytest.fixture(scope="module")
@@ -85,12 +89,15 @@ def installed(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Robot:
     out = tmp_path_factory.mktemp("export") / "out"
     export("systemd", out, "--user", "robot", "--python", sys.executable)
     shutil.copytree(out, Path(f"/proc/{robot.pid}/root/root/out"))
-    readme = (out / "README.md").read_text()
-    install = re.findall(
-        r"^(?:install|systemctl (?:daemon-reload|enable)).*$", readme, re.MULTILINE
-    )
-    robot.run(["sh", "-e", "-c", "cd /root/out/default\n" + "\n".join(install)])
+    install_as_told(robot, out / "README.md", "/root/out")
     return robot
+
+
+def install_as_told(robot: Robot, readme: Path, folder: str) -> None:
+    """Run the commands of the README that install and start the units."""
+    command = r"^(?:install|systemctl (?:daemon-reload|enable)).*$"
+    install = re.findall(command, readme.read_text(), re.MULTILINE)
+    robot.run(["sh", "-e", "-c", f"cd {folder}\n" + "\n".join(install)])
 
 
 def journal(robot: Robot, unit: str) -> str:
@@ -140,3 +147,57 @@ def test_the_units_come_back_with_the_robot(installed: Robot):
         ),
         "robot_3 was started by its timer",
     )
+
+
+WORDS = ["100%", "%n $HOME ${HOME}", "a'b\"c", "\\n;", "@x", "\u00fc", "tab\there"]
+TOLD = "5% $X \"'"
+HERE = """
+import os
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+from launch_ros.actions import Node
+
+SHOW = (
+    "import os, sys; "
+    "print([*sys.argv[1:], os.getcwd(), *(os.environ[n] for n in ('TOLD', 'TOKEN', 'SOURCED'))])"
+)
+
+def generate_launch_description():
+    return LaunchDescription([
+        ExecuteProcess(cmd=[PYTHON, "-c", SHOW, *WORDS], name="words",
+                       additional_env={"TOLD": TOLD}),
+        Node(package="group_gp1", executable="robot_1", name="told",
+             parameters=[{"task_duration_s": 0.25}]),
+        ExecuteProcess(cmd=["cat", get_package_share_directory("std_msgs") + "/package.xml",
+                            get_package_share_directory("std_msgs")], name="shared"),
+    ])
+"""
+
+
+def test_words_variables_and_files_arrive_as_they_are(robot: Robot, tmp_path: Path):
+    """With a Python in the home, a file to source, and variables that only the host knows."""
+    (tmp_path / "odd.launch.py").write_text(
+        f"PYTHON, WORDS, TOLD = {(sys.executable, WORDS, TOLD)!r}\n{HERE}"
+    )
+    (tmp_path / "hosts.yaml").write_text(
+        "hosts: {bot: {address: 10.0.0.2, user: robot, python: my env/bin/python,"
+        " setup: [my set-up.sh], environment: {TOKEN: hush}}}\nplace: {'*': bot}\n"
+    )
+    hosts = ("--hosts", str(tmp_path / "hosts.yaml"))
+    export("systemd", tmp_path / "out", *hosts, target=tmp_path / "odd.launch.py")
+    verify(tmp_path / "out" / "bot")
+    root = Path(f"/proc/{robot.pid}/root")
+    shutil.copytree(tmp_path / "out" / "bot", root / "root/odd")
+    (root / "root/odd/odd.env").write_text("TOKEN=a secret\n")
+    (root / "home/robot/my set-up.sh").write_text("export SOURCED=1\n")
+    (root / "home/robot/my env").symlink_to(sys.prefix)
+    install_as_told(robot, tmp_path / "out" / "README.md", "/root/odd")
+    wait_until(lambda: "a secret" in journal(robot, "words"), "the words are printed")
+    (shown,) = re.findall(r": (\[.*\])$", journal(robot, "words"), re.MULTILINE)
+    assert ast.literal_eval(shown) == [*WORDS, "/home/robot", TOLD, "a secret", "1"]
+    wait_until(lambda: "<name>std_msgs</name>" in journal(robot, "shared"), "the file is printed")
+    wait_until(lambda: "Is a directory" in journal(robot, "shared"), "the folder is found")
+    wait_until(lambda: state(robot, "told")["ActiveState"] == "active", "the node runs")
+    assert robot.run(["cat", "/etc/launcher/odd/files/told.params.yaml"]).stdout
+    robot.run(["systemctl", "stop", "odd.target"])

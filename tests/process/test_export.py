@@ -31,6 +31,7 @@ def generate_launch_description():
         OpaqueFunction(function=of_function),
     ])
 """
+SUBNET = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
 HOSTS = """
 hosts:
   bot1: {address: 10.0.0.2, user: robot, environment: {FLEET_TOKEN: hush}}
@@ -43,7 +44,7 @@ def export(folder: Path, *words: str, home: str = "/nowhere") -> subprocess.Comp
     return subprocess.run(
         [sys.executable, "-m", "launcher", "export", *words],
         cwd=folder,
-        env={**os.environ, "HOME": home, "PYTHONPATH": str(REPOSITORY), "USER": home[1:]},
+        env={**os.environ, **SUBNET, "HOME": home, "PYTHONPATH": str(REPOSITORY), "USER": home[1:]},
         capture_output=True,
         text=True,
         timeout=60,

@@ -7,7 +7,7 @@ import pytest
 
 from launcher.export.model import System
 from launcher.export.system import system_of
-from launcher.hosts.model import Host
+from launcher.hosts.model import Discovery, Host
 from launcher.model.spec import ProcessSpec
 from launcher.planner import make_plan
 
@@ -36,13 +36,19 @@ def exported(tmp_path: Path) -> Callable[..., System]:
         adapt: Callable[[ProcessSpec], ProcessSpec] = lambda spec: spec,
         before: str = "",
         prefix: str = "",
+        discovery: Discovery | None = None,
     ) -> System:
         path = tmp_path / "demo.launch.py"
         path.write_text(before + HEAD.replace("{}", actions))
         plan = make_plan(str(path), [])
         assert plan.error is None, plan.error
         return system_of(
-            plan, host_of=host_of, adapt=adapt, command="launcher export", prefix=prefix
+            plan,
+            host_of=host_of,
+            adapt=adapt,
+            command="launcher export",
+            prefix=prefix,
+            discovery=discovery,
         )
 
     return export

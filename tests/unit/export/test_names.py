@@ -49,6 +49,11 @@ def test_a_prefix_comes_first():
     assert (name.unit, name.label) == ("fleet-robot_1", "fleet-robot-1")
 
 
+def test_a_prefix_leads_out_of_no_folder():
+    (name,) = names_of([spec("x", "robot_1")], "../../etc/")
+    assert (name.unit, name.label) == ("etc-robot_1", "etc-robot-1")
+
+
 def test_long_names_are_told_apart_by_a_digest():
     first, second = (dns_label("n" * 80 + end) for end in "ab")
     assert first != second

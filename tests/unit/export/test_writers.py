@@ -52,7 +52,7 @@ def container(system: System, name: str, **settings: Any) -> dict[str, Any]:
 
 
 def test_a_service_and_its_target(exported: Export):
-    text = unit_of(exported("node('robot_1')"), "default/robot_1.service", user="robot")
+    text = unit_of(exported("node('robot_1')"), "robot_1.service", user="robot")
     assert lines_of(text, "User") == ["robot"]
     assert lines_of(text, "KillSignal") == ["SIGINT"]
     assert lines_of(text, "PartOf") == ["demo.target"]
@@ -64,9 +64,9 @@ def test_a_service_and_its_target(exported: Export):
 
 def test_a_delayed_process_is_started_by_a_timer(exported: Export):
     system = exported("TimerAction(period=2.5, actions=[node('late')])")
-    assert lines_of(unit_of(system, "default/late.timer"), "OnActiveSec") == ["2500ms"]
-    assert lines_of(unit_of(system, "default/late.timer"), "WantedBy") == ["demo.target"]
-    assert lines_of(unit_of(system, "default/late.service"), "WantedBy") == []
+    assert lines_of(unit_of(system, "late.timer"), "OnActiveSec") == ["2500ms"]
+    assert lines_of(unit_of(system, "late.timer"), "WantedBy") == ["demo.target"]
+    assert lines_of(unit_of(system, "late.service"), "WantedBy") == []
 
 
 def test_a_host_has_its_python_and_its_set_up(exported: Export):
@@ -88,7 +88,7 @@ def test_no_secret_is_written(exported: Export, engine: str):
 
 def test_percent_dollar_and_quotes_stay_what_they_are(exported: Export):
     system = exported("ExecuteProcess(cmd=['echo', '100%', '$HOME', \"a'b c\"], name='e')")
-    (command,) = lines_of(unit_of(system, "default/e.service"), "ExecStart")
+    (command,) = lines_of(unit_of(system, "e.service"), "ExecStart")
     assert command == '/usr/bin/env echo "100%%" "$$HOME" "a\'b c"'
 
 
@@ -167,6 +167,23 @@ def test_limits_in_containers(exported: Export):
     assert parse_limit("a:nofile=256")[1].rlimits[0][0] == "nofile"
 
 
+@pytest.mark.parametrize(
+    ("variables", "settings", "is_told"),
+    [
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, Settings(), True),
+        ({"ROS_LOCALHOST_ONLY": "1"}, Settings(), True),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, Settings(shared_memory=True), False),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, Settings(), False),
+    ],
+)
+def test_a_range_that_loses_all_messages_is_told(
+    exported: Export, variables: dict[str, str], settings: Settings, is_told: bool
+):
+    host = Host(name="bot", address="10.0.0.2", environment=variables)
+    output = export("compose", exported("node('a')", host_of=lambda spec: host), settings)
+    assert any("lose all messages" in gap.text for gap in output.gaps) is is_told
+
+
 # ---- Compose and Quadlet
 
 
@@ -210,12 +227,12 @@ def test_restart_policies_of_compose(exported: Export, policy: RestartPolicy, ex
 def test_a_quadlet_file_and_its_timer(exported: Export):
     system = exported("node('a'), TimerAction(period=1.0, actions=[node('b')])")
     files = export("podman", system, Settings()).files
-    text = files["default/a.container"]
+    text = files["a.container"]
     assert lines_of(text, "ContainerName") == ["a"]
     assert lines_of(text, "Network") == ["host"]
     assert lines_of(text, "WantedBy") == ["demo.target"]
-    assert "default/b.timer" in files
-    assert lines_of(files["default/b.container"], "WantedBy") == []
+    assert "b.timer" in files
+    assert lines_of(files["b.container"], "WantedBy") == []
 
 
 # ---- what is lost, in the README as well

@@ -1,0 +1,54 @@
+"""The variables for discovery on each host, by the addresses of the hosts file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from launcher.export.model import Gap, Process
+from launcher.hosts.discovery import PEERS, RANGE
+from launcher.hosts.model import Discovery, DiscoveryMode
+from launcher.model.record import replace
+
+_WHAT = "discovery"
+
+
+def with_discovery(processes: Sequence[Process], discovery: Discovery) -> tuple[Process, ...]:
+    """The processes with the variables of the mode, which those of their host override."""
+    return tuple(
+        replace(one, environment=dict(sorted({**one.environment, **variables}.items())))
+        for one in processes
+        for variables in [_variables(one, processes, discovery.mode)]
+    )
+
+
+def _variables(
+    process: Process, processes: Sequence[Process], mode: DiscoveryMode | None
+) -> dict[str, str]:
+    if mode is DiscoveryMode.MULTICAST:
+        found = {RANGE: "SUBNET"}
+    elif mode is DiscoveryMode.PEERS:
+        hosts = {one.host.name: one.host.address for one in processes if one.host is not None}
+        own = process.host.name if process.host else None
+        others = dict.fromkeys(address for name, address in hosts.items() if name != own)
+        found = {RANGE: "LOCALHOST", PEERS: ";".join(others)}
+    else:
+        return {}
+    set_there = process.host.environment if process.host else {}
+    return {name: value for name, value in found.items() if name not in set_there}
+
+
+def gaps(processes: Sequence[Process], discovery: Discovery) -> Iterator[Gap]:
+    """What the variables cannot do."""
+    where = _place(discovery)
+    if discovery.mode is DiscoveryMode.SERVER:
+        text = "no discovery server is started, and no node is told of one"
+        yield Gap(what=f"{_WHAT} server", place=where, text=text)
+    if discovery.mode is DiscoveryMode.PEERS:
+        names = tuple(one.unit for one in processes if one.host is None)
+        if names and len(names) < len(processes):
+            text = f"the hosts do not find them: add the address of their machine to {PEERS}"
+            yield Gap(what=f"{_WHAT} peers", place=where, text=text, names=names)
+
+
+def _place(discovery: Discovery) -> str:
+    return discovery.where.rpartition("/")[2] or "the hosts file"
