@@ -105,8 +105,7 @@ class Agent:
     def taken(self, streams: list[int], connection: socket.socket) -> None:
         """Another process has passed us its standard streams, for `connection`."""
         read_fd, write_fd, errors = streams
-        os.dup2(errors, 2, inheritable=False)
-        os.close(errors)
+        _say_to(errors)
         self._channel.detach()
         self._forget_connection()
         self._connection = connection
@@ -132,9 +131,7 @@ class Agent:
         self._forget_connection()
         if reason:
             self._say(reason)
-        null = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
-        os.dup2(null, 2, inheritable=False)
-        os.close(null)
+        _say_to(os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC))
         if self._workload is None or self._is_finished:
             self._exit_code = ExitCode.OK if self._is_finished else ExitCode.PROCESS_FAILED
             self._reactor.stop()
@@ -238,19 +235,24 @@ class Agent:
         self._stop_after_s = None if stop_after_s is None else float(stop_after_s)
         if self._workload is None:
             self._key = key
-            self._workload = Workload(self._reactor, self)
-            self._reactor.call_later(0, self._listen)
+            self._workload = Workload(self._reactor, self, self._listen())
         elif key != self._key:
             raise FrameError("it is for another run")
         self._channel.resume(int(content["received"]))
 
-    def _listen(self) -> None:
-        from launcher.agent.takeover import TakeoverServer, socket_path
+    def _listen(self) -> str:
+        """Wait for those who resume the run; a folder for files."""
+        from launcher.agent.takeover import TakeoverServer, files_folder, socket_path
 
         try:
-            self._takeover = TakeoverServer(self._reactor, socket_path(self._key), self.taken)
+            path = socket_path(self._key)
+            self._takeover = TakeoverServer(self._reactor, path, self.taken)
         except (OSError, LauncherError) as error:
             self.warn(f"a lost connection cannot be replaced: {error}")
+            import tempfile
+
+            return f"{tempfile.gettempdir()}/launcher-agent-{os.getpid()}-{os.urandom(8).hex()}"
+        return str(files_folder(path))
 
     def _prepare(self, frame: Frame) -> None:
         from launcher.hosts import order_json
@@ -332,6 +334,13 @@ _HANDLERS: Mapping[int, Callable[[Agent, Frame], None]] = {
     Kind.STDIN: Agent._stdin,
     Kind.FINISH: Agent._finish,
 }
+
+
+def _say_to(fd: int) -> None:
+    """What is printed goes there; `fd` is closed. sshd waits until nobody has its streams open."""
+    for number in (1, 2):
+        os.dup2(fd, number, inheritable=False)
+    os.close(fd)
 
 
 def _about_us() -> dict[str, Any]:

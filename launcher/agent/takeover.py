@@ -9,6 +9,7 @@ from __future__ import annotations
 import array
 import contextlib
 import os
+import shutil
 import socket
 import struct
 from collections.abc import Callable
@@ -30,6 +31,28 @@ def socket_path(key: str) -> Path:
     return path.with_suffix(".agent")
 
 
+def files_folder(path: Path) -> Path:
+    """Where an agent with this socket keeps the files of orders."""
+    return path.with_suffix(".files")
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Remove what killed agents have left in the folder of sockets."""
+    for path in folder.glob("*.agent"):
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
+            try:
+                connection.connect(str(path))
+            except ConnectionRefusedError:
+                remove(path)
+            except OSError:
+                continue
+
+
+def remove(path: Path) -> None:
+    path.unlink(missing_ok=True)
+    shutil.rmtree(files_folder(path), ignore_errors=True)
+
+
 class TakeoverServer:
     """Listens at `path`; `taken(streams)` gets three descriptors, and the connection to close."""
 
@@ -40,7 +63,7 @@ class TakeoverServer:
         self._path = path
         self._taken = taken
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK)
-        path.unlink(missing_ok=True)
+        remove_abandoned(path.parent)
         self._socket.bind(str(path))
         self._socket.listen(4)
         reactor.add_reader(self._socket.fileno(), self._accept)
@@ -65,7 +88,7 @@ class TakeoverServer:
     def close(self) -> None:
         self._reactor.remove(self._socket.fileno())
         self._socket.close()
-        self._path.unlink(missing_ok=True)
+        remove(self._path)
 
 
 def is_ours(connection: socket.socket) -> bool:
@@ -93,7 +116,9 @@ def hand_over(key: str) -> bool:
     """
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        connection.connect(str(socket_path(key)))
+        path = socket_path(key)
+        remove_abandoned(path.parent)
+        connection.connect(str(path))
         if not is_ours(connection):
             return False
         streams = array.array("i", range(_STREAMS))

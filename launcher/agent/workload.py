@@ -53,9 +53,12 @@ MONITOR_AFTER_S = 0.05  # nothing is to delay the first start
 
 
 class Workload:
-    """Starts, signals and watches processes; a RunListener."""
+    """Starts, signals and watches processes; a RunListener.
 
-    def __init__(self, reactor: Reactor, reporter: Reporter) -> None:
+    Files of orders are in `folder`, which is made when the first is needed.
+    """
+
+    def __init__(self, reactor: Reactor, reporter: Reporter, folder: str) -> None:
         self._reactor = reactor
         self._reporter = reporter
         # With our pid, as that of each run on this machine: `doctor` knows whether we are alive.
@@ -63,7 +66,7 @@ class Workload:
         self._processes: dict[int, Process] = {}
         self._orders: dict[int, Order] = {}
         self._resolved: dict[int, Resolved] = {}
-        self._folder: str | None = None
+        self._folder = folder
         self._log = AgentLog(reporter.warn, self._samples)
         self.forwarder = Forwarder(reactor, self._processes.values(), reporter.output)
         self._driver = ProcessDriver(reactor, self.forwarder, self._log, self)
@@ -186,8 +189,7 @@ class Workload:
         if self._housekeeper is not None:
             self._housekeeper.close()
         self._watchdog.close()
-        if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        shutil.rmtree(self._folder, ignore_errors=True)
 
     # ---- what the driver reports and asks
 
@@ -206,22 +208,17 @@ class Workload:
         if found is None:
             from launcher.hosts.resolution import resolve
 
-            folder = os.path.join(self._own_folder(), str(process.process_id))
+            order = self._orders[process.process_id]
+            folder = os.path.join(self._folder, str(process.process_id))
+            if order.files:
+                os.makedirs(self._folder, mode=0o700, exist_ok=True)
             try:
-                order = self._orders[process.process_id]
                 found = resolve(order, folder, os.environ)
             except LauncherError as error:
                 raise OSError(errno.ENOENT, error.message) from None
             self._resolved[process.process_id] = found
             process.spec = replace(process.spec, argv=found.argv, cwd=found.cwd)
         return found
-
-    def _own_folder(self) -> str:
-        if self._folder is None:
-            import tempfile
-
-            self._folder = tempfile.mkdtemp(prefix="launcher-agent-")
-        return self._folder
 
     def _monitor(self) -> None:
         if self._housekeeper is not None:
