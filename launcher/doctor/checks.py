@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable
 
 from launcher.doctor.facts import Facts, Finding, Leftover, Level, Unreachable
+from launcher.doctor.network_checks import check_network
 from launcher.doctor.workspace_checks import check_workspace
 from launcher.program import program
 from launcher.text import count
@@ -31,6 +32,8 @@ CHECKS: dict[str, Check] = {}  # by name, in the order in which they are shown
 
 def check_all(facts: Facts) -> list[Finding]:
     findings = [Finding(name, *check(facts)) for name, check in CHECKS.items()]
+    if facts.network is not None:
+        findings += check_network(facts.network)
     return findings if facts.workspace is None else [*findings, *check_workspace(facts.workspace)]
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import launcher
 from launcher import proc
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
+from launcher.doctor.network import collect_network
 from launcher.engine.cleanup.run_id import abandoned_groups, abandoned_runs
 from launcher.engine.logs.run_directory import log_root
 from launcher.engine.monitor import shared_memory
@@ -68,6 +69,7 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
         open_files=_limit(soft),
         open_files_hard=_limit(hard),
         workspace=workspace,
+        network=collect_network(env),
     )
 
 

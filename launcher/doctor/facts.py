@@ -78,6 +78,30 @@ class WorkspaceFacts(Record):
     hides: dict[str, str] = {}  # the prefix in the environment that has it as well
 
 
+class Node(Record):
+    """A process on this machine that holds the ports of a participant of DDS.
+
+    `shares_memory` is whether its /dev/shm is that of this process; None if that is not known.
+    """
+
+    pid: int
+    command: str
+    domain: int
+    settings: dict[str, str] = {}
+    shares_memory: bool | None = None
+
+
+class NetworkFacts(Record):
+    """About discovery; `settings` are the variables that decide it, if they are not empty."""
+
+    settings: dict[str, str] = {}
+    unknown_peers: tuple[str, ...] = ()  # names in ROS_STATIC_PEERS that cannot be resolved
+    addresses: tuple[str, ...] = ()  # of this machine, without the loopback interface
+    without_multicast: tuple[str, ...] = ()  # of these, where a datagram does not come back
+    is_in_step: bool | None = None  # the clock
+    nodes: tuple[Node, ...] = ()
+
+
 class Facts(Record):
     """The input of the checks; None for what does not exist."""
 
@@ -100,3 +124,4 @@ class Facts(Record):
     open_files: int  # the soft limit
     open_files_hard: int
     workspace: WorkspaceFacts | None = None
+    network: NetworkFacts | None = None

@@ -8,9 +8,10 @@ import os
 import select
 import signal
 import subprocess
+import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +33,17 @@ PORT = 11811
 class Acquaintance:
     """A node on a computer, and the names that it has heard, in order."""
 
-    def __init__(self, computer: Computer, env: Mapping[str, str], name: str = "") -> None:
+    def __init__(
+        self,
+        computer: Computer,
+        env: Mapping[str, str],
+        name: str = "",
+        wrapped: Callable[..., list[str]] = lambda *words: [*words],
+    ) -> None:
         self.name = name or computer.name
         self.heard: list[str] = []
         self._process = computer.popen(
-            module("tests.support.hosts.acquaintance", self.name),
+            wrapped(*module("tests.support.hosts.acquaintance", self.name)),
             env={"ROS_DOMAIN_ID": str(DOMAIN), **env},
             stdout=subprocess.PIPE,
         )
@@ -195,6 +202,50 @@ def test_the_whole_graph_is_seen_through_the_server(lab: Lab, one: Host, two: Ho
         nodes.wait()
         wait_until(lambda: shown("node", "list").split() == ["/one", "/two"], "all nodes are seen")
         assert "Publisher count: 2" in shown("topic", "info", "/names")
+
+
+# ---- a container with the network of its host
+
+
+def in_box(*words: str) -> list[str]:
+    """The words of a command with the addresses of its host, and a /dev/shm of its own."""
+    unshare = ["unshare", "--mount", "--propagation", "private", "sh", "-c"]
+    return [*unshare, 'mount -t tmpfs tmpfs /dev/shm; exec "$@"', "sh", *words]
+
+
+class Boxed:
+    """Nodes on a host and in a container on it."""
+
+    def __init__(self, host: Host, env: Mapping[str, str]) -> None:
+        self.host = Acquaintance(host, env, "host")
+        self.box = Acquaintance(host, env, "box", in_box)
+
+    def __enter__(self) -> Boxed:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.host.end()
+        self.box.end()
+
+
+def test_doctor_finds_nodes_with_the_same_address_and_another_shared_memory(one: Host):
+    command = [sys.executable, "-m", "launcher", "doctor", "--json"]
+    udp = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+    with Boxed(one, {}) as nodes:
+        wait_until(lambda: nodes.host.heard.count("host") > 2, "the host's node hears itself")
+        wait_until(lambda: nodes.box.heard.count("box") > 2, "the container's node hears itself")
+        assert "box" not in nodes.host.heard and "host" not in nodes.box.heard
+        found = json.loads(one.run(command, check=False).stdout)["findings"]
+    (finding,) = [one for one in found if one["name"] == "shared memory of nodes"]
+    assert finding["level"] == "problem"
+    assert "messages are lost without a word" in finding["text"]
+    assert "FASTDDS_BUILTIN_TRANSPORTS=UDPv4" in finding["advice"]
+    with Boxed(one, udp) as nodes:
+        wait_until(lambda: "box" in nodes.host.heard, "the host's node hears the container's")
+        wait_until(lambda: "host" in nodes.box.heard, "the container's node hears the host's")
+        found = json.loads(one.run(command, check=False).stdout)["findings"]
+    (finding,) = [one for one in found if one["name"] == "shared memory of nodes"]
+    assert finding["level"] == "ok"
 
 
 # ---- the servers of a run

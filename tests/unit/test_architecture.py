@@ -41,7 +41,7 @@ MAY_IMPORT = {
     "agent": {"errors", "model", "engine", "control", "hosts"},
     "control": {"errors", "command_line", "command_help", "model", "engine"},
     "console": {"errors", "control"},
-    "doctor": {"errors", "packages", "model", "workspace", "build", "engine"},
+    "doctor": {"errors", "packages", "model", "workspace", "build", "engine", "hosts", "ros"},
     "ros": {"errors", "packages", "command_line", "control", "model"},
     "domain_lease": {"errors"},
     "smoke": {

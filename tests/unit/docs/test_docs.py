@@ -68,6 +68,7 @@ OF_OTHERS = {
     "--depth",
     "--fast",
     "--filter",
+    "--ipc",
     "--launch-artifacts",
     "--ros-args",
     "--shm-size",

@@ -1,0 +1,90 @@
+"""Collects facts about discovery on this machine: settings, multicast, clock, running nodes."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import socket
+from collections.abc import Iterator, Mapping
+
+from launcher import proc
+from launcher.doctor.facts import NetworkFacts, Node
+from launcher.hosts.check.probe import GROUP, SETTINGS, addresses
+from launcher.ros.discovery.gids import holders
+from launcher.ros.discovery.ports import announcement_ports, participants_by_domain
+
+_BACK_S = 0.2  # a datagram to the own group comes back at once
+_NOT_IN_STEP = 5  # TIME_ERROR of adjtimex(2)
+
+
+def collect_network(env: Mapping[str, str]) -> NetworkFacts:
+    """Without changing anything, and without a node."""
+    return NetworkFacts(
+        settings={name: env[name] for name in SETTINGS if env.get(name)},
+        unknown_peers=tuple(_unknown_peers(env.get("ROS_STATIC_PEERS", ""))),
+        without_multicast=tuple(one for one in addresses() if not _comes_back(one)),
+        addresses=tuple(addresses()),
+        is_in_step=_is_in_step(),
+        nodes=tuple(_nodes()),
+    )
+
+
+def _unknown_peers(text: str) -> Iterator[str]:
+    for name in filter(None, text.split(";")):
+        try:
+            socket.getaddrinfo(name, None)
+        except OSError:
+            yield name
+
+
+def _comes_back(address: str) -> bool:
+    """Whether a datagram to DDS's group, sent on the interface of this address, arrives here."""
+    own = socket.inet_aton(address)
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        receiver.bind(("", 0))
+        receiver.settimeout(_BACK_S)
+        text = os.urandom(16)
+        try:
+            member = socket.inet_aton(GROUP) + own
+            receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
+            sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, own)
+            sender.sendto(text, (GROUP, receiver.getsockname()[1]))
+            return receiver.recv(64) == text
+        except OSError:
+            return False
+
+
+def _is_in_step() -> bool | None:
+    """Whether a time service keeps the clock; None if the kernel does not say."""
+    with contextlib.suppress(OSError, AttributeError):
+        state = ctypes.CDLL(None).adjtimex(ctypes.create_string_buffer(512))
+        return None if state < 0 else bool(state != _NOT_IN_STEP)
+    return None
+
+
+def _nodes() -> Iterator[Node]:
+    """Processes in this network that hold the ports of participants; others need root."""
+    own_memory = _device("self")
+    for domain in sorted(participants_by_domain()):
+        for pid in sorted(holders(set(announcement_ports(domain)), set())):
+            memory = _device(str(pid))
+            variables = {name: proc.variable(pid, name) for name in SETTINGS}
+            yield Node(
+                pid=pid,
+                command=os.path.basename(" ".join(proc.command_line(pid)[:1])) or "?",
+                domain=domain,
+                settings={name: value for name, value in variables.items() if value},
+                shares_memory=None if memory is None else memory == own_memory,
+            )
+
+
+def _device(pid: str) -> int | None:
+    """The file system that /dev/shm is for a process; None if it cannot be seen."""
+    try:
+        return os.stat(f"{proc.ROOT}/{pid}/root/dev/shm").st_dev
+    except OSError:
+        return None

@@ -1,0 +1,140 @@
+"""The checks of `doctor` about discovery: why nodes may not find each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from launcher.doctor.facts import Finding, Level, NetworkFacts, Node
+from launcher.program import program
+from launcher.text import count
+
+_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_UDP = "FASTDDS_BUILTIN_TRANSPORTS"
+_MAX_NODES = 4  # that are named
+
+
+def check_network(facts: NetworkFacts) -> list[Finding]:
+    """Findings, one or more of each name."""
+    return [
+        *_settings(facts),
+        _multicast(facts),
+        _shared_memory(facts),
+        _other_nodes(facts),
+        _clock(facts),
+    ]
+
+
+def _finding(name: str, level: Level, text: str, advice: str | None = None) -> Finding:
+    return Finding(name, level, text, advice)
+
+
+def _settings(facts: NetworkFacts) -> Iterator[Finding]:
+    """Variables with which nodes do not start, or that have no effect."""
+    settings = facts.settings
+    found = list(_mistakes(facts))
+    for level, text, advice in found:
+        yield _finding("discovery", level, text, advice)
+    if not found:
+        names = ("ROS_DISCOVERY_SERVER", "ROS_STATIC_PEERS", _RANGE)
+        said = [f"{name}={settings[name]}" for name in names if name in settings]
+        yield _finding("discovery", Level.OK, ", ".join(said) or "by multicast in the subnet")
+
+
+def _mistakes(facts: NetworkFacts) -> Iterator[tuple[Level, str, str]]:
+    settings = facts.settings
+    reach = settings.get(_RANGE, "SUBNET")
+    if facts.unknown_peers:
+        names = ", ".join(facts.unknown_peers)
+        text = f"ROS_STATIC_PEERS names {names}, which cannot be resolved: no node can start"
+        yield Level.PROBLEM, text, "use IP addresses"
+    if settings.get("ROS_STATIC_PEERS"):
+        if settings.get("ROS_LOCALHOST_ONLY") == "1":
+            text = "with ROS_LOCALHOST_ONLY=1, ROS_STATIC_PEERS has no effect"
+            yield Level.PROBLEM, text, f"unset ROS_LOCALHOST_ONLY, set {_RANGE}=LOCALHOST"
+        elif reach in ("SYSTEM_DEFAULT", "OFF"):
+            text = f"with {_RANGE}={reach}, ROS_STATIC_PEERS has no effect"
+            yield Level.PROBLEM, text, f"{_RANGE}=LOCALHOST: nodes see their machine and the peers"
+        elif reach == "SUBNET":
+            text = f"with {_RANGE}=SUBNET, only the first 4 nodes of each peer are found"
+            yield Level.NOTE, text, f"{_RANGE}=LOCALHOST: the first 32 are found"
+    elif reach == "OFF":
+        text = f"{_RANGE}=OFF: no node finds any other, not even on this machine"
+        yield Level.PROBLEM, text, f"{_RANGE}=LOCALHOST, or SUBNET"
+
+
+def _multicast(facts: NetworkFacts) -> Finding:
+    """Between hosts only `hosts check` can tell."""
+    name, settings = "multicast", facts.settings
+    if not facts.addresses:
+        return _finding(name, Level.OK, "there is no network besides this machine")
+    if not facts.without_multicast:
+        advice = f"between machines: {program()} hosts check"
+        text = f"is sent and received on {', '.join(facts.addresses)}; {advice}"
+        return _finding(name, Level.OK, text)
+    text = f"a datagram to 239.255.0.1 is not received on {', '.join(facts.without_multicast)}"
+    others = ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER", "ROS_LOCALHOST_ONLY")
+    is_used = settings.get(_RANGE, "SUBNET") in ("SUBNET", "SYSTEM_DEFAULT")
+    is_needed = is_used and not any(settings.get(other) for other in others)
+    level = Level.PROBLEM if is_needed else Level.NOTE
+    advice = "allow UDP to 239.255.0.1 in the firewall, or use --discovery peers or server"
+    return _finding(name, level, f"{text}: nodes do not find each other by multicast", advice)
+
+
+def _shared_memory(facts: NetworkFacts) -> Finding:
+    """Containers with the network of this machine have its addresses."""
+    name = "shared memory of nodes"
+    apart = [
+        node
+        for node in facts.nodes
+        if node.shares_memory is False and node.settings.get(_UDP) not in ("UDPv4", "UDPv6")
+    ]
+    if not apart or facts.settings.get(_UDP) in ("UDPv4", "UDPv6"):
+        return _finding(name, Level.OK, "all nodes in this network share /dev/shm")
+    text = (
+        f"another /dev/shm, and the addresses of this machine: {_named(apart)} (containers with "
+        "the network of their host?). Fast DDS uses shared memory between nodes here and there: "
+        "messages are lost without a word"
+    )
+    advice = f"start the container with --ipc=host, or set {_UDP}=UDPv4 on both sides"
+    return _finding(name, Level.PROBLEM, text, advice)
+
+
+def _other_nodes(facts: NetworkFacts) -> Finding:
+    """Running nodes that those of this shell would not see."""
+    name, settings = "other nodes", facts.settings
+    domain = settings.get("ROS_DOMAIN_ID", "0")
+    wanted = settings.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
+    distro = settings.get("ROS_DISTRO")
+    elsewhere = [node for node in facts.nodes if str(node.domain) != domain]
+    same = [node for node in facts.nodes if str(node.domain) == domain]
+    texts = []
+    if elsewhere and not same:
+        domains = ", ".join(sorted({str(node.domain) for node in elsewhere}))
+        texts.append(f"ROS_DOMAIN_ID is {domain}, but running nodes use {domains}")
+    for node in same:
+        there = node.settings.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
+        if there != wanted:
+            texts.append(f"{_named([node])} uses {there}, and this shell {wanted}")
+        its = node.settings.get("ROS_DISTRO")
+        if distro and its and its != distro:
+            texts.append(f"{_named([node])} is of ROS {its}, and this shell of {distro}")
+    if not texts:
+        return _finding(
+            name, Level.OK, f"{count(len(same), 'process')} with nodes on domain {domain}"
+        )
+    advice = "nodes of this shell do not see them: set the variable to the same value"
+    return _finding(name, Level.NOTE, "; ".join(texts), advice)
+
+
+def _named(nodes: list[Node]) -> str:
+    names = ", ".join(f"{node.command} [{node.pid}]" for node in nodes[:_MAX_NODES])
+    more = len(nodes) - _MAX_NODES
+    return f"{names} and {more} more" if more > 0 else names
+
+
+def _clock(facts: NetworkFacts) -> Finding:
+    if facts.is_in_step is not False:
+        return _finding("clock", Level.OK, "is kept in step" if facts.is_in_step else "unknown")
+    text = "no time service keeps the clock in step: ages of messages between machines are wrong"
+    advice = f"chrony or systemd-timesyncd; {program()} hosts check compares clocks"
+    return _finding("clock", Level.NOTE, text, advice)
