@@ -95,10 +95,17 @@ class Wiring(Record):
         return _LOOPBACK if host == LOCAL else self.own[host]
 
 
-def wire(discovery: Discovery, hosts: Sequence[Host] = (), known: Collection[str] = ()) -> Wiring:
+def wire(
+    discovery: Discovery,
+    hosts: Sequence[Host] = (),
+    known: Collection[str] = (),
+    *,
+    domain: str = "",
+) -> Wiring:
     """Find the addresses that the mode needs. UsageError if there is none.
 
-    `hosts` are those of the run; a server on others that are `known` is left out.
+    `hosts` are those of the run; a server on others that are `known` is left out. `domain` is
+    ROS_DOMAIN_ID: runs on different domains shall have different servers.
     """
     if discovery.mode is None:
         return Wiring()
@@ -109,14 +116,14 @@ def wire(discovery: Discovery, hosts: Sequence[Host] = (), known: Collection[str
         mode=discovery.mode,
         addresses=addresses,
         own={name: own_address(address) for name, address in addresses.items()},
-        servers=_servers(discovery, addresses, known)
+        servers=_servers(discovery, addresses, known, usual_port(domain))
         if discovery.mode is DiscoveryMode.SERVER
         else (),
     )
 
 
 def _servers(
-    discovery: Discovery, addresses: Mapping[str, str], known: Collection[str]
+    discovery: Discovery, addresses: Mapping[str, str], known: Collection[str], usual: int
 ) -> tuple[Server, ...]:
     names = {SERVER_NAME: discovery.server, BACKUP_NAME: discovery.backup}
     wanted = [(name, host) for name, host in names.items() if host is not None]
@@ -132,15 +139,20 @@ def _servers(
                 where=discovery.where or None,
             )
         taken = [one.port for one in found if one.host == host]
-        port = _port(discovery, host, taken)
+        port = _port(discovery, usual, host, taken)
         # Of a run on this machine only, no other machine shall reach it.
         listen = "0.0.0.0" if addresses else _LOOPBACK
         found.append(Server(name=name, host=host, index=index, port=port, listen=listen))
     return tuple(found)
 
 
-def _port(discovery: Discovery, host: str, taken: Sequence[int]) -> int:
-    wished = discovery.port or DEFAULT_PORT
+def usual_port(domain: str) -> int:
+    """A discovery server does not separate domains; its port does."""
+    return DEFAULT_PORT + (int(domain) if domain.isdecimal() and len(domain) < 4 else 0)
+
+
+def _port(discovery: Discovery, usual: int, host: str, taken: Sequence[int]) -> int:
+    wished = discovery.port or usual
     if host != LOCAL or discovery.port is not None:
         port = wished + len(taken)
         if host == LOCAL and not _is_free(port):

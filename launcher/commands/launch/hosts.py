@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections import Counter
 from collections.abc import Iterable
 
 from launcher.commands.launch.placing import place
@@ -43,7 +44,9 @@ def prepare(request: LaunchRequest, options: RunOptions) -> Preparation:
     file = read(options.hosts)
     placement = Placement(file)
     wanted = _discovery(file.discovery, options)
-    needed = _needed(file, wanted, placement, _planned(request, file))
+    specs = _planned(request, file)
+    _warn_of_many(wanted, placement, specs)
+    needed = _needed(file, wanted, placement, specs)
     wiring = _wire(wanted, options, needed)
     environments = {host.name: wiring.environment_of(host.name) for host in needed}
     servers = {one.name: file.hosts.get(one.host) for one in wiring.servers}
@@ -71,6 +74,22 @@ def _planned(request: LaunchRequest, file: HostsFile) -> list[ProcessSpec]:
     return [process.spec for process in plan.processes]
 
 
+def _warn_of_many(wanted: Discovery, placement: Placement, specs: Iterable[ProcessSpec]) -> None:
+    """Each process of a node is at least one participant."""
+    if wanted.mode is not DiscoveryMode.PEERS:
+        return
+    hosts = (placement.host_of(spec) for spec in specs if spec.ros is not None)
+    counts = Counter(LOCAL if host is None else host.name for host in hosts)
+    for name, number in counts.items():
+        if number > discovery.MAX_WITH_PEERS:
+            print(
+                f"warning: {number} nodes on {name}: with peers, only "
+                f"{discovery.MAX_WITH_PEERS} of a host are found by other hosts; "
+                "--discovery server has no such limit",
+                file=sys.stderr,
+            )
+
+
 def _discovery(found: Discovery, options: RunOptions) -> Discovery:
     """Of the hosts file, with the mode of the command line."""
     if options.discovery is None:
@@ -89,7 +108,8 @@ def _needed(
 
 def _wire(wanted: Discovery, options: RunOptions, hosts: tuple[Host, ...]) -> discovery.Wiring:
     """The variables for discovery on each host; those of this machine are set."""
-    wiring = discovery.wire(_discovery(wanted, options), hosts)
+    domain = os.environ.get("ROS_DOMAIN_ID", "")
+    wiring = discovery.wire(_discovery(wanted, options), hosts, domain=domain)
     os.environ.update(wiring.environment_of())
     return wiring
 

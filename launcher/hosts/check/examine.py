@@ -52,7 +52,7 @@ def examine(
         except LauncherError:
             pass  # ssh says why it cannot be reached, or the network does
         parties.append(Party(host.name, host, address, needs.get(host.name, Needs())))
-    wiring = discovery.wire(found_discovery, resolved, known=file.hosts)
+    wiring = discovery.wire(found_discovery, resolved, known=file.hosts, domain=str(domain))
     question = _question(file, wiring, domain)
     result = survey(parties, question, own, timeout_s)
     mode = found_discovery.mode

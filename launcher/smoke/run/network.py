@@ -33,7 +33,8 @@ def of_probe(words: Sequence[str], environment: Mapping[str, str]) -> dict[str, 
         if mode is not None:
             wanted = replace(wanted, mode=DiscoveryMode(mode))
         hosts = () if file is None else tuple(file.hosts.values())
-        return discovery.wire(wanted, hosts).graph_environment()
+        domain = environment.get("ROS_DOMAIN_ID", "")
+        return discovery.wire(wanted, hosts, domain=domain).graph_environment()
     except (LauncherError, ValueError):
         return {}
 

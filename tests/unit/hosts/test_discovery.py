@@ -8,7 +8,7 @@ import pytest
 
 from launcher.errors import UsageError
 from launcher.hosts import discovery
-from launcher.hosts.discovery import DEFAULT_PORT, Wiring, address_of, wire
+from launcher.hosts.discovery import DEFAULT_PORT, Wiring, address_of, usual_port, wire
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host
 
 HOSTS = [Host(name="bot1", address="127.0.0.11"), Host(name="bot2", address="127.0.0.12")]
@@ -153,5 +153,9 @@ def test_ipv6_is_refused():
     assert "IPv4" in (error.value.hint or "")
 
 
-def test_the_port_of_a_server_is_the_usual_one():
-    assert DEFAULT_PORT == 11811
+def test_the_usual_port_follows_from_the_domain():
+    ports = [usual_port(domain) for domain in ("", "0", "42", "abc")]
+    assert ports == [DEFAULT_PORT, 11811, 11853, 11811]
+    discovery = Discovery(mode=DiscoveryMode.SERVER, server="bot1")
+    (server,) = wire(discovery, HOSTS, domain="42").servers
+    assert server.port == 11853
