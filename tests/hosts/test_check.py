@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -14,7 +15,8 @@ import pytest
 import yaml
 
 import launcher
-from tests.support.hosts import Computer, Host, Lab, needs_clocks
+from tests.support.hosts import Computer, Host, Lab, needs_clocks, needs_robots
+from tests.support.hosts.checks import module
 from tests.support.hosts.keys import make_key
 from tests.support.hosts.requirements import program
 from tests.support.waiting import wait_until
@@ -287,6 +289,19 @@ def test_a_clock_that_is_off_is_found(check: Check, lab: Lab, offset_s: float, l
     assert ("ahead of" if offset_s > 0 else "behind") in finding["text"]
 
 
+def test_the_engine_is_systemd_where_the_host_has_it(check: Check, lab: Lab, one: Host):
+    needs_robots()
+    robot = lab.robot("robot")
+    check.write({robot: {}, one: {"engine": "systemd"}})
+    document = check.document()
+    assert document["hosts"]["robot"]["engine"] == "systemd"
+    assert document["hosts"]["robot"]["systemd"]
+    problems = {
+        one["hosts"][0]: one["text"] for one in document["findings"] if one["check"] == "engine"
+    }
+    assert problems == {"one": "engine is systemd, but the machine was not booted with systemd"}
+
+
 # ---- containers with the network of their host
 
 
@@ -358,3 +373,39 @@ def test_no_value_of_the_environment_is_shown(check: Check, lab: Lab, one: Host)
         shown = check.text("--json").stdout + check.text().stdout
         seen = watcher.communicate(timeout=60)[0]
     assert "hush-hush" not in shown + seen
+
+
+# ---- the doctor on one host
+
+
+def doctor(host: Host, **env: str) -> dict[str, dict[str, str]]:
+    """Findings about discovery, by name."""
+    done = host.run([sys.executable, "-m", "launcher", "doctor", "--json"], env=env, check=False)
+    return {finding["name"]: finding for finding in json.loads(done.stdout)["findings"]}
+
+
+def test_doctor_tries_multicast(one: Host):
+    assert doctor(one)["multicast"]["level"] == "ok"
+    iptables = program("iptables")
+    rule = ["OUTPUT", "-d", "239.255.0.1", "-j", "DROP"]
+    if iptables is None or one.run([iptables, "-A", *rule], check=False).returncode:
+        pytest.skip("there is no iptables")
+    try:
+        blocked = doctor(one)["multicast"]
+    finally:
+        one.run([iptables, "-D", *rule])
+    assert blocked["level"] == "problem"
+    assert one.address in blocked["text"]
+
+
+def test_doctor_names_the_domain_of_running_nodes(one: Host):
+    words = module("tests.support.hosts.acquaintance", "talker")
+    env = {"ROS_DOMAIN_ID": "17"}
+    with one.popen(words, env=env, stdout=subprocess.PIPE) as node:
+        assert node.stdout is not None and node.stdout.readline() == "talker\n"
+        other, same = (doctor(one, ROS_DOMAIN_ID=domain)["other nodes"] for domain in ("3", "17"))
+        node.send_signal(signal.SIGINT)
+        node.communicate(timeout=60)
+    assert other["level"] == "note"
+    assert other["text"] == "ROS_DOMAIN_ID is 3, but running nodes use 17"
+    assert (same["level"], same["text"]) == ("ok", "1 process with nodes on domain 17")

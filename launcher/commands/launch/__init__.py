@@ -93,9 +93,10 @@ def main(words: Sequence[str]) -> int:
 def launch(request: LaunchRequest, options: RunOptions) -> int:
     """Evaluate the launch file, then run what it describes; a script of a LaunchService runs."""
     if _is_script(request.path):
-        if options.hosts is not None:
+        if options.hosts is not None or options.discovery is not None:
+            option = "--hosts" if options.hosts is not None else "--discovery"
             hint = "a launch file with generate_launch_description() can run on several hosts"
-            raise UsageError("--hosts does not apply to a script with a LaunchService", hint=hint)
+            raise UsageError(f"{option} does not apply to a script with a LaunchService", hint=hint)
         from launcher.commands.launch.service import run_script
 
         return run_script(request, options)
