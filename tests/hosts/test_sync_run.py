@@ -13,6 +13,7 @@ import pytest
 from tests.support.environments import environment_with_ros
 from tests.support.hosts import Host, Lab
 from tests.support.hosts.operator import launcher_words
+from tests.support.hosts.requirements import needs_robots
 from tests.support.sync_hosts import WORKSPACE
 from tests.support.waiting import wait_until
 from tests.support.workspaces import BuiltWorkspace
@@ -73,7 +74,8 @@ class Fleet:
 
 def is_idle(host: Host) -> bool:
     """Whether neither the agent nor a node runs there."""
-    return not [one for one in host.processes() if any("launcher" in word for word in one.words)]
+    words = [word for process in host.processes() for word in process.words]
+    return "launcher" not in words and not any("fleet_nodes" in word for word in words)
 
 
 def test_robots_without_systemd(
@@ -116,6 +118,7 @@ def test_the_check_uses_what_was_brought(
 
 @pytest.mark.thorough
 def test_robots_with_systemd(lab: Lab, fleet_workspace: BuiltWorkspace, tmp_path: Path):
+    needs_robots()
     names = ("five", "six")
     for name in names:
         lab.robot(name)
