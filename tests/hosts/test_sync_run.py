@@ -88,7 +88,7 @@ def test_robots_without_systemd(
     fleet = Fleet(lab, tmp_path, fleet_workspace, **settings)
     fleet.launcher("hosts", "sync")
 
-    text = fleet.run_until("[robot_1]: Task 1 complete", "[robot_2]: Task 2 complete")
+    text = fleet.run_until("[robot_1]: Executing task ", "[robot_2]: Executing task ")
 
     assert "exit code 0" in text
     for name in names:
@@ -126,6 +126,6 @@ def test_robots_with_systemd(lab: Lab, fleet_workspace: BuiltWorkspace, tmp_path
     fleet = Fleet(lab, tmp_path, fleet_workspace, **settings)
     fleet.launcher("hosts", "sync")
 
-    text = fleet.run_until("[robot_1]: Task 1 complete", "[robot_2]: Task 2 complete")
+    text = fleet.run_until("[robot_1]: Executing task ", "[robot_2]: Executing task ")
 
     assert "exit code 0" in text
