@@ -10,8 +10,7 @@ from launcher.commands.launch.placing import place
 from launcher.commands.launch.target import LaunchRequest
 from launcher.engine.hosts.systemd.installed import Installer
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.export.model import DEFAULT_HOST, Process, System
-from launcher.export.names import file_name
+from launcher.export.model import NO_HOST, Process, System
 from launcher.export.system import stem_of, system_of
 from launcher.export.systemd import Systemd
 from launcher.hosts import unit
@@ -32,7 +31,7 @@ def enable(request: LaunchRequest, options: RunOptions) -> int:
             print(f"{'note' if gap.is_note else 'not installed'}: {gap.line}", file=sys.stderr)
     for name, processes in system.hosts.items():
         labels = ", ".join(process.label for process in processes)
-        if name == DEFAULT_HOST:
+        if name == NO_HOST:
             print(f"not installed, since they run on this machine: {labels}")
             continue
         try:
@@ -85,6 +84,7 @@ def _system(request: LaunchRequest, options: RunOptions, file: HostsFile) -> Sys
         adapt=options.adapt,
         command=f"launcher {os.path.basename(request.path)} --enable",
         prefix=f"{_name(request)}-",
+        discovery=file.discovery,
     )
     return replace(system, unit=_name(request))
 
@@ -95,7 +95,7 @@ def _install(system: System, host: Host, processes: list[Process]) -> None:
     placed = replace(host, python=facts.python, user=facts.user)
     mine = replace(system, processes=tuple(replace(one, host=placed) for one in processes))
     writer = Systemd(mine, home=facts.home if facts.is_user else None)
-    folder = f"{file_name(host.name)}/"
+    folder = f"{host.name}/"
     files = {
         path.removeprefix(folder): text.encode("utf-8", "surrogateescape")
         for path, text in writer.output().files.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -63,7 +64,9 @@ def _output(engine: str, system: System, settings: Settings, image: Image | None
 
 
 def _image(system: System, settings: Settings) -> Image:
-    return image_of(settings.image or f"localhost/{system.name}:latest", system.packages)
+    return image_of(
+        settings.image or f"localhost/{system.name}:latest", system.packages, os.environ
+    )
 
 
 def _of_containers(process: Process, settings: Settings) -> Iterator[tuple[str, str, bool]]:
@@ -84,7 +87,7 @@ def _of_image(image: Image) -> list[Gap]:
         Gap(
             what=f"package {package}",
             place="image",
-            text="pip does not know it: the image lacks it",
+            text="it is of an installation of ROS 2: the image lacks it",
         )
         for package in image.missing
     ]

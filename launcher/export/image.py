@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
+import shlex
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import metadata
 from typing import TYPE_CHECKING
 
+from launcher.errors import PackageNotFoundError
 from launcher.model.record import Record
+from launcher.packages import package_prefix
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
+_OF_SYSTEM = ("/opt/ros/", "/usr")
 _REQUIREMENT = re.compile(r"([A-Za-z0-9][A-Za-z0-9._-]*)\s*(?:\[([^\]]*)\])?")
 _EXTRA = re.compile(r"extra\s*==\s*[\"']([^\"']+)[\"']")
 _LAUNCHER = "group_gp1"  # its distribution, which also has the fleet
@@ -21,28 +25,32 @@ _LAUNCHER = "group_gp1"  # its distribution, which also has the fleet
 class Image(Record):
     """What an image is made of.
 
-    `pinned` are lines of a list of requirements, `wheels` packages that pip must get as wheels from
-    the build context, `missing` packages that pip does not know.
+    `pinned` are lines of a list of requirements, `wheels` distributions that pip must get as wheels
+    from the build context, `built` packages of a workspace, of which `launcher wheel` makes wheels,
+    `missing` packages of an installation of ROS 2.
     """
 
     name: str
     python: str
     pinned: tuple[str, ...]
     wheels: tuple[str, ...]
+    built: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
 
 
-def image_of(name: str, packages: Iterable[str]) -> Image:
+def image_of(name: str, packages: Iterable[str], environ: Mapping[str, str]) -> Image:
     """The image for these ROS packages, with the versions that are installed here."""
     own = _own_distribution()
     found: dict[str, Distribution] = {}
-    missing = []
+    built, missing = [], []
     for package in sorted(set(packages)):
         distribution = _distribution(package)
-        if distribution is None:
+        if distribution is not None:
+            found[_key(package)] = distribution
+        elif _is_of_system(package, environ):
             missing.append(package)
         else:
-            found[_key(package)] = distribution
+            built.append(package)
     if own is not None:
         found[_key(own.metadata["Name"])] = own
     wheels = sorted(_key(one.metadata["Name"]) for one in found.values() if _is_local(one))
@@ -53,8 +61,17 @@ def image_of(name: str, packages: Iterable[str]) -> Image:
         python=f"{sys.version_info.major}.{sys.version_info.minor}",
         pinned=tuple(pinned),
         wheels=tuple(wheels),
+        built=tuple(built),
         missing=tuple(missing),
     )
+
+
+def _is_of_system(package: str, environ: Mapping[str, str]) -> bool:
+    """Whether it is of an installation of ROS 2, or not found any more."""
+    try:
+        return str(package_prefix(package, environ)).startswith(_OF_SYSTEM)
+    except PackageNotFoundError:
+        return True
 
 
 def _own_distribution() -> Distribution | None:
@@ -155,6 +172,8 @@ STOPSIGNAL SIGINT
 
 
 def _wheel_words(image: Image) -> str:
+    if image.built:
+        return "/tmp/wheels/*.whl"  # those of packages that they need are there, too
     return " ".join(f"/tmp/wheels/{name.replace('-', '_')}-*.whl" for name in image.wheels)
 
 
@@ -162,4 +181,6 @@ def build_commands(image: Image) -> list[str]:
     """Shell commands, to be run in the folder of the export."""
     lines = ["mkdir -p image/wheels"]
     lines += [f"pip wheel --no-deps --wheel-dir image/wheels SOURCE_OF_{n}" for n in image.wheels]
+    if image.built:
+        lines.append(f"launcher wheel --output image/wheels {shlex.join(image.built)}")
     return [*lines, f"podman build --tag {image.name} image"]

@@ -134,10 +134,11 @@ def _kubernetes(system: System, python: str) -> Iterator[str]:
     yield _block("In a cluster", lines)
     for host, processes in system.hosts.items():
         names = [f"manifests/{one.name}.yaml" for one in processes]
+        files = "manifests/*.yaml" if len(system.hosts) == 1 else shlex.join(names)
         play = [
-            f"for file in {shlex.join(names)}; do podman kube play $file & done; wait",
+            f"for file in {files}; do podman kube play $file & done; wait",
             f"podman pod logs -f $(podman pod ps --quiet --filter name={processes[0].name})",
-            f"for file in {shlex.join(names)}; do podman kube down $file; done",
+            f"for file in {files}; do podman kube down $file; done",
         ]
         yield _block(f"With podman, {_on(host)}", play)
 
@@ -195,7 +196,7 @@ def _image(image: Image) -> str:
     )
     if image.missing:
         names = ", ".join(f"`{name}`" for name in image.missing)
-        text += f" **Not in the image:** pip does not know {names}; add them to the Containerfile."
+        text += f" **Not in the image:** {names}, which are of an installation of ROS 2."
     return _block("The image", build_commands(image), text)
 
 
