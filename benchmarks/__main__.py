@@ -48,6 +48,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "hosts-fleet": hosts.fleet,
     "hosts-outage": hosts.outage,
     "hosts-scale": hosts.scale,
+    "hosts-units": hosts.units,
 }
 GROUPS = {"hosts": [name for name in BENCHMARKS if name.startswith("hosts-")]}
 HEAD = ("what", "measured", "limit", "", "details")

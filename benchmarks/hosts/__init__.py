@@ -6,5 +6,6 @@ from benchmarks.hosts.fleet import fleet
 from benchmarks.hosts.flood import flood
 from benchmarks.hosts.outage import outage
 from benchmarks.hosts.scale import scale
+from benchmarks.hosts.units import units
 
-__all__ = ["delay", "first_line", "fleet", "flood", "outage", "scale"]
+__all__ = ["delay", "first_line", "fleet", "flood", "outage", "scale", "units"]

@@ -4,17 +4,31 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import resource
 import time
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from benchmarks.contestant import wait_for_end
 from benchmarks.harness import Row, interleaved, median, ratio
 from benchmarks.hosts.bench import AGENT, LOCAL, NO_LOG_FILES, Bench, Job, bench, process
-from benchmarks.throughput import CHILDREN, LINES_EACH, Flood, damaged, sources
+from benchmarks.throughput import CHILDREN, LINES_EACH, damaged, sources
 from benchmarks.watch import ExecWatch
 
+NO_LIMIT = float("inf")
 _ENVIRONMENTS: dict[str, dict[str, str]] = {"log files": {}, "no log files": NO_LOG_FILES}
+
+
+class Flood(NamedTuple):
+    """Lines per second from the first exec to the end of the run; damaged lines.
+
+    `cpu_s` is the CPU time of the operator: launcher, and ssh or the processes themselves.
+    """
+
+    lines_per_s: float
+    damaged: int
+    cpu_s: float
 
 
 def flood(runs: int) -> list[Row]:
@@ -28,10 +42,15 @@ def flood(runs: int) -> list[Row]:
             for name, path in hosts.items()
         }
         found = interleaved(max(1, runs // 2), measures)
-    return [*(_row(found, logs) for logs in _ENVIRONMENTS), _damage(found)]
+    rows = [
+        _row(found, "log files", 0.5),
+        _row(found, "no log files", 0.5),
+        *(_cpu_row(found, logs) for logs in _ENVIRONMENTS),
+    ]
+    return [*rows, _damage(found)]
 
 
-def _row(found: dict[str, list[Flood]], logs: str) -> Row:
+def _row(found: dict[str, list[Flood]], logs: str, limit: float) -> Row:
     ours, local = ([one.lines_per_s for one in found[f"{name}, {logs}"]] for name in (AGENT, LOCAL))
     ratios = [a / b for a, b in zip(ours, local, strict=True)]
     detail = (
@@ -39,7 +58,14 @@ def _row(found: dict[str, list[Flood]], logs: str) -> Row:
         f"{min(ratios):.2f}..{max(ratios):.2f}"
     )
     what = f"1 M lines from a host, {logs}, against local"
-    return Row(what, ratio(ours, local), "x", 0.5, detail, at_least=True)
+    return Row(what, ratio(ours, local), "x", limit, detail, at_least=True)
+
+
+def _cpu_row(found: dict[str, list[Flood]], logs: str) -> Row:
+    ours, local = ([one.cpu_s for one in found[f"{name}, {logs}"]] for name in (AGENT, LOCAL))
+    detail = f"launcher and ssh {median(ours):.2f} s, local {median(local):.2f} s"
+    what = f"the same, {logs}: the operator's CPU"
+    return Row(what, ratio(ours, local), "x", NO_LIMIT, detail)
 
 
 def _damage(found: dict[str, list[Flood]]) -> Row:
@@ -54,13 +80,19 @@ def _cat(program: Path, path: Path) -> str:
 
 
 def _flood(one: Bench, hosts: Path | None, files: list[Path], env: dict[str, str]) -> Flood:
-    with contextlib.ExitStack() as stack:
-        output = stack.enter_context(one.scratch()) / "output"
-        store = stack.enter_context(one.programs("cat", len(files)))
-        watch = stack.enter_context(ExecWatch(store))
-        file = stack.enter_context(output.open("wb"))
-        actions = [_cat(store / f"cat-{n}", path) for n, path in enumerate(files)]
-        run = stack.enter_context(one.running(Job(one.launch_file(actions), hosts), file, **env))
-        wait_for_end(run)
-        seconds = time.monotonic() - watch.execs()[0]
-        return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, files))
+    with one.scratch() as folder, one.programs("cat", len(files)) as store:
+        job = Job(one.launch_file(_cat(store / f"cat-{n}", p) for n, p in enumerate(files)), hosts)
+        output, before_s = folder / "output", _children_s()
+        with contextlib.ExitStack() as stack:
+            watch = stack.enter_context(ExecWatch(store))
+            file = stack.enter_context(output.open("wb"))
+            wait_for_end(stack.enter_context(one.running(job, file, **env)))
+            seconds = time.monotonic() - watch.execs()[0]
+        cpu_s = _children_s() - before_s
+        return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, files), cpu_s)
+
+
+def _children_s() -> float:
+    """CPU time of all descendants that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

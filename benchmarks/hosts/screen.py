@@ -8,6 +8,8 @@ import threading
 import time
 from typing import NamedTuple
 
+PATIENCE_S = 180.0
+
 
 class Line(NamedTuple):
     """`when_s` is monotonic time."""
@@ -25,12 +27,12 @@ class Screen:
         self._changed = threading.Condition()
         threading.Thread(target=self._read, args=(run,), daemon=True).start()
 
-    def await_lines(self, pattern: str, count: int = 1, timeout_s: float = 180.0) -> list[Line]:
+    def await_lines(self, pattern: str, count: int = 1, since_s: float = 0.0) -> list[Line]:
         """Wait for so many lines with the pattern; RuntimeError with what came instead."""
         found: list[Line] = []
         expected, begun_s = re.compile(pattern), time.monotonic()
         with self._changed:
-            self._changed.wait_for(lambda: self._has(expected, count, found), timeout_s)
+            self._changed.wait_for(lambda: self._has(expected, count, since_s, found), PATIENCE_S)
         if len(found) < count:
             text = "\n".join(line.text for line in self.lines[-40:])
             waited_s = time.monotonic() - begun_s
@@ -39,8 +41,11 @@ class Screen:
             )
         return found
 
-    def _has(self, expected: re.Pattern[str], count: int, found: list[Line]) -> bool:
-        found[:] = [line for line in self.lines if expected.search(line.text)]
+    def _has(
+        self, expected: re.Pattern[str], count: int, since_s: float, found: list[Line]
+    ) -> bool:
+        lines = (line for line in self.lines if line.when_s >= since_s)
+        found[:] = [line for line in lines if expected.search(line.text)]
         return len(found) >= count or self._has_ended
 
     def _read(self, run: subprocess.Popen[bytes]) -> None:
