@@ -47,7 +47,7 @@ REFUSED: Mapping[str, str] = {
 }
 KNOWN: tuple[str, ...] = tuple(_NAMES.split())
 _BY_LOWER = {name.lower(): name for name in (*KNOWN, *REFUSED)}
-_OPEN_TO_ALL = ("no", "off", "false", "ask")
+_STRICT = ("yes", "true", "accept-new")
 
 
 def parse(value: object) -> dict[str, str]:
@@ -88,7 +88,8 @@ def _value(name: str, value: object, given: object) -> str:
         raise FieldError(f"ssh option '{name}' needs a value", (given,))
     if any(not char.isprintable() for char in value):
         raise FieldError(f"ssh option '{name}' has a control character", (given,))
-    if name == "StrictHostKeyChecking" and value.lower() in _OPEN_TO_ALL:
+    if name == "StrictHostKeyChecking" and value not in _STRICT:
+        # Only these as they are: ssh ignores quotes and blanks around a value.
         hint = "yes (the default), or accept-new, which trusts a host the first time"
         message = f"'{value}' would trust a machine that pretends to be the host"
         raise FieldError(message, (given,), hint)

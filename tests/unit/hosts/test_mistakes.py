@@ -102,6 +102,14 @@ def test_options_that_would_break_the_connection_are_refused_with_the_reason(nam
     assert f"ssh option '{name}' cannot be set: {REFUSED[name]}" in found
 
 
+@pytest.mark.parametrize("value", ["no", "off", "ask", '"no"', " no", "=no", "No "])
+def test_the_check_of_host_keys_cannot_be_switched_off(value: str):
+    entry = f"StrictHostKeyChecking: '{value}'"
+    (found,) = mistakes(f"hosts: {{a: {{address: b, ssh: {{{entry}}}}}}}\n")
+
+    assert f"'{value}' would trust a machine that pretends to be the host" in found
+
+
 def test_an_option_is_either_known_or_refused():
     assert not {*KNOWN} & {*REFUSED}
     assert len({*KNOWN}) == len(KNOWN)
