@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from launcher.model.spec import Limits, RestartPolicy, StopPolicy
 
 OLDEST = 249  # the oldest version that is supported
-MAX_NAME = 255  # characters of a unit's name with its suffix
+# Characters of a unit's name with its suffix. Systemd allows 255, but the journal loses all output
+# of a unit with so many, and files beside its own (`NAME.service.new`) need some more.
+MAX_NAME = 230
 _IN_NAMES = frozenset(string.ascii_letters + string.digits + ":_.")
 _VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 # Signals after which systemd takes an exit for a success, and does not restart on failure.

@@ -135,6 +135,18 @@ def test_a_process_that_exits_at_once_is_heard(start: Start, user: str):
         assert f"[{name}-{number + 1}] {name} was here\n" in run.text
 
 
+def test_names_of_any_kind_and_length(robot: Robot, start: Start):
+    names = ["ü", "a b", "50%n", "x" * 300]
+    run = start(*((name, f"echo hello {n}; sleep 1") for n, name in enumerate(names)))
+
+    run.wait_for("process started with pid", len(names))
+    shown = systemctl(robot, "root", "show", "-p", "Description", "launcher-*-3.service")
+    assert shown.startswith("Description=50%n-3 of launcher run ")
+    assert run.wait() == 0
+    for number, name in enumerate(names):
+        assert f"[{name}-{number + 1}] hello {number}\n" in run.text
+
+
 def test_the_environment_arrives_whatever_is_in_it(start: Start, user: str):
     values = {
         "NEWLINE": "one\ntwo",

@@ -240,7 +240,7 @@ exit $code"""
             *("systemd-run", *(["--user"] if self._facts.is_user else []), "--quiet"),
             f"--unit={self.unit(order.name)}",
             f"--slice={self._slice}",
-            f"--description={order.name} of launcher run {self._run}".replace("%", "%%"),
+            f"--description={order.name} of launcher run {self._run}",
             "--service-type=exec",
             *(f"--property={one}" for one in properties),
             *("/bin/sh", f"{folder}/start"),
