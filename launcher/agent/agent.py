@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
-import socket
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -65,7 +65,7 @@ class Agent:
         self._channel = Channel(reactor, self)
         self._workload: Workload | None = None
         self._takeover: TakeoverServer | None = None
-        self._connection: socket.socket | None = None  # of the process that resumed us
+        self._session = -1  # to the process that holds our session
         self._key = ""
         self._stop_after_s: float | None = None
         self._is_lost = False
@@ -77,8 +77,12 @@ class Agent:
 
     # ---- the connection
 
-    def serve(self, read_fd: int, write_fd: int) -> int:
-        """Serve the launcher at the other end; the exit code. OSError if that is no stream."""
+    def serve(self, read_fd: int, write_fd: int, session: int) -> int:
+        """Serve the launcher at the other end; the exit code. OSError if that is no stream.
+
+        `session` leads to a process that waits until we exit, or do not need its session.
+        """
+        self._session = session
         self._channel.attach(read_fd, write_fd)
         self._greet()
         self._reactor.on_signals(_SIGNALS, self._signalled)
@@ -92,7 +96,7 @@ class Agent:
 
     def _close(self) -> None:
         self._channel.detach()
-        self._forget_connection()
+        self._leave_session(b"")
         if self._takeover is not None:
             self._takeover.close()
         if self._workload is not None:
@@ -102,33 +106,29 @@ class Agent:
         self._channel.raw(PREAMBLE)
         self._channel.tell(Kind.HELLO, pack({**_about_us(), "received": self._channel.received}))
 
-    def taken(self, streams: list[int], connection: socket.socket) -> None:
-        """Another process has passed us its standard streams, for `connection`."""
+    def taken(self, streams: list[int], session: int) -> None:
+        """Another process has passed us its standard streams, and waits as in `serve`."""
         read_fd, write_fd, errors = streams
         _say_to(errors)
         self._channel.detach()
-        self._forget_connection()
-        self._connection = connection
-        self._reactor.add_reader(connection.fileno(), self._resumer_gone)
+        self._leave_session()
+        self._session = session
         try:
             self._channel.attach(read_fd, write_fd)
         except OSError:
-            self._forget_connection()
+            self._leave_session()
             return
         self._greet()
 
-    def _resumer_gone(self) -> None:
-        """It was killed: its session ends, which the channel notices."""
-        self._forget_connection()
-
-    def _forget_connection(self) -> None:
-        if self._connection is not None:
-            self._reactor.remove(self._connection.fileno())
-            self._connection.close()
-            self._connection = None
+    def _leave_session(self, farewell: bytes = b".") -> None:
+        """Let the process go that holds our session; b"": because we exit."""
+        if self._session >= 0:
+            with contextlib.suppress(OSError):
+                os.write(self._session, farewell)
+            os.close(self._session)
+            self._session = -1
 
     def lost(self, reason: str) -> None:
-        self._forget_connection()
         if reason:
             self._say(reason)
         _say_to(os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC))
@@ -136,6 +136,7 @@ class Agent:
             self._exit_code = ExitCode.OK if self._is_finished else ExitCode.PROCESS_FAILED
             self._reactor.stop()
             return
+        self._leave_session()
         self._lose()
 
     def _lose(self) -> None:

@@ -54,10 +54,10 @@ def remove(path: Path) -> None:
 
 
 class TakeoverServer:
-    """Listens at `path`; `taken(streams)` gets three descriptors, and the connection to close."""
+    """Listens at `path`; `taken(streams, session)` gets three descriptors, and one to close."""
 
     def __init__(
-        self, reactor: Reactor, path: Path, taken: Callable[[list[int], socket.socket], None]
+        self, reactor: Reactor, path: Path, taken: Callable[[list[int], int], None]
     ) -> None:
         self._reactor = reactor
         self._path = path
@@ -83,7 +83,7 @@ class TakeoverServer:
                 os.close(fd)
             connection.close()
             return
-        self._taken(streams, connection)
+        self._taken(streams, connection.detach())
 
     def close(self) -> None:
         self._reactor.remove(self._socket.fileno())

@@ -40,13 +40,41 @@ def _serve() -> int:
     from launcher.agent.agent import Agent
     from launcher.engine.posix.reactor import Reactor
 
+    agent, session = _fork()
+    if agent:
+        return _stay(agent, session)
     read_fd, write_fd = _take_streams()
     with Reactor() as reactor:
         try:
-            return Agent(reactor).serve(read_fd, write_fd)
+            return Agent(reactor).serve(read_fd, write_fd, session)
         except PermissionError:  # of epoll
             message = "standard input and output of the agent must be pipes or sockets"
             raise UsageError(message) from None
+
+
+def _fork() -> tuple[int, int]:
+    """(pid of the agent or 0, our end of a pipe from the agent to the process that stays).
+
+    sshd ends a session only when the process that it has started exits. So that is another one
+    than the agent, which may outlive the session.
+    """
+    read_end, write_end = os.pipe()
+    pid = os.fork()
+    ours, theirs = (read_end, write_end) if pid else (write_end, read_end)
+    os.close(theirs)
+    if not pid:
+        os.setsid()
+    return pid, ours
+
+
+def _stay(agent: int, session: int) -> int:
+    """Hold the session until the agent exits, which tells the exit code, or lets it go."""
+    null = os.open(os.devnull, os.O_RDWR)
+    for number in range(3):
+        os.dup2(null, number)
+    if os.read(session, 1):
+        return ExitCode.OK
+    return os.waitstatus_to_exitcode(os.waitpid(agent, 0)[1])
 
 
 def _take_streams() -> tuple[int, int]:
