@@ -151,11 +151,16 @@ def _amount(amount: int) -> str:
 
 
 def output_settings() -> Iterator[Setting]:
-    """Every line goes to the journal as it is, however many there are."""
+    """Every line goes to the journal as it is, however many there are.
+
+    The journal is not told of an interval of 0 by systemd (252 at least), so the limit is one that
+    nothing reaches. For units of a user's manager it has no effect.
+    """
     yield Setting("StandardOutput", "journal")
     yield Setting("StandardError", "journal")
     yield Setting("SyslogLevelPrefix", "no")
-    yield Setting("LogRateLimitIntervalSec", "0")
+    yield Setting("LogRateLimitIntervalSec", "1ms")
+    yield Setting("LogRateLimitBurst", "1000000")
 
 
 def seconds(amount_s: float) -> str:

@@ -395,3 +395,21 @@ def test_a_full_disk_for_the_journal_loses_lines_and_no_states(
         robot.run(["systemctl", "restart", "systemd-journald"])
     assert run.interrupt() in (0, 130)
     assert_no_traces(robot, "root")
+
+
+def test_a_flood_comes_completely_and_before_the_exits(start: Start):
+    script = "seq 60000"
+    run = start(*((f"p{number}", script) for number in range(3)))
+
+    assert run.wait() == 0
+    for number in range(3):
+        assert run.numbers(f"p{number}-{number + 1}") == list(range(1, 60001))
+        _, _, after = run.text.partition(f"[p{number}-{number + 1}]: process has finished")
+        assert f"[p{number}-{number + 1}] " not in after
+
+
+def test_a_flood_of_a_user_is_told_to_be_more_than_the_journal_takes(start: Start):
+    run = start(("flood", "seq 30000"), user="robot")
+
+    assert run.wait() == 0
+    assert "set RateLimitBurst=0" in run.text

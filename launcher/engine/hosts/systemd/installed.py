@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 
-from launcher.engine.hosts.systemd.scripts import Facts, hello, read_facts, written
+from launcher.engine.hosts.systemd.facts import Facts, hello, read_facts
+from launcher.engine.hosts.systemd.scripts import written
 from launcher.errors import LauncherError
 from launcher.hosts import unit
 from launcher.hosts.model import Host

@@ -5,15 +5,18 @@ from __future__ import annotations
 import base64
 import functools
 import hashlib
+import itertools
 import time
 from collections import deque
 
 from launcher.engine.hosts.link import LinkState
-from launcher.engine.hosts.systemd import journal, manifest, samples
+from launcher.engine.hosts.systemd import manifest, samples
+from launcher.engine.hosts.systemd.facts import why_unusable
+from launcher.engine.hosts.systemd.journal_events import JournalEvents
 from launcher.engine.hosts.systemd.scripts import Scripts, read_properties
 from launcher.engine.hosts.systemd.sessions import Sessions
 from launcher.engine.hosts.systemd.shell import Answer, Request
-from launcher.engine.hosts.systemd.unit_process import UnitProcess, outcome_of_record
+from launcher.engine.hosts.systemd.unit_process import UnitProcess
 from launcher.engine.machine import Command
 from launcher.hosts import unit
 
@@ -22,8 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from launcher.engine.hosts.link import LinkContext
-    from launcher.engine.hosts.systemd.journal import Entry, Line, Message, Note
-    from launcher.engine.hosts.systemd.scripts import Facts
+    from launcher.engine.hosts.systemd.facts import Facts
+    from launcher.engine.hosts.systemd.journal import Entry
     from launcher.engine.posix.reactor import Timer
     from launcher.hosts.order import Order
 
@@ -31,20 +34,7 @@ LOOK_S = 3.0  # between looks at the states of the units
 BEAT_S = 1.0  # for the watch there
 FINISH_S = 3.0  # for the last lines
 MANIFEST_S = 0.3  # processes that are prepared together are written together
-LIMBO_S = 2.0  # for the record that says whose output it is
 READABLE_S = 5.0  # for the first record to come through the journal
-
-
-def _why_unusable(facts: Facts) -> str:
-    """Why its systemd cannot be used, and what to do; empty if it can."""
-    if facts.version == 0:
-        return "does not have systemd: install it"
-    if facts.version < unit.OLDEST:
-        return f"has systemd {facts.version}: install {unit.OLDEST} or newer"
-    if not facts.state:
-        user = f" of {facts.user}" if facts.is_user else ""
-        return f"its service manager{user} does not answer: install libpam-systemd there"
-    return ""
 
 
 def short_id(run_id: str) -> str:
@@ -72,13 +62,14 @@ class SystemdLink:
         self._scripts: Scripts
         self._facts: Facts
         self._calls: deque[Callable[[], None]] = deque()
-        self._by_unit: dict[str, int] = {}
-        self._by_pid: dict[int, int] = {}
-        self._by_stream: dict[str, int] = {}
-        self._limbo: list[Line] = []
+        self._events = JournalEvents(self._host.name, self._listener, self._reactor, self._units)
+        if self._attached is not None:
+            self._events.begin_s = float(
+                "inf"
+            )  # before the processes are adopted, only lines count
+        self._tokens = itertools.count()
         self._timers: dict[str, Timer] = {}
         self._orders: dict[int, Order] = {}
-        self._adopted_s = float("inf")  # on the host; before that, only lines count
         self._leftovers: tuple[list[str], bool] | None = None
         self._has_watch = self._journal_works = False
         self._samples = samples.Samples()
@@ -143,6 +134,7 @@ class SystemdLink:
         self._sessions.close()
         for timer in self._timers.values():
             timer.cancel()
+        self._events.close()
         for one in self._units.values():
             one.close()
 
@@ -162,7 +154,7 @@ class SystemdLink:
 
     def _prepare(self, process_id: int, order: Order) -> None:
         name = self._scripts.unit(order.name)
-        self._by_unit[name] = process_id
+        self._events.by_unit[name] = process_id
         self._units[process_id] = UnitProcess(
             process_id,
             order,
@@ -170,6 +162,7 @@ class SystemdLink:
             self._reactor,
             self._request,
             self._listener.event,
+            self._when_marked,
         )
         if self._attached is not None:
             return
@@ -213,7 +206,7 @@ class SystemdLink:
     # ---- the sessions
 
     def met(self, facts: Facts) -> str | None:
-        why_not = _why_unusable(facts)
+        why_not = why_unusable(facts)
         if why_not and self._on_unusable is not None:
             self._on_unusable(why_not)
             return None
@@ -235,6 +228,7 @@ class SystemdLink:
 
     def _know(self, facts: Facts) -> None:
         self._facts = facts
+        self._events.uid = facts.uid
         self._scripts = Scripts(self._run, self._host, facts)
 
     def met_again(self, facts: Facts) -> bool:
@@ -291,82 +285,13 @@ class SystemdLink:
     def entry(self, entry: Entry) -> None:
         self._journal_works = True
         at_s = self._sessions.clock.here(entry.monotonic_s, self._reactor.now())
-        # Processes may change their user; of others only they do.
-        if isinstance(entry, journal.Line):
-            self._line(entry, at_s)
-        elif entry.uid != self._facts.uid:
-            return
-        elif isinstance(entry, journal.Note):
-            self._note(entry, at_s)
-        else:
-            self._message(entry, at_s)
+        self._events.feed(entry, at_s)
 
-    def _line(self, line: Line, at_s: float) -> None:
-        process_id = self._owner(line)
-        if process_id is None:
-            if line.uid != self._facts.uid:
-                return  # of this run on another host, which is the same machine
-            self._limbo.append(line)
-            self._after("limbo", LIMBO_S, self._give_up_limbo)
-            return
-        if line.stream_id:
-            self._by_stream[line.stream_id] = process_id
-        one = self._units[process_id]
-        stream = "both" if one.order.merge else line.stream
-        self._listener.output(process_id, stream, line.data, at_s)
-
-    def _owner(self, line: Line) -> int | None:
-        return self._by_unit.get(
-            line.unit, self._by_stream.get(line.stream_id, self._by_pid.get(line.pid))
-        )
-
-    def _give_up_limbo(self) -> None:
-        for line in self._limbo:
-            text = line.data.decode(errors="replace").rstrip("\n")
-            self._listener.warn(self._host.name, f"output of an unknown process: {text}")
-        self._limbo.clear()
-
-    def _note(self, note: Note, at_s: float) -> None:
-        if self._attached is not None and note.monotonic_s < self._adopted_s:
-            return
-        match note.words:
-            case ("start", number, invocation, pid) if one := self._numbered(number):
-                self._by_pid[int(pid)] = one.process_id
-                one.noted_start(invocation, int(pid), at_s)
-                limbo, self._limbo = self._limbo, []
-                for line in limbo:
-                    self._line(line, at_s)
-            case ("exit", number, invocation, result, code, status) if one := self._numbered(
-                number
-            ):
-                if result != "exec-condition" and code != "-":
-                    one.noted_exit(invocation, outcome_of_record(result, code, status), at_s)
-            case ("expired", waited):
-                self._expired(waited, at_s)
-            case ("mark", "finish"):
-                self._finished()
-
-    def _numbered(self, number: str) -> UnitProcess | None:
-        return self._units.get(int(number)) if number.isdecimal() else None
-
-    def _expired(self, waited: str, at_s: float) -> None:
-        text = f"stopped its processes after {waited} s without the launcher"
-        self._listener.warn(self._host.name, text)
-        for one in self._units.values():
-            one.noted_stop(at_s, by_user=False)
-
-    def _message(self, message: Message, at_s: float) -> None:
-        process_id = self._by_unit.get(message.unit)
-        is_old = self._attached is not None and message.monotonic_s < self._adopted_s
-        if process_id is None or is_old:
-            return
-        one = self._units[process_id]
-        if message.message_id == journal.STOPPING:
-            one.noted_stop(at_s, by_user=True)
-        elif message.message_id == journal.RESTART_SCHEDULED:
-            one.noted_restart(at_s)
-        elif message.result == "start-limit-hit":
-            one.noted_refusal(at_s, "systemd has given it up (start-limit-hit)")
+    def _when_marked(self, callback: Callable[[], None]) -> None:
+        """Call back when the journal has told all that it has now."""
+        token = f"m{next(self._tokens)}"
+        self._events.marks[token] = callback
+        self._request(Request(self._scripts.mark(token)))
 
     # ---- attaching
 
@@ -377,9 +302,9 @@ class SystemdLink:
 
     def _adopt_answered(self, answer: Answer) -> None:
         now = self._reactor.now()
-        self._adopted_s = self._sessions.clock.there(now)
+        self._events.begin_s = self._sessions.clock.there(now)
         for found in read_properties(answer.text):
-            process_id = self._by_unit.get(found.get("Id", ""))
+            process_id = self._events.by_unit.get(found.get("Id", ""))
             if process_id is None:
                 continue
             since_s = int(found.get("ExecMainStartTimestampMonotonic") or 0) / 1e6
@@ -407,7 +332,7 @@ class SystemdLink:
             return
         now = self._reactor.now()
         for found in read_properties(answer.text):
-            process_id = self._by_unit.get(found.get("Id", ""))
+            process_id = self._events.by_unit.get(found.get("Id", ""))
             if process_id is not None:
                 self._units[process_id].seen(found, now)
 
@@ -422,6 +347,7 @@ class SystemdLink:
         names = [one.order.name for one in self._units.values()]
         answered = functools.partial(self._finish_answered, at_once)
         self._request(Request(self._scripts.finish(names, at_once=at_once), answered))
+        self._events.marks["finish"] = self._finished
         self._request(Request(self._scripts.mark("finish")))
 
     def _finish_answered(self, at_once: bool, answer: Answer) -> None:

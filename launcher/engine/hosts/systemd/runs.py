@@ -5,8 +5,9 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 from launcher.engine.hosts.systemd import manifest
+from launcher.engine.hosts.systemd.facts import hello, read_facts
 from launcher.engine.hosts.systemd.manifest import Manifest
-from launcher.engine.hosts.systemd.scripts import Scripts, hello, read_facts
+from launcher.engine.hosts.systemd.scripts import Scripts
 from launcher.errors import LauncherError
 from launcher.hosts.model import Host, HostEngine
 from launcher.hosts.session import run as run_there

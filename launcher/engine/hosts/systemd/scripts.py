@@ -10,10 +10,10 @@ import json
 import shlex
 
 from launcher.engine.hosts.systemd import journal
+from launcher.engine.hosts.systemd.facts import Facts
 from launcher.hosts import unit
 from launcher.hosts.order_words import as_words, files_of
-from launcher.hosts.ssh import quoted, set_python, setup_script
-from launcher.model.record import Record
+from launcher.hosts.ssh import quoted, setup_script
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,81 +26,6 @@ if TYPE_CHECKING:
 LONGEST_STOP_S = 10  # of a unit of the same name, which a start waits for
 _SHOWN = "Id,LoadState,ActiveState,SubState,Result,MainPID,NRestarts,InvocationID"
 _SHOWN_MORE = "ExecMainPID,ExecMainCode,ExecMainStatus,ExecMainStartTimestampMonotonic"
-
-
-class Facts(Record):
-    """What a host has told about itself."""
-
-    uid: int
-    user: str
-    home: str
-    runtime: str  # the folder of the runtime files of its user
-    version: int  # of systemd; 0: there is none
-    state: str  # of the service manager; empty: it does not answer
-    lingers: bool
-    boot_id: str
-    uptime_s: float
-    cursor: str | None
-    has_launcher: bool  # whether the host's Python finds it
-    python: str  # that Python: what `hosts sync` brought, else that of the hosts file
-
-    @property
-    def is_user(self) -> bool:
-        """Whether units run under the manager of a user."""
-        return self.uid != 0
-
-
-HELLO = r"""
-uid=$(id -u)
-echo "uid $uid"
-echo "user $(id -un)"
-echo "home $HOME"
-echo "runtime ${XDG_RUNTIME_DIR:-/run/user/$uid}"
-manager=--user
-[ "$uid" = 0 ] && manager=--system
-echo "version $(systemctl --version 2>/dev/null | { read -r _ number _; echo "$number"; })"
-echo "state $(systemctl $manager is-system-running 2>/dev/null)"
-[ -e "/var/lib/systemd/linger/$(id -un)" ] && echo "lingers 1"
-read -r boot </proc/sys/kernel/random/boot_id
-echo "boot_id $boot"
-read -r up _ </proc/uptime
-echo "uptime_s $up"
-echo "entry $(journalctl --quiet --lines=1 --output=json --output-fields=_BOOT_ID 2>/dev/null)"
-"""
-
-
-def hello(host: Host) -> str:
-    """Asks for the facts."""
-    code = "import launcher.hosts.run_order; print('yes')"
-    chosen = set_python(host)
-    python = f'{setup_script(host)}{chosen}"$python" -c {shlex.quote(code)}'
-    return (
-        f'{HELLO}echo "python $(cd && {chosen}printf %s "$python")"\n'
-        f'echo "launcher $( ({python}) 2>/dev/null | tail -n 1)"'
-    )
-
-
-def read_facts(text: str) -> Facts:
-    """ValueError if this is no answer of HELLO."""
-    found = dict(line.partition(" ")[::2] for line in text.splitlines())
-    entry = found.get("entry", "")
-    state = found.get("state", "")
-    uid = int(found["uid"])
-    version = "".join(char for char in found["version"] if char.isdigit())
-    return Facts(
-        uid=uid,
-        user=found["user"],
-        home=found["home"],
-        runtime="/run" if uid == 0 else found["runtime"],
-        version=int(version or 0),
-        state="" if state == "offline" else state,
-        lingers="lingers" in found,
-        boot_id=found["boot_id"],
-        uptime_s=float(found["uptime_s"]),
-        cursor=json.loads(entry)["__CURSOR"] if entry.startswith("{") else None,
-        has_launcher=found.get("launcher", "") == "yes",
-        python=found["python"],
-    )
 
 
 class Scripts:

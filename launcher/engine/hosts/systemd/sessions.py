@@ -12,9 +12,10 @@ import shutil
 from collections import deque
 
 from launcher.engine.hosts.link import LinkState
-from launcher.engine.hosts.systemd import journal, scripts
+from launcher.engine.hosts.systemd import journal
 from launcher.engine.hosts.systemd.channel import Channel
 from launcher.engine.hosts.systemd.clock import HostClock
+from launcher.engine.hosts.systemd.facts import hello, read_facts
 from launcher.engine.hosts.systemd.shell import START, Answer, Answers, Request
 from launcher.hosts.failures import failure, no_ssh
 from launcher.hosts.ssh import Connection, private_folder, quoted, ssh_environment
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
     from typing import Protocol
 
     from launcher.engine.hosts.link import LinkContext
+    from launcher.engine.hosts.systemd.facts import Facts
     from launcher.engine.hosts.systemd.journal import Entry
-    from launcher.engine.hosts.systemd.scripts import Facts
     from launcher.engine.posix.reactor import Timer
 
     class SessionsListener(Protocol):
@@ -106,15 +107,15 @@ class Sessions:
             error = no_ssh(self._context.host)
             self._change(LinkState.UNREACHABLE, f"{error.message}; {error.hint}")
             return
-        hello = Request(scripts.hello(self._context.host), self._said_hello, lasts=False)
-        self._shell.write(START.encode() + self._answers.framed(hello))
+        asked = Request(hello(self._context.host), self._said_hello, lasts=False)
+        self._shell.write(START.encode() + self._answers.framed(asked))
         limit_s = ATTEMPT_S if self._has_met else CONNECT_S
         self._soon("limit", limit_s, lambda: self._lose(f"no answer within {limit_s:g} s"))
 
     def _said_hello(self, answer: Answer) -> None:
         self._cancel("limit")
         try:
-            facts = scripts.read_facts(answer.text)
+            facts = read_facts(answer.text)
         except (KeyError, ValueError):
             self._refuse("its shell does not answer as a POSIX shell does")
             return

@@ -12,6 +12,8 @@ import signal
 import uuid
 
 from launcher.engine.hosts.replica import ReportingMachine
+from launcher.engine.hosts.systemd.exits import outcome_of_unit
+from launcher.engine.hosts.systemd.recent_output import RecentOutput
 from launcher.engine.hosts.systemd.scripts import read_properties
 from launcher.engine.hosts.systemd.shell import Answer, Request
 from launcher.engine.machine import (
@@ -38,16 +40,16 @@ if TYPE_CHECKING:
 
 # Output that the journal gets from another stream than the record of the exit comes within it.
 DRAIN_S = 0.05
+MARK_S = 30.0  # for a mark to come through the journal
 SUSPICIOUS = 2  # looks at the unit that contradict the journal, before they are believed
 _KILLED = -9
-_BY_RESULT = {"exited": 1, "killed": 2, "dumped": 3}  # CLD_EXITED and so on
 
 
 class UnitProcess:
     """`report(event, at, pid, left)` is told what its machine has handled.
 
-    `scripts` may change when the host was restarted. Call its methods only while the host can be
-    reached, except `noted...`.
+    `mark` calls back when all that the journal has now has come. `scripts` may change when the host
+    was restarted. Call its methods only while the host can be reached, except `noted...`.
     """
 
     def __init__(
@@ -58,7 +60,10 @@ class UnitProcess:
         reactor: Reactor,
         request: Callable[[Request], None],
         report: Callable[[int, MachineEvent, float, int, float | None], None],
+        mark: Callable[[Callable[[], None]], None],
     ) -> None:
+        self._mark = mark
+        self._recent = RecentOutput()
         self.process_id = process_id
         self.order = order
         self._scripts = scripts
@@ -199,7 +204,27 @@ class UnitProcess:
             self.noted_start(invocation, 0, at_s)
         self._exits.add(invocation)
         self._pending = outcome, at_s
-        self._after("_drain", DRAIN_S, self._flush)
+        self._recent.ended()
+        self._after("_drain", DRAIN_S, self._drain_output)
+
+    def wrote(self, size: int, at_s: float) -> None:
+        """So many bytes of output have come."""
+        self._recent.add(size, at_s)
+
+    def _drain_output(self) -> None:
+        """Handle the exit when nothing of its output can be left.
+
+        The journal reads a piece of each stream in turn, so that our record of the exit overtakes
+        what is left in the stream of a process that has written much.
+        """
+        if self._pending is None:
+            return
+        if not self._recent.may_be_behind:
+            self._flush()
+            return
+        self._recent.looked()
+        self._after("_drain", MARK_S, self._flush)
+        self._mark(self._drain_output)
 
     def _flush(self) -> None:
         """Handle the exit: what it has written has come."""
@@ -249,7 +274,7 @@ class UnitProcess:
         if _is_running(found):
             self.noted_start(found.get("InvocationID", ""), int(found.get("MainPID") or 0), at_s)
         elif self.machine.state.is_alive:
-            self.noted_exit(self._invocation, _outcome_of(found), at_s)
+            self.noted_exit(self._invocation, outcome_of_unit(found), at_s)
         else:
             self.noted_refusal(at_s, f"systemd does not restart it ({found.get('Result', '')})")
 
@@ -327,34 +352,3 @@ def _is_pause(signum: int) -> bool:
 
 def _is_running(found: Mapping[str, str]) -> bool:
     return found.get("ActiveState") == "active" and found.get("MainPID", "0") != "0"
-
-
-def outcome_of_record(result: str, code: str, status: str) -> Outcome:
-    """`$SERVICE_RESULT`, `$EXIT_CODE` and `$EXIT_STATUS` of systemd."""
-    if code == "exited":
-        return Outcome(returncode=int(status) if status.isdigit() else 1)
-    number = _signal_number(status)
-    return Outcome(
-        returncode=-number, core_dumped=code == "dumped", out_of_memory=result == "oom-kill"
-    )
-
-
-def _signal_number(name: str) -> int:
-    """Of `KILL`, `RTMIN+3` or `37`."""
-    if name.isdigit():
-        return int(name)
-    base, _, more = name.partition("+")
-    try:
-        return int(signal.Signals[f"SIG{base}"]) + int(more or 0)
-    except (KeyError, ValueError):
-        return int(signal.SIGKILL)
-
-
-def _outcome_of(found: Mapping[str, str]) -> Outcome:
-    """The exit of a unit whose record is missing; the unit may be forgotten, too."""
-    code, status = int(found.get("ExecMainCode") or 0), int(found.get("ExecMainStatus") or 0)
-    if code == _BY_RESULT["exited"]:
-        return Outcome(returncode=status)
-    if code in (_BY_RESULT["killed"], _BY_RESULT["dumped"]):
-        return Outcome(returncode=-status, core_dumped=code == _BY_RESULT["dumped"])
-    return Outcome(returncode=_KILLED)

@@ -1,0 +1,45 @@
+"""How a process ended, from what systemd tells of it."""
+
+from __future__ import annotations
+
+import signal
+
+from launcher.model.events import Outcome
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_EXITED, _WAS_KILLED, _DUMPED = 1, 2, 3  # CLD_EXITED and so on
+_UNKNOWN = -9  # of a unit that is forgotten
+
+
+def outcome_of_record(result: str, code: str, status: str) -> Outcome:
+    """`$SERVICE_RESULT`, `$EXIT_CODE` and `$EXIT_STATUS` of systemd."""
+    if code == "exited":
+        return Outcome(returncode=int(status) if status.isdigit() else 1)
+    number = _signal_number(status)
+    return Outcome(
+        returncode=-number, core_dumped=code == "dumped", out_of_memory=result == "oom-kill"
+    )
+
+
+def _signal_number(name: str) -> int:
+    """Of `KILL`, `RTMIN+3` or `37`."""
+    if name.isdigit():
+        return int(name)
+    base, _, more = name.partition("+")
+    try:
+        return int(signal.Signals[f"SIG{base}"]) + int(more or 0)
+    except (KeyError, ValueError):
+        return int(signal.SIGKILL)
+
+
+def outcome_of_unit(found: Mapping[str, str]) -> Outcome:
+    """The exit of a unit whose record is missing; the unit may be forgotten, too."""
+    code, status = int(found.get("ExecMainCode") or 0), int(found.get("ExecMainStatus") or 0)
+    if code == _EXITED:
+        return Outcome(returncode=status)
+    if code in (_WAS_KILLED, _DUMPED):
+        return Outcome(returncode=-status, core_dumped=code == _DUMPED)
+    return Outcome(returncode=_UNKNOWN)

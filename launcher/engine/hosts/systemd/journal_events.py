@@ -1,0 +1,160 @@
+"""What entries of the journal mean: output, and events of the processes that wrote it."""
+
+from __future__ import annotations
+
+from launcher.engine.hosts.systemd import journal
+from launcher.engine.hosts.systemd.exits import outcome_of_record
+from launcher.engine.hosts.systemd.journal import Line, Message, Note
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from launcher.engine.hosts.link import LinkListener
+    from launcher.engine.hosts.systemd.journal import Entry
+    from launcher.engine.hosts.systemd.unit_process import UnitProcess
+    from launcher.engine.posix.reactor import Reactor, Timer
+
+LIMBO_S = 2.0  # for the record that says whose output it is
+# The default limit of the journal, for all units of a user together; more where the disk is large.
+BURST, INTERVAL_S = 10_000, 30.0
+MAY_LOSE = (
+    "the journal may drop lines of users with more than 10000 in 30 s; to keep all, set"
+    " RateLimitBurst=0 in its /etc/systemd/journald.conf"
+)
+
+
+class JournalEvents:
+    """Passes entries on to `units` and to the listener.
+
+    `by_unit` are process ids by the names of units, `uid` is the user on the host. Of records and
+    messages from before `begin_s`, on the clock of the host, nothing is made. `marks` are called
+    when their record comes, once.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        listener: LinkListener,
+        reactor: Reactor,
+        units: Mapping[int, UnitProcess],
+    ) -> None:
+        self._host = host
+        self._listener = listener
+        self._reactor = reactor
+        self._units = units
+        self.uid = 0
+        self.begin_s = float("-inf")
+        self.by_unit: dict[str, int] = {}
+        self.marks: dict[str, Callable[[], None]] = {}
+        self._by_pid: dict[int, int] = {}
+        self._by_stream: dict[str, int] = {}
+        self._limbo: list[Line] = []
+        self._timer: Timer | None = None
+        self._flood = Flood()
+
+    def feed(self, entry: Entry, at_s: float) -> None:
+        if isinstance(entry, Line):  # processes may change their user, so these are of any
+            self._line(entry, at_s)
+        elif entry.uid != self.uid:
+            return
+        elif isinstance(entry, Note) and entry.words[:1] == ("mark",):
+            for token in entry.words[1:2]:
+                if token in self.marks:
+                    self._reactor.call_later(0, self.marks.pop(token))
+        elif entry.monotonic_s < self.begin_s:
+            return
+        elif isinstance(entry, Note):
+            self._note(entry, at_s)
+        else:
+            self._message(entry, at_s)
+
+    def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+
+    # ---- output
+
+    def _owner(self, line: Line) -> int | None:
+        """The process; None if it is unknown, or is not told yet."""
+        by_pid = self._by_pid.get(line.pid)
+        found = self.by_unit.get(line.unit, self._by_stream.get(line.stream_id, by_pid))
+        if found is not None and line.stream_id:
+            self._by_stream[line.stream_id] = found
+        return found
+
+    def _line(self, line: Line, at_s: float) -> None:
+        process_id = self._owner(line)
+        if process_id is None:
+            if line.uid == self.uid:  # else of this run on another host, the same machine
+                self._limbo.append(line)
+                self.close()
+                self._timer = self._reactor.call_later(LIMBO_S, self._give_up_limbo)
+            return
+        one = self._units[process_id]
+        one.wrote(len(line.data), at_s)
+        stream = "both" if one.order.merge else line.stream
+        self._listener.output(process_id, stream, line.data, at_s)
+        if self.uid and self._flood.is_above(at_s):
+            self._listener.warn(self._host, MAY_LOSE)
+
+    def _give_up_limbo(self) -> None:
+        for line in self._limbo:
+            text = line.data.decode(errors="replace").rstrip("\n")
+            self._listener.warn(self._host, f"output of an unknown process: {text}")
+        self._limbo.clear()
+
+    # ---- events
+
+    def _note(self, note: Note, at_s: float) -> None:
+        match note.words:
+            case ("start", number, invocation, pid) if one := self._numbered(number):
+                self._by_pid[int(pid)] = one.process_id
+                one.noted_start(invocation, int(pid), at_s)
+                limbo, self._limbo = self._limbo, []
+                for line in limbo:
+                    self._line(line, at_s)
+            case ("exit", number, invocation, result, code, status):
+                exited = self._numbered(number)
+                if exited is not None and result != "exec-condition" and code != "-":
+                    outcome = outcome_of_record(result, code, status)
+                    exited.noted_exit(invocation, outcome, at_s)
+            case ("expired", waited):
+                self._expired(waited, at_s)
+
+    def _numbered(self, number: str) -> UnitProcess | None:
+        return self._units.get(int(number)) if number.isdecimal() else None
+
+    def _expired(self, waited: str, at_s: float) -> None:
+        text = f"stopped its processes after {waited} s without the launcher"
+        self._listener.warn(self._host, text)
+        for one in self._units.values():
+            one.noted_stop(at_s, by_user=False)
+
+    def _message(self, message: Message, at_s: float) -> None:
+        process_id = self.by_unit.get(message.unit)
+        if process_id is None:
+            return
+        one = self._units[process_id]
+        if message.message_id == journal.STOPPING:
+            one.noted_stop(at_s, by_user=True)
+        elif message.message_id == journal.RESTART_SCHEDULED:
+            one.noted_restart(at_s)
+        elif message.result == "start-limit-hit":
+            one.noted_refusal(at_s, "systemd has given it up (start-limit-hit)")
+
+
+class Flood:
+    """Counts lines, and tells once if they are so many that the journal may drop some."""
+
+    def __init__(self) -> None:
+        self._since_s, self._lines, self._has_told = 0.0, 0, False
+
+    def is_above(self, at_s: float) -> bool:
+        if at_s - self._since_s > INTERVAL_S:
+            self._since_s, self._lines = at_s, 0
+        self._lines += 1
+        if self._lines < BURST or self._has_told:
+            return False
+        self._has_told = True
+        return True

@@ -1,0 +1,244 @@
+"""The operator's side of systemd on a host, without one: framing, the journal, exits, facts."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+
+import pytest
+
+from launcher.engine.hosts.systemd import facts, journal, manifest, samples
+from launcher.engine.hosts.systemd.clock import HostClock
+from launcher.engine.hosts.systemd.exits import outcome_of_record, outcome_of_unit
+from launcher.engine.hosts.systemd.journal import JournalReader, Line, Message, Note
+from launcher.engine.hosts.systemd.journal_events import BURST, Flood
+from launcher.engine.hosts.systemd.recent_output import MUCH, RecentOutput
+from launcher.engine.hosts.systemd.scripts import read_properties, written
+from launcher.engine.hosts.systemd.shell import Answer, Answers, Request
+from launcher.hosts.order import Order
+from launcher.model.events import Outcome
+from launcher.model.spec import RestartMode, RestartPolicy
+
+# ---- the shell
+
+
+def answers_of(*scripts: str) -> tuple[list[Answer], Answers]:
+    """What a real shell answers."""
+    got: list[Answer] = []
+    answers = Answers(lambda beat: None)
+    text = b"".join(answers.framed(Request(script, got.append)) for script in scripts)
+    done = subprocess.run(["/bin/sh"], input=text, capture_output=True, check=True)
+    answers.feed(done.stdout)
+    return got, answers
+
+
+def test_each_script_is_answered_with_its_exit_code():
+    got, answers = answers_of("echo one; false", "cat", "echo 'a\nb' >&2", "exit 7")
+
+    assert [(one.code, one.text) for one in got] == [(1, "one"), (0, ""), (0, "a\nb"), (7, "")]
+    assert answers.unanswered == []
+
+
+def test_answers_come_in_any_pieces_with_beats_in_between():
+    beats: list[float] = []
+    got: list[Answer] = []
+    answers = Answers(beats.append)
+    answers.framed(Request("x", got.append))
+    text = b"Welcome!\n\x01H 1.5\x02\x01A 1 0 he\x01H 2.5\x02llo\x02\x01H 3.5\x02"
+    for place in range(len(text)):
+        answers.feed(text[place : place + 1])
+
+    assert [one.text for one in got] == ["hello"]
+    assert beats == [1.5, 2.5, 3.5]
+
+
+def test_what_was_not_answered_is_known():
+    answers = Answers(lambda beat: None)
+    first, second = Request("a"), Request("b", lasts=False)
+    answers.framed(first)
+    answers.framed(second)
+
+    assert answers.unanswered == [first, second]
+
+
+@pytest.mark.parametrize("content", [b"", b"a\0b\n\xff", b"E\n" * 50])
+def test_files_are_written_as_they_are(tmp_path, content: bytes):
+    path = tmp_path / "it's a file"
+    subprocess.run(["/bin/sh"], input=written(str(path), content).encode(), check=True)
+
+    assert path.read_bytes() == content
+
+
+# ---- the journal
+
+
+def entry(**fields: object) -> bytes:
+    general = {"__CURSOR": "c1", "__MONOTONIC_TIMESTAMP": "2500000", "_UID": "0"}
+    return json.dumps({**general, **fields}).encode() + b"\n"
+
+
+def read(*entries: bytes) -> list[object]:
+    return list(JournalReader("k3").feed(b"".join(entries)))
+
+
+def line(message: object, **fields: object) -> Line:
+    (one,) = read(entry(SYSLOG_IDENTIFIER="launcher-k3", MESSAGE=message, PRIORITY="6", **fields))
+    assert isinstance(one, Line)
+    return one
+
+
+@pytest.mark.parametrize(
+    ("message", "data"),
+    [
+        ("grün", "grün\n".encode()),
+        ([27, 91, 49, 109, 255], b"\x1b[1m\xff\n"),
+        (None, b"\n"),
+        (["first", "second"], b"first\n"),
+    ],
+)
+def test_messages_of_all_kinds_are_bytes(message: object, data: bytes):
+    assert line(message).data == data
+
+
+def test_pieces_of_a_long_line_are_one_line():
+    assert line("x", _LINE_BREAK="line-max").data == b"x"
+    assert line("x", _LINE_BREAK="eof").data == b"x"
+    assert line("x", _LINE_BREAK="pid-change").data == b"x\n"
+
+
+def test_streams_are_told_by_their_priority():
+    assert line("x").stream == "stdout"
+    (one,) = read(entry(SYSLOG_IDENTIFIER="launcher-k3", MESSAGE="x", PRIORITY="5"))
+    assert isinstance(one, Line)
+    assert one.stream == "stderr"
+
+
+def test_records_and_messages():
+    note = entry(SYSLOG_IDENTIFIER="launcher-k3-events", MESSAGE="start 1 abc 77")
+    message = entry(MESSAGE_ID=journal.FAILED, USER_UNIT="u", UNIT_RESULT="start-limit-hit")
+    other = entry(SYSLOG_IDENTIFIER="launcher-other", MESSAGE="x")
+
+    assert read(note, message, other) == [
+        Note(("start", "1", "abc", "77"), 0, 2.5),
+        Message(journal.FAILED, "u", 0, "start-limit-hit", 2.5),
+    ]
+
+
+def test_the_cursor_is_behind_whole_entries():
+    reader = JournalReader("k3")
+    one, other = entry(__CURSOR="c1"), entry(__CURSOR="c2")
+
+    assert list(reader.feed(one + other[:-5])) == []
+    assert reader.cursor == "c1"
+    reader.restart()
+    assert list(reader.feed(b"no json\n" + other)) == []
+    assert (reader.cursor, reader.damaged) == ("c2", 1)
+
+
+def test_the_journal_is_followed_from_behind_the_cursor():
+    assert "--after-cursor=c1" in journal.words("k3", "c1")
+    assert "--lines=5" in journal.words("k3", None, last=5)
+    assert "--since=now" in journal.words("k3", None)
+
+
+# ---- exits
+
+
+@pytest.mark.parametrize(
+    ("record", "outcome"),
+    [
+        (("exit-code", "exited", "3"), Outcome(returncode=3)),
+        (("signal", "killed", "KILL"), Outcome(returncode=-9)),
+        (("oom-kill", "killed", "KILL"), Outcome(returncode=-9, out_of_memory=True)),
+        (("core-dump", "dumped", "SEGV"), Outcome(returncode=-11, core_dumped=True)),
+        (("signal", "killed", "RTMIN+3"), Outcome(returncode=-37)),
+    ],
+)
+def test_exits_by_their_record(record: tuple[str, str, str], outcome: Outcome):
+    assert outcome_of_record(*record) == outcome
+
+
+def test_exits_by_the_properties_of_the_unit():
+    text = "Id=a\nExecMainCode=1\nExecMainStatus=4\n\nId=b\nExecMainCode=2\nExecMainStatus=15\n"
+    one, other = read_properties(text)
+
+    assert outcome_of_unit(one) == Outcome(returncode=4)
+    assert outcome_of_unit(other) == Outcome(returncode=-15)
+    assert outcome_of_unit({}) == Outcome(returncode=-9)
+
+
+# ---- the rest
+
+
+def test_the_clock_takes_the_fastest_of_the_first_beats():
+    clock = HostClock()
+    for late in (0.3, 0.1, 0.2):
+        clock.heard(10.0, 110.0 + late)
+
+    assert clock.here(20.0, 500.0) == pytest.approx(120.1)
+    assert clock.here(20.0, 119.0) == 119.0  # not in the future
+
+
+def test_facts():
+    text = (
+        "uid 1000\nuser me\nhome /home/me\nruntime /run/user/1000\nversion 254.5-1\n"
+        "state degraded\nboot_id x\nuptime_s 5.5\n"
+        'entry {"__CURSOR":"c9"}\npython ./p\nlauncher yes\n'
+    )
+    found = facts.read_facts(text)
+
+    assert (found.version, found.cursor, found.has_launcher) == (254, "c9", True)
+    assert not found.lingers
+    assert facts.why_unusable(found) == ""
+    with pytest.raises(KeyError):
+        facts.read_facts("This account is not available.")
+
+
+def test_much_output_may_have_more_behind_it():
+    recent = RecentOutput()
+    recent.add(10, 1.0)
+    recent.ended()
+    assert not recent.may_be_behind
+    recent.add(MUCH + 1, 1.5)
+    recent.ended()
+    assert recent.may_be_behind
+    recent.looked()
+    assert not recent.may_be_behind
+
+
+def test_a_flood_is_told_once():
+    flood = Flood()
+
+    assert [flood.is_above(1.0) for _ in range(2 * BURST)].count(True) == 1
+
+
+def test_samples_come_from_proc():
+    stat = "S 1 1 1 0 -1 4194304 1 0 0 0 150 50 0 0 20 0 7 0 100 1000 256 " + "0 " * 20
+    found = samples.Samples()
+
+    (first,) = found.read(f"units 100 4096\n77 5 {stat}", {3: 77}, 10.0).values()
+    assert (first["pid"], first["threads"], first["rss_bytes"]) == (77, 7, 256 * 4096)
+    assert first["cpu_percent"] is None
+    later = stat.replace(" 150 50 ", " 250 50 ")
+    (second,) = found.read(f"units 100 4096\n77 5 {later}", {3: 77}, 12.0).values()
+    assert second["cpu_percent"] == pytest.approx(50.0)
+
+
+def test_a_manifest_has_no_values_of_variables():
+    order = Order(
+        name="a-1",
+        label="a",
+        words=(("/bin/a",),),
+        environment={"TOKEN": "secret"},
+        files={"f": b"secret"},
+        restart=RestartPolicy(RestartMode.ALWAYS, delay_s=2.0),
+        number=4,
+    )
+    text = json.dumps(manifest.encode("k3", "t.launch.py", 5.0, {7: order}))
+
+    assert "secret" not in text
+    found = manifest.decode(text)
+    assert (found.run, found.title, found.started) == ("k3", "t.launch.py", 5.0)
+    assert (found.orders[7].restart, found.orders[7].number) == (order.restart, 4)
+    with pytest.raises(ValueError, match="record"):
+        manifest.decode("{}")
