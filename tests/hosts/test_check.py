@@ -45,7 +45,8 @@ class Check:
         return self.lab.hosts_file(self.file, hosts, place, **top)
 
     def text(self, *words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-        done = self.lab.operator.launcher("hosts", "check", "--hosts", self.file, *words, **options)
+        patient = ("hosts", "check", "--hosts", self.file, "--timeout", "60")
+        done = self.lab.operator.launcher(*patient, *words, **options)
         assert "Traceback" not in done.stderr
         return done
 
@@ -102,7 +103,7 @@ def test_an_unreachable_host_delays_no_other(check: Check, lab: Lab, one: Host, 
     gone = lab.host("gone")
     check.write([one, gone, two])
     gone.power_off()
-    document = check.document("--timeout", "3")
+    document = check.document()
     hosts = document["hosts"]
     assert hosts["one"]["reached"] and hosts["two"]["reached"] and not hosts["gone"]["reached"]
     assert document["network"] == {"unicast": [], "multicast": []}
@@ -146,8 +147,10 @@ def test_no_python_and_no_launcher(check: Check, one: Host, two: Host):
 
 def test_a_launcher_of_another_version_is_told(check: Check, two: Host):
     folder = two.home / "other"
-    (folder / "launcher").mkdir(parents=True, exist_ok=True)
+    (folder / "launcher/hosts").mkdir(parents=True)
     (folder / "launcher/__init__.py").write_text('__version__ = "0.0.1"\n')
+    (folder / "launcher/hosts/__init__.py").touch()
+    (folder / "launcher/hosts/protocol.py").write_text("PROTOCOL = 0\n")
     check.write({two: {"setup": "other.sh"}})
     (two.home / "other.sh").write_text(f"export PYTHONPATH={folder}\n")
     found = [(text, repair) for kind, _, text, repair in check.problems() if kind == "launcher"]
