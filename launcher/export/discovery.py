@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 from collections.abc import Iterator, Sequence
 
 from launcher.export.model import Gap, Process
@@ -48,6 +49,18 @@ def gaps(processes: Sequence[Process], discovery: Discovery) -> Iterator[Gap]:
         if names and len(names) < len(processes):
             text = f"the hosts do not find them: add the address of their machine to {PEERS}"
             yield Gap(what=f"{_WHAT} peers", place=where, text=text, names=names)
+        named = [one for one in processes if one.host and not _is_number(one.host.address)]
+        for address in dict.fromkeys(one.host.address for one in named if one.host):
+            text = "nodes end where this name cannot be resolved: give the number in the hosts file"
+            yield Gap(what=f"address '{address}'", place=where, text=text)
+
+
+def _is_number(address: str) -> bool:
+    try:
+        ipaddress.ip_address(address)
+    except ValueError:
+        return False
+    return True
 
 
 def _place(discovery: Discovery) -> str:

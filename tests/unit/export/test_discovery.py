@@ -52,3 +52,10 @@ def test_what_is_missing_is_told(exported: Export, mode: DiscoveryMode, what: st
     system = exported("node('a'), node('c')", host_of=host_of, discovery=discovery)
     (gap,) = system.gaps
     assert (gap.what, gap.place) == (what, "hosts.yaml:7")
+
+
+def test_a_name_as_address_of_a_peer_is_told(exported: Export):
+    host = Host(name="bot", address="bot.local")
+    discovery = Discovery(mode=DiscoveryMode.PEERS)
+    system = exported("node('a')", host_of=lambda spec: host, discovery=discovery)
+    assert [gap.what for gap in system.gaps] == ["address 'bot.local'"]
