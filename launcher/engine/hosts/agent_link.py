@@ -108,6 +108,8 @@ class AgentLink:
         self._timers.clear()
         self._channel.detach()
         if self._process is not None:
+            if self._state is LinkState.UNREACHABLE:
+                self._process.kill()  # it would not end by itself, and other hosts wait
             self._process.close()
             self._process = None
 
