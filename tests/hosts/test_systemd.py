@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.hosts import Lab, Robot, needs_robots
+from tests.support.hosts.operator import launcher_words
 from tests.support.hosts.remote_run import RemoteRun
 from tests.support.waiting import wait_until
 
@@ -303,6 +304,26 @@ def test_detach_and_attach(lab: Lab, robot: Robot, start: Start, tmp_path: Path,
         second.wait_for("process was stopped|finished cleanly")
         second.interrupt()
     assert_no_traces(robot, user)
+
+
+def test_no_start_is_lost_by_a_detach(lab: Lab, robot: Robot, start: Start):
+    run = start(("counter", COUNT, SCREEN), ("late", "echo begin; exec sleep 1000", SCREEN))
+    run.wait_for(r"\] begin$")
+    assert lab.operator.launcher("stop", "late").returncode == 0
+    run.wait_for("late-2]: process was stopped|late-2]: process has finished")
+    shell = next(one.pid for one in robot.processes() if one.words == ("sh",))
+    os.kill(shell, signal.SIGSTOP)
+    starting = lab.operator.popen(launcher_words(["start", "late"]))
+    wait_until(lambda: "starting" in lab.operator.launcher("ps").stdout, "a start is requested")
+    refused = lab.operator.launcher("detach")
+    os.kill(shell, signal.SIGCONT)
+
+    assert starting.wait(60) == 0
+    assert "cannot detach from bot1: it is being told of processes" in refused.stderr
+    run.wait_for("late-2]: process started", 2)
+    wait_until(lambda: lab.operator.launcher("detach").returncode == 0, "it can be left")
+    assert run.wait() == 0
+    assert pid_there(robot, "sleep", "1000")
 
 
 def test_without_the_launcher_the_robot_stops_its_processes(robot: Robot, start: Start, user: str):

@@ -121,8 +121,10 @@ class SystemdLink:
     def detach(self) -> None:
         if self.stop_after_s is not None:
             raise OSError(f"its processes are stopped {self.stop_after_s:g} s after the launcher")
-        if self._calls:
-            raise OSError("it cannot be reached, and has not got all requests")
+        if self._calls or self._sessions.has_requests or "manifest" in self._timers:
+            is_here = self.state is LinkState.READY
+            why = "it is being told of processes" if is_here else "it cannot be reached"
+            raise OSError(f"{why}, and has not got all requests; try again")
         if self._facts.is_user and not self._facts.lingers:
             user = self._facts.user
             raise OSError(
@@ -365,7 +367,12 @@ class SystemdLink:
 
     def _after(self, name: str, delay_s: float, callback: Callable[[], None]) -> None:
         self._cancel(name)
-        self._timers[name] = self._reactor.call_later(delay_s, callback)
+
+        def fire() -> None:
+            del self._timers[name]
+            callback()
+
+        self._timers[name] = self._reactor.call_later(delay_s, fire)
 
     def _every(self, name: str, period_s: float, callback: Callable[[], None]) -> None:
         def fire() -> None:

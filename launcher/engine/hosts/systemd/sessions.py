@@ -170,6 +170,11 @@ class Sessions:
         else:
             self._queue.append(request)
 
+    @property
+    def has_requests(self) -> bool:
+        """Whether one that lasts was not answered yet: the host may not know of it."""
+        return any(one.lasts for one in (*self._queue, *self._answers.unanswered))
+
     def forget_requests(self) -> None:
         self._queue.clear()
 
