@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import stat
 import subprocess
@@ -16,6 +17,7 @@ from launcher import proc
 from launcher.engine.hosts.frames import HEADER, MAX_PAYLOAD, PREAMBLE, PROTOCOL, Kind, encode, pack
 from launcher.engine.hosts.link import LinkState
 from launcher.engine.machine import Command, Exited, ProcessState, SignalSent, SpawnError
+from launcher.hosts import order_json
 from launcher.hosts.model import Host, LinkPolicy
 from launcher.hosts.order import SentFile
 from launcher.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
@@ -394,3 +396,51 @@ def test_a_terminal_is_refused_with_an_explanation():
         os.close(theirs)
     assert found.returncode == 2
     assert "not to a terminal" in found.stderr
+
+
+def conversation() -> bytes:
+    """A valid one that starts a process, and finishes."""
+    order = order_json.encode(python("print('up')"))
+    requests = [
+        (Kind.PREPARE, {"id": 1, "order": order}),
+        (Kind.COMMAND, {"id": 1, "command": "START"}),
+        (Kind.SIGNAL, {"id": 1, "signal": 15, "by_user": True}),
+        (Kind.FINISH, {"at_once": True}),
+    ]
+    frames = (encode(kind, n, 1.0, pack(content)) for n, (kind, content) in enumerate(requests, 1))
+    return OPEN + b"".join(frames)
+
+
+def damaged(data: bytes, chance: random.Random) -> bytes:
+    """The same with some bytes changed, left out or added."""
+    found = bytearray(data)
+    for _ in range(chance.randint(1, 8)):
+        place = chance.randrange(len(found))
+        match chance.randrange(3):
+            case 0:
+                found[place] = chance.randrange(256)
+            case 1:
+                del found[place : place + chance.randint(1, 20)]
+            case 2:
+                found[place:place] = chance.randbytes(chance.randint(1, 20))
+    return bytes(found)
+
+
+@pytest.mark.thorough
+def test_damaged_conversations_end_every_agent_in_order():
+    chance = random.Random(7)
+    env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    agents = []
+    for _ in range(24):
+        agent = subprocess.Popen(
+            AGENT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=env
+        )
+        assert agent.stdin is not None
+        agent.stdin.write(damaged(conversation(), chance))
+        agent.stdin.flush()
+        agents.append(agent)
+    for agent in agents:
+        output, errors = agent.communicate(timeout=90)
+        assert output.startswith(PREAMBLE)
+        assert b"Traceback" not in errors, errors
+        assert agent.returncode in (0, 1)
