@@ -71,7 +71,7 @@ class Agent:
         self._is_lost = False
         self._has_stopped = False  # since the operator was lost
         self._idle_since_s = reactor.now()
-        self._is_finished = False
+        self._is_asked_to_finish = self._is_finished = False
         self._end_reason = ""
         self._exit_code = ExitCode.OK
 
@@ -278,6 +278,7 @@ class Agent:
         self._work.write_stdin(process_id, data)
 
     def _finish(self, frame: Frame) -> None:
+        self._is_asked_to_finish = True
         if not self._is_finished:
             self._work.end(at_once=bool(frame.content()["at_once"]))
 
@@ -313,7 +314,7 @@ class Agent:
         self._idle_since_s = self._reactor.now()
         if self._end_reason:
             self._leave()
-        elif not self._has_stopped:
+        elif self._is_asked_to_finish:
             content = {"leftovers": list(leftovers), "killed": killed}
             self._channel.send(Kind.FINISHED, pack(content))
             self._leave()

@@ -164,10 +164,11 @@ def test_the_link_is_down_for_longer_than_the_policy(lab: Lab, bot: Host, tmp_pa
         (process,) = [pid for pid in proc.children(agent) if "-c" in proc.command_line(pid)]
         bot.link_down()
         wait_until(lambda: not proc.is_alive(process), "it is stopped on the host itself")
+        run.wait_for("bot is unreachable")
         bot.link_up()
-        run.wait_for("bot is reachable again")
-        run.wait_for(r"count-1.*process has finished|process has died.*count-1|exit code")
-        run.end()
+        number = run.wait_for("process was stopped")
+        run.wait_for("bot is reachable again", after=number)
+        assert run.end() == 0
 
 
 def test_a_full_disk_there_is_told(lab: Lab, bot: Host, tmp_path: Path):

@@ -276,6 +276,9 @@ def test_without_the_operator_the_host_stops_them():
         recorder.until(lambda: recorder.exits(), "the exit is reported")
         recorder.ready()
         assert recorder.replicas[1].state is ProcessState.STOPPED
+        recorder.start(2, python("print('again')"))
+        recorder.until(lambda: recorder.exits(2), "the host is still at work")
+        assert recorder.finish() == ([], False)
 
 
 def test_a_killed_agent_leaves_nothing_and_is_told():

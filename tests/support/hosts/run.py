@@ -141,8 +141,8 @@ def agents(host: Host) -> list[int]:
 
 def rest(host: Host) -> list[tuple[str, ...]]:
     """What runs on a host besides the sshd that listens."""
-    listeners = proc.children(host.pid)
-    return [each.words for each in host.processes() if each.pid not in listeners]
+    found = [each.words for each in host.processes()]
+    return [words for words in found if "[listener]" not in words[0]]
 
 
 def is_clean(host: Host) -> bool:
