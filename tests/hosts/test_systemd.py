@@ -195,7 +195,7 @@ def test_systemd_restarts_it_and_a_user_ends_it(lab: Lab, robot: Robot, start: S
     run.wait_for("process was stopped")
     assert lab.operator.launcher("start", "counter").returncode == 0
     run.wait_for("process started with pid", 3)
-    assert run.interrupt() == 0
+    assert run.interrupt() == 0, run.text
     assert_no_traces(robot, user)
 
 

@@ -48,8 +48,11 @@ class Scripts:
     def prepare(self) -> str:
         """Makes the private folder and the scripts that all units share."""
         record = f"systemd-cat -t {journal.records_identifier(self._run)} echo"
+        # What a short process has written may not even have been looked at, and without its unit
+        # the journal would apply its general limit of lines.
+        settle = "" if self._facts.is_user else SETTLE.format(folder=self._folder)
         end = (
-            f'exec {record} exit "$1" "$INVOCATION_ID" "${{SERVICE_RESULT:--}}"'
+            f'{settle}exec {record} exit "$1" "$INVOCATION_ID" "${{SERVICE_RESULT:--}}"'
             ' "${EXIT_CODE:--}" "${EXIT_STATUS:--}"\n'
         )
         return "\n".join(
@@ -82,6 +85,7 @@ class Scripts:
         home = {"HOME": facts.home, "USER": facts.user, "LOGNAME": facts.user}
         lines = [
             f'systemd-cat -t {records} echo start {process_id} "$INVOCATION_ID" $$',
+            f'read -r up _ </proc/uptime; echo "${{up%%.*}}" >{shlex.quote(folder)}/began',
             f"exec <>{shlex.quote(folder)}/stdin",
             *(f': "${{{k}:={v}}}"; export {k}' for k, v in _safe(home).items()),
             setup_script(self._host).rstrip("; "),
@@ -125,7 +129,9 @@ class Scripts:
         run = quoted(self.start_words(process_id, order))
         return f"""
 code=0
-if [ "$(cat {token_file} 2>/dev/null)" != {token} ]; then
+if [ "$(cat {token_file} 2>/dev/null)" != {token} ] &&
+    [ "$({self._systemctl} show -p ActiveState --value {name})" != active ]; then
+  {self._systemctl} stop {name} 2>/dev/null
   rm -f {shlex.quote(folder)}/hold
   {self._systemctl} reset-failed {name} 2>/dev/null
   tries=0
@@ -256,6 +262,11 @@ rmdir {shlex.quote(f"{self._facts.runtime}/launcher")} 2>/dev/null
 exit 0"""
 
 
+SETTLE = """\
+read -r up _ </proc/uptime
+read -r began <{folder}/"$1"/began
+[ $((${{up%%.*}} - ${{began:-0}})) -gt 2 ] || timeout 3 journalctl --sync 2>/dev/null
+"""
 WATCH = """\
 while sleep 1; do
   read -r now _ </proc/uptime

@@ -237,6 +237,8 @@ class UnitProcess:
         was_stopping = self.machine.state is ProcessState.STOPPING
         self._is_own = was_stopping or self._is_held
         self._handle(Exited(outcome), at_s)
+        if self._is_held and not self.machine.is_pending:
+            self._request(Request(self._scripts().stop(self.order.name)))  # before its restart
 
     def noted_stop(self, at_s: float, *, by_user: bool) -> None:
         """Somebody there, or the watch, stops the unit."""
