@@ -55,8 +55,7 @@ The same launch file gives the same files. Functions and commands of the launch 
         option("--user NAME", "systemd: user of the processes, for hosts that name none"),
         option(
             "--python PATH",
-            "systemd: interpreter with the launcher, for processes without a host (default: "
-            "python3)",
+            "systemd: interpreter with the launcher, for processes without a host",
             default="python3",
         ),
         option("--image NAME", "containers: an image of your own, instead of the written recipe"),
