@@ -104,7 +104,7 @@ class RunControl:
         self.log.note("asked", verb="detach")
         here = [one for one in self.processes if one.is_awaited]
         detached = Detached(
-            left=tuple((one.name, one.host_name) for one in left),
+            left=tuple((one.name, _place(one)) for one in left),
             stopped=tuple(one.name for one in here),
             dropped=tuple(self.core.intentions()),
         )
@@ -116,3 +116,9 @@ class RunControl:
     def quit(self, reason: str) -> None:
         self.log.note("asked", verb="quit")
         self._shutdown.stop(reason)
+
+
+def _place(process: Process) -> str:
+    host = process.host
+    is_away = host is not None and host.unreachable_s is not None
+    return f"{process.host_name}, unreachable" if is_away else process.host_name

@@ -121,9 +121,13 @@ class Interpreter:
         return [one for one in self.context._event_handlers if type(one) not in harmless]
 
     def intentions(self) -> list[str]:
-        """The timers and event handlers that are left: `2 timers`, `OnProcessExit`."""
+        """What is left to be done later: `2 timers`, `OnProcessExit at t.launch.py:12`."""
         timers = [count(len(self.host.timers), "timer")] if self.host.timers else []
-        return timers + [type(handler).__name__ for handler in self._own_handlers]
+        return timers + [
+            f"{type(handler).__name__} at {handler._origin}"
+            for handler in self.context._event_handlers
+            if getattr(handler, "_origin", None) is not None  # else: one of an action
+        ]
 
     @property
     def empty_run(self) -> str | None:

@@ -169,6 +169,7 @@ class RegisterEventHandler(Action):
 
     def execute(self, context: LaunchContext) -> None:
         ros2_quirks.scope_is_lost(context, "this event handler", self._origin)
+        self.__event_handler._origin = self._origin
         context.register_event_handler(self.__event_handler)
 
     def describe_conditional_sub_entities(

@@ -34,7 +34,7 @@ LOOK_S = 3.0  # between looks at the states of the units
 BEAT_S = 1.0  # for the watch there
 FINISH_S = 3.0  # for the last lines
 MANIFEST_S = 0.3  # processes that are prepared together are written together
-READABLE_S = 5.0  # for the first record to come through the journal
+READABLE_S = 15.0  # for the first record to come through the journal
 
 
 def short_id(run_id: str) -> str:
