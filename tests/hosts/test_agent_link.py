@@ -224,11 +224,12 @@ def test_a_changed_host_key_is_refused(lab: Lab, bot: Host, tmp_path: Path):
 
 
 def test_a_python_without_the_launcher_is_told(lab: Lab, bot: Host, tmp_path: Path):
-    program = bot.home / "bare"
+    program = bot.home / "programs" / "bare"
+    program.parent.mkdir(exist_ok=True)
     program.write_text('#!/bin/sh\nunset PYTHONPATH\nexec /usr/bin/python3 -I "$@"\n')
     program.chmod(0o755)
 
-    text = refused(lab, bot, tmp_path, python="~/bare")
+    text = refused(lab, bot, tmp_path, python="~/programs/bare")
 
     assert "does not have the launcher" in text
     assert "hosts sync" in text
@@ -239,12 +240,13 @@ def test_no_python_is_told(lab: Lab, bot: Host, tmp_path: Path):
 
 
 def test_a_launcher_without_agent_is_told(lab: Lab, bot: Host, tmp_path: Path):
-    program = bot.home / "old"
+    program = bot.home / "programs" / "old"
+    program.parent.mkdir(exist_ok=True)
     old = "error: launch file 'agent' not found"
     program.write_text(f'#!/bin/sh\necho "{old}" >&2\nexit 2\n')
     program.chmod(0o755)
 
-    text = refused(lab, bot, tmp_path, python="~/old")
+    text = refused(lab, bot, tmp_path, python="~/programs/old")
 
     assert "too old" in text
     assert "hosts sync" in text
