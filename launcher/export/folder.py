@@ -11,7 +11,6 @@ from typing import Any
 from launcher.errors import LauncherError, UsageError
 
 LIST = ".launcher-export.json"  # what was written last, with digests
-_MOST_NAMES = 3
 
 
 class Folder:

@@ -87,19 +87,6 @@ class Connection:
         """Ask the master: `check`, `stop` (serve no new session) or `exit`."""
         return [*self._base(["ControlMaster=no"]), "-O", name, "--", self.destination]
 
-    def copy_to(self, paths: Sequence[str], target: str) -> list[str]:
-        """Copy files and folders of this machine to a path there, by SFTP."""
-        options = [word for word in self._base(["ControlMaster=no"])[1:] if word != "-T"]
-        places = [os.path.abspath(path) for path in paths]
-        address = self.host.address
-        bracketed = f"[{address}]" if ":" in address else address
-        user = f"{self.host.user}@" if self.host.user else ""
-        return ["scp", "-q", "-r", "-p", *options, "--", *places, f"{user}{bracketed}:{target}"]
-
-    def remote_shell(self) -> str:
-        """The value of rsync's option `-e`; the destination is `destination`."""
-        return quoted(self._base(["ControlMaster=no"]))
-
     def _ssh(
         self, options: Sequence[str], command: Sequence[str], *, shared: bool = True
     ) -> list[str]:
