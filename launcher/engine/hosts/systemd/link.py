@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 LOOK_S = 3.0  # between looks at the states of the units
 BEAT_S = 1.0  # for the watch there
 FINISH_S = 3.0  # for the last lines
-MANIFEST_S = 0.3  # processes that are prepared together are written together
 READABLE_S = 15.0  # for the first record to come through the journal
 
 
@@ -70,6 +69,7 @@ class SystemdLink:
         self._tokens = itertools.count()
         self._timers: dict[str, Timer] = {}
         self._orders: dict[int, Order] = {}
+        self._written = 0  # how many of them the record there has
         self._leftovers: tuple[list[str], bool] | None = None
         self._has_watch = self._journal_works = False
         self._samples = samples.Samples()
@@ -172,7 +172,9 @@ class SystemdLink:
             if "left out" not in text:
                 self._listener.warn(self._host.name, f"{order.name}: {text}")
         self._send_files(process_id, order)
-        self._after("manifest", MANIFEST_S, self._write_manifest)
+        if self._written != len(self._orders):  # those that were prepared together are in it
+            self._written = len(self._orders)
+            self._write_manifest()
         if self.stop_after_s is not None and not self._has_watch:
             self._has_watch = True
             self._request(Request(self._scripts.watch(self.stop_after_s), self._check_answer))

@@ -129,11 +129,8 @@ class Scripts:
         run = quoted(self.start_words(process_id, order))
         return f"""
 code=0
-if [ "$(cat {token_file} 2>/dev/null)" != {token} ] &&
-    [ "$({self._systemctl} show -p ActiveState --value {name})" != active ]; then
-  {self._systemctl} stop {name} 2>/dev/null
+if [ "$(cat {token_file} 2>/dev/null)" != {token} ]; then
   rm -f {shlex.quote(folder)}/hold
-  {self._systemctl} reset-failed {name} 2>/dev/null
   tries=0
   while :; do
     said=$({run} 2>&1); code=$?
@@ -141,6 +138,11 @@ if [ "$(cat {token_file} 2>/dev/null)" != {token} ] &&
       *"already loaded"*|*"fragment file"*) ;;
       *) break ;;
     esac
+    if [ "$({self._systemctl} show -p ActiveState --value {name})" = active ]; then
+      code=0; break
+    fi
+    {self._systemctl} stop {name} 2>/dev/null
+    {self._systemctl} reset-failed {name} 2>/dev/null
     tries=$((tries + 1)); [ $tries -lt {LONGEST_STOP_S * 10} ] || break
     sleep 0.1
   done
