@@ -17,6 +17,7 @@ from launcher.hosts.discovery_field import DISCOVERY
 from launcher.hosts.fields import HOST_FIELDS, HOST_NAME, NOT_DEFAULT
 from launcher.hosts.model import LOCAL, Discovery, Host, HostEngine, HostsFile, Rule, Secret
 from launcher.hosts.pattern import Pattern
+from launcher.hosts.ssh_options import trusts_each_time
 from launcher.model.record import replace
 
 TOP_KEYS = ("defaults", "hosts", "place", "discovery")
@@ -182,6 +183,10 @@ class _Reader(DocumentReader):
         if "venv" in values:
             python = f"{values['venv'].rstrip('/')}/bin/python"
         ssh = values.get("ssh", {})
+        if trusts_each_time(ssh):
+            text = "'accept-new' without a file of known hosts would trust any machine each time"
+            hint = "let 'UserKnownHostsFile' name a file that can be written, or leave it out"
+            self.wrong((*path, "ssh"), text, hint)
         return Host(
             name=name,
             address=values["address"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from launcher.document.fields import FieldError, FieldType, near
@@ -15,17 +16,18 @@ EscapeChar ExitOnForwardFailure FingerprintHash ForwardAgent ForwardX11 ForwardX
 ForwardX11Trusted GSSAPIAuthentication GSSAPIDelegateCredentials GatewayPorts GlobalKnownHostsFile
 HashKnownHosts HostKeyAlgorithms HostKeyAlias HostbasedAcceptedAlgorithms HostbasedAuthentication
 IPQoS IdentitiesOnly IdentityAgent IdentityFile IgnoreUnknown KbdInteractiveAuthentication
-KbdInteractiveDevices KexAlgorithms KnownHostsCommand LocalForward LogLevel LogVerbose MACs
+KbdInteractiveDevices KexAlgorithms LocalForward LogLevel LogVerbose MACs
 NoHostAuthenticationForLocalhost ObscureKeystrokeTiming PKCS11Provider PasswordAuthentication
 Port PreferredAuthentications ProxyCommand ProxyJump ProxyUseFdpass PubkeyAcceptedAlgorithms
 PubkeyAuthentication RekeyLimit RemoteForward RequiredRSASize RevokedHostKeys SecurityKeyProvider
 SendEnv ServerAliveCountMax ServerAliveInterval StreamLocalBindMask StreamLocalBindUnlink
 StrictHostKeyChecking SyslogFacility TCPKeepAlive Tag Tunnel TunnelDevice UpdateHostKeys
-UserKnownHostsFile VerifyHostKeyDNS VisualHostKey XAuthLocation
+UserKnownHostsFile VisualHostKey XAuthLocation
 """
 # Others that OpenSSH knows, with the reason why a hosts file cannot set them.
 _OWN_MASTER = "the launcher has a master connection of its own for each host"
 _OWN_COMMAND = "the launcher runs its own command on the host"
+_OTHER_KEYS = "keys of hosts are trusted only if they are in files of known hosts"
 REFUSED: Mapping[str, str] = {
     "BatchMode": "the launcher never asks for a password, since nodes have the terminal",
     "ControlMaster": _OWN_MASTER,
@@ -35,6 +37,7 @@ REFUSED: Mapping[str, str] = {
     "Host": "the host is that of 'address'",
     "Hostname": "the host is that of 'address'",
     "Include": "options are given by name here; files are read by ssh itself (~/.ssh/config)",
+    "KnownHostsCommand": _OTHER_KEYS,
     "LocalCommand": _OWN_COMMAND,
     "Match": "options are given for each host here",
     "PermitLocalCommand": _OWN_COMMAND,
@@ -44,10 +47,12 @@ REFUSED: Mapping[str, str] = {
     "SetEnv": "its values would be visible in the list of processes; use 'environment'",
     "StdinNull": "orders go through standard input",
     "User": "the user is that of 'user'",
+    "VerifyHostKeyDNS": _OTHER_KEYS,
 }
 KNOWN: tuple[str, ...] = tuple(_NAMES.split())
 _BY_LOWER = {name.lower(): name for name in (*KNOWN, *REFUSED)}
 _STRICT = ("yes", "true", "accept-new")
+_FORGETTING = ("/dev/null", "none")
 
 
 def parse(value: object) -> dict[str, str]:
@@ -69,6 +74,13 @@ def parse(value: object) -> dict[str, str]:
         errors[0].all = tuple(errors)
         raise errors[0]
     return options
+
+
+def trusts_each_time(options: Mapping[str, str]) -> bool:
+    """`accept-new` trusts a host the first time, which is each time if no file remembers it."""
+    files = re.split(r"[\s\"'=]+", options.get("UserKnownHostsFile", "").lower())
+    is_new = options.get("StrictHostKeyChecking") == "accept-new"
+    return is_new and not {*files}.isdisjoint(_FORGETTING)
 
 
 def _name(given: object) -> str:

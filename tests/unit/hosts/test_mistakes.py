@@ -110,6 +110,18 @@ def test_the_check_of_host_keys_cannot_be_switched_off(value: str):
     assert f"'{value}' would trust a machine that pretends to be the host" in found
 
 
+@pytest.mark.parametrize("known", ["/dev/null", "none", "NONE", '"/dev/null"', "~/known /dev/null"])
+def test_a_host_cannot_be_trusted_anew_each_time(known: str):
+    new = "ssh: {StrictHostKeyChecking: accept-new}"
+    own = f"ssh: {{userknownhostsfile: '{known}'}}"
+    text = f"defaults: {{{new}}}\nhosts: {{a: {{address: b, {own}}}}}\n"
+    (found,) = mistakes(text)
+
+    assert "would trust any machine each time" in found
+    for good in (text.replace("accept-new", "yes"), text.replace(known, "~/.ssh/fleet_hosts")):
+        file.parse(good, "hosts.yaml", {})
+
+
 def test_an_option_is_either_known_or_refused():
     assert not {*KNOWN} & {*REFUSED}
     assert len({*KNOWN}) == len(KNOWN)
