@@ -247,9 +247,14 @@ def _backslashed(found: re.Match[str]) -> str:
     return f"\\{found[0]}"
 
 
+def is_variable(name: str) -> bool:
+    """Whether shells and systemd take it for the name of a variable."""
+    return _VARIABLE.match(name) is not None
+
+
 def fits_environment_file(name: str, value: str) -> bool:
     """Whether systemd takes the variable: a plain name, and UTF-8 without control characters."""
-    return _VARIABLE.match(name) is not None and not any(
+    return is_variable(name) and not any(
         (char < " " and char not in "\n\t") or char == "\x7f" or "\ud800" <= char <= "\udfff"
         for char in value
     )

@@ -75,6 +75,8 @@ class Scripts:
             written(f"{folder}/environment", unit.environment_file(fits).encode()),
             written(f"{folder}/start", self._start_file(process_id, order)),
         ]
+        if not all(map(unit.is_variable, order.environment)):
+            lines.append(written(f"{folder}/{_UNNAMEABLE}", _unnameable(order)))
         lines += [written(f"{folder}/{name}", data) for name, data in files_of(order).items()]
         return "\n".join(lines)
 
@@ -93,13 +95,15 @@ class Scripts:
         if self._host.setup:
             lines.append(f"set -a; . {shlex.quote(folder)}/environment; set +a")
         for name, value in order.environment.items():
-            if not unit.fits_environment_file(name, value):
+            if unit.is_variable(name) and not unit.fits_environment_file(name, value):
                 lines.append(f"export {shlex.quote(f'{name}={value}')}")
         if order.unset:
             lines.append(f"unset -v {quoted(n for n in order.unset if n.isidentifier())} || :")
         if order.cwd is not None:
             lines.append(f"cd {shlex.quote(order.cwd)} || exit 200")
         words = as_words(order, python=self._python, folder=folder)
+        if not all(map(unit.is_variable, order.environment)):
+            words = (self._python, "-ISc", _WITH_VARIABLES, f"{folder}/{_UNNAMEABLE}", *words)
         lines.append(f"exec {quoted((*self._apart(order), *words))}")
         return "\n".join([*lines, ""]).encode("utf-8", "surrogateescape")
 
@@ -262,6 +266,26 @@ rmdir {shlex.quote(f"{self._facts.runtime}/launcher")} 2>/dev/null
 [ -n "$({self._systemctl} list-units --plain --no-legend --state=active \
   'launcher-*' 2>/dev/null)" ] || {self._systemctl} stop launcher.slice 2>/dev/null
 exit 0"""
+
+
+# Variables whose names no shell takes, and the program of a Python that takes them.
+_UNNAMEABLE = "variables.json"
+_WITH_VARIABLES = """\
+import json, os, sys
+with open(sys.argv[1]) as file:
+    found = json.load(file).items()
+for name, value in found:
+    os.environb[name.encode("utf-8", "surrogateescape")] = value.encode("utf-8", "surrogateescape")
+try:
+    os.execvp(sys.argv[2], sys.argv[2:])
+except OSError as error:
+    sys.exit(f"{sys.argv[2]}: {error.strerror}")
+"""
+
+
+def _unnameable(order: Order) -> bytes:
+    found = {k: v for k, v in order.environment.items() if not unit.is_variable(k)}
+    return json.dumps(found).encode()
 
 
 SETTLE = """\
