@@ -56,8 +56,11 @@ def unit_name(*parts: str, suffix: str = "service") -> str:
 
 
 def slice_name(*parts: str) -> str:
-    """`launcher-PART.slice`, within `launcher.slice`; a dash within a part is escaped."""
-    stem = "-".join(["launcher", *(_escaped(part, dash=False) for part in parts)])
+    """`launcher_PART.slice`; a dash within a part is escaped.
+
+    It is in no slice of ours: nobody could tell when to stop that, as another run may just start.
+    """
+    stem = "_".join(["launcher", *(_escaped(part, dash=False) for part in parts)])
     return _shortened(stem, "slice")
 
 

@@ -9,6 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from launcher.engine.hosts.systemd.facts import hello, read_facts
+from launcher.engine.hosts.systemd.scripts import Scripts
+from launcher.hosts.model import Host
+from launcher.hosts.order import Order
 from tests.support.hosts import Lab, Robot, needs_robots
 from tests.support.hosts.operator import launcher_words
 from tests.support.hosts.remote_run import RemoteRun
@@ -113,6 +117,24 @@ def test_a_process_runs_there_and_leaves_nothing(robot: Robot, start: Start, use
     assert f"[talker-1] I am {user} on bot1 in {home}\n[talker-1] warning\n" in run.text
     assert "exit code 3" in run.text
     assert_no_traces(robot, user)
+
+
+def test_the_end_of_a_run_names_what_is_left_and_spares_other_runs(robot: Robot):
+    facts = read_facts(robot.run(["sh", "-c", hello(Host("bot1", "b"))]).stdout)
+    mine, other = (Scripts(run, Host("bot1", "b"), facts) for run in ("mine", "other"))
+    order = Order(name="a@b c-1", label="a", words=(("/bin/sleep",), ("1000",)), environment={})
+    for scripts in (mine, other):
+        robot.run(["sh", "-c", f"{scripts.prepare()}\n{scripts.files(1, order)}"])
+        robot.run(["sh", "-c", scripts.start(1, order, "t")])
+
+    assert systemctl(robot, "root", "list-units", "--no-legend", "launcher.slice") == ""
+    found = robot.run(["sh", "-c", mine.finish([order.name], at_once=False)]).stdout
+    assert found == mine.unit(order.name) + "\n"
+    assert mine.unit(order.name) not in systemctl(robot, "root", "list-units", "launcher*")
+    shown = systemctl(robot, "root", "show", "-p", "ActiveState", other.unit(order.name))
+    assert shown == "ActiveState=active\n"
+    robot.run(["sh", "-c", other.finish([order.name], at_once=True)])
+    assert_no_traces(robot, "root")
 
 
 def test_every_line_and_byte_comes(robot: Robot, start: Start, user: str):

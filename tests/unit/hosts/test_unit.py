@@ -33,7 +33,7 @@ def test_names(parts: tuple[str, ...], name: str):
 
 
 def test_a_dash_in_the_name_of_a_slice_would_make_a_slice_within_another():
-    assert unit.slice_name("a-b") == r"launcher-a\x2db.slice"
+    assert unit.slice_name("a-b") == r"launcher_a\x2db.slice"
 
 
 @given(st.text(min_size=1), st.text(min_size=1))

@@ -234,7 +234,7 @@ exit $code"""
                 f"{self.beat()}\n",
                 written(f"{self.folder}/watch", script.encode()),
                 f"{self._systemctl} is-active --quiet {name} || systemd-run{scope} --quiet"
-                f" --collect --unit={name} --slice=launcher.slice"
+                f" --collect --unit={name}"
                 f" --description='watch of launcher run {self._run}'"
                 f" /bin/sh {self._folder}/watch",
             ]
@@ -256,15 +256,13 @@ exit $code"""
         kill = f"{self._systemctl} kill --signal=9 {group} 2>/dev/null" if at_once else ":"
         return f"""
 {self._systemctl} list-units --plain --no-legend --state=active,deactivating,activating \
-  {units} 2>/dev/null | while read -r one _; do echo "$one"; done
+  {units} 2>/dev/null | while read -r one _; do printf '%s\\n' "$one"; done
 {self._systemctl} stop {shlex.quote(self.watch_unit)} 2>/dev/null
 {kill}
 {self._systemctl} stop {group} 2>/dev/null
 {self._systemctl} reset-failed {units} 2>/dev/null
 rm -rf {self._folder}
 rmdir {shlex.quote(f"{self._facts.runtime}/launcher")} 2>/dev/null
-[ -n "$({self._systemctl} list-units --plain --no-legend --state=active \
-  'launcher-*' 2>/dev/null)" ] || {self._systemctl} stop launcher.slice 2>/dev/null
 exit 0"""
 
 
