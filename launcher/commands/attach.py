@@ -30,6 +30,7 @@ from launcher.model.events import (
     StartProcess,
 )
 from launcher.model.spec import OutputPolicy, ProcessSpec
+from launcher.text import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def main(words: Sequence[str]) -> int:
     hosts = read(_hosts_file(options.hosts)).hosts
     found = runs.find(list(hosts.values()))
     for warning in found.warnings:
-        print(f"warning: {warning}", flush=True)
+        print(f"warning: {escape(warning)}", flush=True)
     if parsed.is_list:
         print("\n".join(_rows(found.runs) or ["no runs"]))
         return ExitCode.OK
@@ -131,7 +132,7 @@ def _stop(run: FoundRun) -> int:
     print(f"stopping run {run.run} ({run.title})", flush=True)
     failures = runs.stop(run)
     for failure in failures:
-        print(f"error: {failure}", flush=True)
+        print(f"error: {escape(failure)}", flush=True)
     return ExitCode.PROCESS_FAILED if failures else ExitCode.OK
 
 

@@ -93,7 +93,7 @@ def test_nothing_starts_if_hosts_cannot_be_used(bench: HostsBench):
     done = bench.run(actions)
     text = done.stdout.decode()
     assert done.returncode == 1
-    assert "refuses1 (127.0.0.1) cannot be used: the host key has changed" in text
+    assert "refuses1 (127.0.0.1) cannot be used: the host key has changed\\x1b[2J" in text
     assert "missing1 (127.0.0.1) cannot be used: connection timed out" in text
     assert "exit code 1: cannot be used: refuses1, missing1" in text
     assert not any((bench.folder / name).exists() for name in ("here", "bot1_a"))

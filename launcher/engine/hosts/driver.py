@@ -27,6 +27,7 @@ from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import LauncherError
 from launcher.model.events import Outcome
 from launcher.model.record import replace
+from launcher.text import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -223,13 +224,14 @@ class HostsDriver(ProcessDriver):
         self._fleet.named(host).dropped += lines
 
     def link_changed(self, host: str, state: LinkState, reason: str) -> None:
-        self._fleet.link_changed(self._fleet.named(host), state, reason)
+        self._fleet.link_changed(self._fleet.named(host), state, escape(reason, keep=""))
 
     def warn(self, host: str, text: str) -> None:
-        self._log.warn(f"{host}: {text}")
+        self._log.warn(f"{host}: {escape(text, keep='')}")
 
     def finished(self, host: str, leftovers: Sequence[str], *, killed: bool) -> None:
-        self._fleet.finished(self._fleet.named(host), leftovers, killed=killed)
+        shown = [escape(text, keep="") for text in leftovers]
+        self._fleet.finished(self._fleet.named(host), shown, killed=killed)
 
     def samples(self, host: str, samples: Mapping[int, Mapping[str, Any]]) -> None:
         from launcher.engine.monitor.resources import Sample

@@ -127,7 +127,7 @@ class LoopbackLink:
             return
         outcome = (LinkState.READY, "")
         if self.host.name.startswith(REFUSES):
-            outcome = (LinkState.GONE, "the host key has changed")
+            outcome = (LinkState.GONE, "the host key has changed\x1b[2J")
         elif self.host.name.startswith(MISSING):
             outcome = (LinkState.UNREACHABLE, "connection timed out")
         self.reactor.call_later(0, functools.partial(self._opened, *outcome))

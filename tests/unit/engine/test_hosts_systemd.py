@@ -234,11 +234,26 @@ def test_a_manifest_has_no_values_of_variables():
         restart=RestartPolicy(RestartMode.ALWAYS, delay_s=2.0),
         number=4,
     )
-    text = json.dumps(manifest.encode("k3", "t.launch.py", 5.0, {7: order}))
+    text = json.dumps(manifest.encode("k3abcd", "t.launch.py", 5.0, {7: order}))
 
     assert "secret" not in text
     found = manifest.decode(text)
-    assert (found.run, found.title, found.started) == ("k3", "t.launch.py", 5.0)
+    assert (found.run, found.title, found.started) == ("k3abcd", "t.launch.py", 5.0)
     assert (found.orders[7].restart, found.orders[7].number) == (order.restart, 4)
     with pytest.raises(ValueError, match="record"):
         manifest.decode("{}")
+
+
+@pytest.mark.parametrize("run", ["", "..", "../..", "k3abc", "k3abcd\n", "k3/bcd", "K3ABCD", "*"])
+def test_a_manifest_with_another_id_is_none(run: str):
+    text = json.dumps(manifest.encode(run, "t", 5.0, {}))
+
+    with pytest.raises(ValueError, match="id"):
+        manifest.decode(text)
+
+
+def test_texts_of_a_manifest_are_shown_without_control_characters():
+    document = manifest.encode("k3abcd", "a\x1b[2J\nb", 5.0, {})
+    found = manifest.decode(json.dumps({**document, "operator": "\x9b0m"}))
+
+    assert (found.title, found.operator) == ("a\\x1b[2J\\nb", "\\x9b0m")

@@ -5,9 +5,11 @@ from __future__ import annotations
 import getpass
 import json
 import os
+import re
 
 from launcher.hosts import order_json
 from launcher.model.record import Record, replace
+from launcher.text import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
     from launcher.hosts.order import Order
 
 VERSION = 1
+RUN_ID = "[a-z2-7]{6}"
+_LATEST = 1e11  # a time that can be shown
 
 
 class Manifest(Record):
@@ -48,15 +52,23 @@ def encode(run: str, title: str, started: float, orders: Mapping[int, Order]) ->
 
 
 def decode(text: str) -> Manifest:
-    """ValueError for a record of another version, or for no record."""
+    """ValueError for a record of another version, or for no record.
+
+    It comes from a host: the id of the run becomes part of a path, and texts are shown.
+    """
     document = json.loads(text)
     if not isinstance(document, dict) or document.get("version") != VERSION:
         raise ValueError("not a record of a run, or of another version of the launcher")
+    if re.fullmatch(RUN_ID, document["run"]) is None:
+        raise ValueError("not the id of a run")
+    started = float(document["started"])
+    if not 0 <= started < _LATEST:
+        raise ValueError("not a time")
     return Manifest(
         run=document["run"],
-        title=document["title"],
-        operator=document["operator"],
-        started=document["started"],
+        title=escape(str(document["title"]), keep=""),
+        operator=escape(str(document["operator"]), keep=""),
+        started=started,
         orders={
             int(number): order_json.decode(order) for number, order in document["processes"].items()
         },

@@ -78,7 +78,7 @@ def _manifests(host: Host) -> list[Manifest] | str:
     for line in done.stdout.decode(errors="replace").splitlines():
         try:
             found.append(manifest.decode(line))
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, AttributeError):
             continue  # of another version
     return found
 
