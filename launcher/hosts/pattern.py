@@ -194,15 +194,14 @@ def node_name(spec: ProcessSpec) -> str | None:
 
 
 def path_matches(names: Sequence[str], pattern: Sequence[str]) -> bool:
-    """Whether names fit a pattern, part by part; `**` stands for any number, at its end for one
-    or more. An empty name is unknown, and fits only a wildcard.
+    """Whether names fit a pattern, part by part; `**` stands for any number of them.
+
+    An empty name is unknown, and fits only a wildcard.
     """
     if not pattern:
         return not names
     if pattern[0] == "**":
-        if len(pattern) == 1:
-            return bool(names)
-        return any(path_matches(names[n:], pattern[1:]) for n in range(len(names)))
+        return any(path_matches(names[n:], pattern[1:]) for n in range(len(names) + 1))
     return bool(names) and (
         fnmatchcase(names[0], pattern[0]) and path_matches(names[1:], pattern[1:])
     )

@@ -182,10 +182,7 @@ def _as_node(component: Component) -> ProcessSpec:
 
 
 def _hint(pattern: Pattern, specs: Sequence[ProcessSpec]) -> str | None:
-    node = pattern.body.removesuffix("/**")
     known = _known(pattern.kind, specs)
-    if pattern.kind is Kind.PATH and node != pattern.body and node in _nodes(specs):
-        return f"'{node}' is a node, not a namespace: write '{node.rpartition('/')[2]}'"
     if pattern.kind is Kind.WORD and f"/{pattern.body}" in _namespaces(specs):
         return f"'/{pattern.body}' is a namespace: write '/{pattern.body}/**'"
     similar = suggest(pattern.text, known)

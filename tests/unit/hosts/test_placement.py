@@ -47,6 +47,8 @@ MATCHES = {
     "/robot_1": [node("robot_1"), node("robot_1", "/")],
     "/ns/robot_1": [node("robot_1", "/ns"), process("x", 1, "x", "--ros-args", "-r", "__ns:=/ns")],
     "/ns/**": [node("robot_1", "/ns"), node("robot_1", "/ns/deep/er"), node(None, "/ns")],
+    "/robot_1/**": [node("robot_1"), node("robot_1", "/robot_1"), node(None, "/robot_1")],
+    "/*/arm/**": [node("arm", "/ns"), node("x", "/ns/arm")],
     "/ns/*": [node("robot_1", "/ns"), node(None, "/ns")],
     "/**/robot_1": [node("robot_1"), node("robot_1", "/ns"), node("robot_1", "/ns/deep")],
     "/*/cam": [node("cam", "/robot_1")],
@@ -80,7 +82,8 @@ def test_what_a_pattern_matches(pattern: str):
         ("process:robot_1", node("robot_1")),
         ("/robot_1", node("robot_1", "/ns")),
         ("/ns/robot_1", node(None, "/ns")),
-        ("/ns/**", node("ns")),
+        ("/ns/**", node("ns_2")),
+        ("/ns/**", node("ns", "/other")),
         ("/ns/*", node("x", "/ns/deep")),
         ("/**", process("rviz2")),
         ("package:demo", process("demo")),
@@ -106,6 +109,8 @@ def test_what_a_pattern_does_not_match(pattern: str, spec: ProcessSpec):
         ("  '*': b\n  monitor: local\n  robot_1: a", node("robot_1")),
         # What is inside is an exception from what is around it.
         ("  /ns/**: b\n  /ns/arm/**: a", node("x", "/ns/arm")),
+        ("  /ns/**: b\n  /ns/arm/**: a", node("arm", "/ns")),
+        ("  /robot_1/**: b\n  robot_1: a", node("robot_1")),
         (
             "  group:/ns: b\n  include:arm.launch.py: a",
             process("x", scopes=(Scope("/f", 3, "/ns"), Scope("/arm.launch.py"))),
@@ -152,7 +157,6 @@ def only_error(found: Findings) -> tuple[str, str | None]:
     ("pattern", "hint"),
     [
         ("robot_12", "did you mean 'robot_1'?"),
-        ("/robot_1/**", "'/robot_1' is a node, not a namespace: write 'robot_1'"),
         ("arm", "'/arm' is a namespace: write '/arm/**'"),
         ("/arn/**", "did you mean '/arm/**'?"),
         ("package:demoo", "did you mean 'package:demo'?"),
