@@ -193,8 +193,8 @@ def _no_setup(host: Host, stderr: str) -> tuple[str, str]:
 def _no_python(host: Host, stderr: str) -> tuple[str, str]:
     return (
         f"there is no Python '{host.python}'",
-        "set `python:` in the hosts file, absolute or relative to the user's home, or install the"
-        " launcher there: python -m launcher hosts sync",
+        "python -m launcher hosts sync brings the launcher, with an environment; or set `python:`"
+        " or `venv:` in the hosts file, absolute or relative to the user's home",
     )
 
 

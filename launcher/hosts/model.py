@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from launcher.model.record import Record
 
+DEFAULT_PYTHON = "python3"
 LOCAL = "local"  # the name of the machine on which the launcher runs, in rules of placement
 
 
@@ -60,7 +61,7 @@ class Host(Record):
     user: str | None = None
     engine: HostEngine = HostEngine.AUTO
     ssh: Mapping[str, str] = {}
-    python: str = "python3"
+    python: str = DEFAULT_PYTHON
     setup: tuple[str, ...] = ()
     environment: Mapping[str, str] = {}
     secrets: Mapping[str, Secret] = {}

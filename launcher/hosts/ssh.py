@@ -8,16 +8,19 @@ from __future__ import annotations
 
 import hashlib
 import os
+import posixpath
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.errors import UsageError
-from launcher.hosts.model import Host
+from launcher.hosts.model import DEFAULT_PYTHON, Host
 
 CONNECT_TIMEOUT_S = 10
 # A link that is down for less than their product does not end a session.
 ALIVE_INTERVAL_S = 5
 ALIVE_COUNT = 6
+SYNCED_PYTHON = "current/bin/python"  # in the workspace of a host
+MADE_WITH = ".python"  # beside it: the interpreter with which `hosts sync` has made it
 READY = "launcher-ssh-ready"  # what `Connection.master` prints when it serves the socket
 _MAX_SOCKET = 107 - 17  # of the address of a Unix socket; ssh adds 17 characters for a while
 
@@ -125,9 +128,20 @@ def python_script(host: Host, words: Sequence[str]) -> str:
 
 
 def set_python(host: Host) -> str:
-    """Sets `python`, in the home: that which `hosts sync` brought, else that of the hosts file."""
-    synced = shlex.quote(in_home(f"{host.workspace.rstrip('/')}/current/bin/python"))
-    return f'python={synced}; test -x "$python" || python={shlex.quote(host_python(host))}; '
+    """Sets `python`, in the home: that which `hosts sync` brought, else that of the hosts file.
+
+    One that the hosts file names wins if it is there, and the other was not made with it.
+    """
+    own = shlex.quote(host_python(host))
+    synced = in_home(f"{host.workspace.rstrip('/')}/{SYNCED_PYTHON}")
+    script = f'python={shlex.quote(synced)}; test -x "$python" || python={own}; '
+    if host.python == DEFAULT_PYTHON:
+        return script
+    made_with = shlex.quote(posixpath.join(posixpath.dirname(synced), MADE_WITH))
+    return (
+        f"{script}{{ IFS= read -r made < {made_with}; }} 2>/dev/null || made=; "
+        f'test "$made" = {own} || ! command -v {own} >/dev/null || python={own}; '
+    )
 
 
 def host_python(host: Host) -> str:

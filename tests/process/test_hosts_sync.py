@@ -18,6 +18,7 @@ from launcher.hosts.model import Host
 from launcher.hosts.sync.fleet import Fleet
 from launcher.hosts.sync.host_sync import Options, Outcome
 from launcher.hosts.sync.tree import Entry
+from launcher.model.record import replace
 from tests.support.sync_hosts import PLAIN_PYTHON, Site, brought, pinned, tiny_wheel
 from tests.support.waiting import wait_until
 
@@ -43,7 +44,7 @@ def test_a_second_sync_sends_nothing(site: Site):
 
     first, second = site.sync(files), site.sync(files)
 
-    assert (first.sent_files, first.is_changed) == (3, True)  # with bin/python
+    assert (first.sent_files, first.is_changed) == (4, True)  # with bin/python and bin/.python
     assert (second.sent_files, second.sent_bytes, second.is_changed) == (0, 0, False)
     assert second.release == first.release == site.release
 
@@ -113,7 +114,7 @@ def test_force_sends_everything(site: Site):
     files = brought(a="1", b="2")
     site.sync(files)
 
-    assert site.sync(files, force=True).sent_files == 3
+    assert site.sync(files, force=True).sent_files == 4
 
 
 def test_a_dry_run_tells_the_changes_and_makes_none(site: Site):
@@ -373,7 +374,8 @@ def test_a_broken_wheel_leaves_the_old_release(site_with_venv: Site, tmp_path: P
 
 
 def test_a_host_with_an_installation_of_ros_gets_no_environment(tmp_path: Path):
-    site = Site(tmp_path / "bot", python="python3", setup=("/opt/ros/jazzy/setup.sh",))
+    site = Site(tmp_path / "bot", python="python3", setup=("setup of ros.sh",))
+    (site.home / "setup of ros.sh").touch()
 
     site.sync(brought(a="1"), requirements=pinned("tiny==1.0"))
 
@@ -385,7 +387,7 @@ def test_a_host_with_an_installation_of_ros_gets_no_environment(tmp_path: Path):
 
 
 def test_hosts_fail_apart(tmp_path: Path):
-    good, bad = Site(tmp_path / "good"), Site(tmp_path / "bad", python="python9")
+    good, bad = Site(tmp_path / "good"), Site(tmp_path / "bad", setup=("no $(touch injected).sh",))
     sites = {site.host.name: site for site in (good, bad)}
 
     def words(host: Host, script: str) -> list[str]:
@@ -395,7 +397,33 @@ def test_hosts_fail_apart(tmp_path: Path):
     results = fleet.sync([bad.host, good.host], brought(a="1"))
 
     assert isinstance(results[0], LauncherError) and isinstance(results[1], Outcome)
-    assert "host 'bad': there is no Python 'python9'" in results[0].message
+    assert "host 'bad': there is no setup file 'no $(touch injected).sh'" in results[0].message
+    assert not (bad.home / "injected").exists()
+
+
+@pytest.mark.parametrize("python", [".venv/bin/python", "python9"])
+def test_a_host_without_the_python_of_the_hosts_file_is_synchronized(tmp_path: Path, python: str):
+    """What is to be made there cannot be what it is made with."""
+    site = Site(tmp_path / "bot", python=python)
+
+    site.sync(brought(a="1"))
+    again = site.sync(brought(a="1"))
+
+    assert site.run("-c", "print(1)") == "1\n"
+    assert site.messages[0] == f"there is no Python '{python}', so python3 is used"
+    assert not again.is_changed
+
+
+def test_a_host_without_any_python_is_told(site: Site):
+    def words(host: Host, script: str) -> list[str]:
+        return ["env", "-i", f"HOME={site.home}", "PATH=/nothing", "/bin/sh", "-c", script]
+
+    host = replace(site.host, python="python9")
+    (error,) = Fleet(Options(), lambda *_: None, words).sync([host], brought(a="1"))
+
+    assert isinstance(error, LauncherError)
+    assert "there is no Python 'python3', nor one that the hosts file names" in error.message
+    assert "install Python 3.10" in (error.hint or "")
 
 
 def test_what_a_login_shell_prints_does_no_harm(site: Site):

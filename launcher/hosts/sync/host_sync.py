@@ -13,6 +13,7 @@ from typing import Any
 from launcher.errors import LauncherError
 from launcher.hosts.failures import HostError, Problem
 from launcher.hosts.model import Host
+from launcher.hosts.ssh import host_python
 from launcher.hosts.sync import natives, release_python, requirements, wheels
 from launcher.hosts.sync.natives import Native
 from launcher.hosts.sync.requirements import PinnedList
@@ -156,9 +157,13 @@ class HostSync:
         self._say(f"{len(missing)} of {len(files)} wheels sent; makes the environment")
 
     def _with_python(self, release: Release, venv: str) -> Release:
-        if self._key:
-            return release.with_entries([release_python.of_environment(venv)])
-        return release.with_entries([release_python.of_host(self._host, self._facts["python"])])
+        word = self._facts["word"]
+        program = (
+            release_python.of_environment(venv)
+            if self._key
+            else release_python.of_host(word, self._facts["python"])
+        )
+        return release.with_entries([program, release_python.made_with(word)])
 
     # ---- files
 
@@ -182,6 +187,9 @@ class HostSync:
 
     def _ask_facts(self) -> None:
         self._facts = self._ask("facts", workspace=self._host.workspace)
+        if self._facts["word"] != host_python(self._host):
+            word, wanted = self._facts["word"], self._host.python
+            self._say(f"there is no Python '{wanted}', so {word} is used")
 
     def _ask(self, what: str, *, say: bool = False, **request: Any) -> dict[str, Any]:
         quiet = lambda _: None  # noqa: E731

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import posixpath
 import shlex
 
-from launcher.hosts.model import Host
+from launcher.hosts.ssh import MADE_WITH
 from launcher.hosts.sync.tree import Entry
 
 PATH = "bin/python"
@@ -32,9 +33,15 @@ def of_environment(name: str) -> Entry:
     return _entry(_OF_VENV.format(name=shlex.quote(name)))
 
 
-def of_host(host: Host, executable: str) -> Entry:
-    """That of the host; a name without a folder is found after `setup` there."""
-    return _entry(f"exec {shlex.quote(executable if '/' in host.python else host.python)}")
+def of_host(word: str, executable: str) -> Entry:
+    """That of the host, named `word`; a name without a folder is found after `setup` there."""
+    return _entry(f"exec {shlex.quote(executable if '/' in word else word)}")
+
+
+def made_with(word: str) -> Entry:
+    """Notes the interpreter of the host, for `ssh.set_python`."""
+    content = f"{word}\n".encode("utf-8", "surrogateescape")
+    return Entry(path=posixpath.join(posixpath.dirname(PATH), MADE_WITH), content=content)
 
 
 def _entry(start: str) -> Entry:

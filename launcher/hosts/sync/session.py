@@ -11,11 +11,12 @@ from typing import Any, BinaryIO
 
 from launcher.errors import LauncherError
 from launcher.hosts.failures import HostError, Problem, failure, last_line
-from launcher.hosts.model import Host
-from launcher.hosts.ssh import host_python, quoted
+from launcher.hosts.model import DEFAULT_PYTHON, Host
+from launcher.hosts.ssh import host_python, in_home, quoted
 from launcher.hosts.sync.there import MODULES, wire
 
 OLDEST_PYTHON = (3, 10)
+_NO_PYTHON = f"there is no Python '{DEFAULT_PYTHON}', nor one that the hosts file names"
 _PACKAGE = "launcher.hosts.sync.there"
 _TOO_OLD = "launcher-sync: Python is too old: "
 _START = f"""\
@@ -40,9 +41,26 @@ module.main()
 
 
 def script(host: Host) -> str:
-    """What a POSIX shell there runs; it reads the program from its standard input."""
-    python = [host_python(host), "-I", "-S", "-c", _START]
-    return f"cd || exit; exec {quoted(python)}"
+    """What a POSIX shell there runs; it reads the program from its standard input.
+
+    Without the Python of the hosts file, which may be one that is to be brought, it is the usual
+    one.
+    """
+    own = quoted([host_python(host)])
+    start = quoted(["-I", "-S", "-c", _START])
+    needed = "".join(_required(path) for path in host.setup)
+    return (
+        f"cd || exit; {needed}python={own}; "
+        f'command -v "$python" >/dev/null || python={DEFAULT_PYTHON}; '
+        f'exec "$python" {start} "$python"'
+    )
+
+
+def _required(path: str) -> str:
+    """Ends with the message of a shell if there is no such setup file, which a run would need."""
+    place = in_home(path)
+    missing = quoted([f"{place}: No such file"])
+    return f"test -r {quoted([place])} || {{ echo {missing} >&2; exit 1; }}; "
 
 
 class Session:
@@ -145,7 +163,12 @@ class Session:
             message = f"its Python {version} is too old: the launcher needs {oldest}"
             hint = "name a newer one by `python:` in the hosts file"
             return HostError(self._host, Problem.NO_PYTHON, message, hint=hint)
-        return failure(self._host, text, code)
+        error = failure(self._host, text, code)
+        if error.problem is Problem.NO_PYTHON:
+            oldest = ".".join(map(str, OLDEST_PYTHON))
+            hint = f"install Python {oldest} or newer there, or name one by `python:`"
+            return HostError(self._host, error.problem, _NO_PYTHON, hint=hint)
+        return error
 
 
 def blocks_of(path: str) -> Iterator[bytes]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import shutil
 import subprocess
@@ -15,6 +14,8 @@ from hypothesis import strategies as st
 from launcher.errors import UsageError
 from launcher.hosts.model import Host
 from launcher.hosts.ssh import (
+    MADE_WITH,
+    SYNCED_PYTHON,
     Connection,
     posix_shell,
     python_script,
@@ -139,19 +140,46 @@ def test_setup_files_are_read_in_the_home_and_do_not_print_to_the_protocol(tmp_p
         assert (result.stdout, result.stderr) == (b"found\n", b"noise\n")
 
 
+def python_used(home: Path, one: Host) -> bytes:
+    words = posix_shell(python_script(one, ["-m", "launcher"]))
+    env = {"HOME": str(home), "PATH": "/usr/bin:/bin"}
+    return subprocess.run(["sh", "-c", words], capture_output=True, check=False, env=env).stdout
+
+
+def program(path: Path, text: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"#!/bin/sh\necho {text}\n")
+    path.chmod(0o755)
+    return path
+
+
 def test_the_python_that_was_synchronized_is_used_if_there_is_one(tmp_path: Path):
     folder = "my workspace/'$(touch injected)"
-    one = host(python="echo", workspace=f"~/{folder}/")
-    brought = tmp_path / folder / "current/bin/python"
-    words = posix_shell(python_script(one, ["-m", "launcher"]))
-    run = functools.partial(subprocess.run, ["sh", "-c", words], capture_output=True, check=True)
-    env = {"HOME": str(tmp_path), "PATH": "/usr/bin:/bin"}
+    one = host(workspace=f"~/{folder}/")
+    program(tmp_path / folder / SYNCED_PYTHON, "brought")
 
-    before = run(env=env).stdout
-    brought.parent.mkdir(parents=True)
-    brought.write_text('#!/bin/sh\necho brought "$@"\n')
-    brought.chmod(0o755)
-    after = run(env=env).stdout
+    assert python_used(tmp_path, one) == b"brought\n"
+    assert not (tmp_path / "injected").exists()
 
-    assert (before, after) == (b"-m launcher\n", b"brought -m launcher\n")
+
+@pytest.mark.parametrize(
+    ("made_with", "used"),
+    [
+        (None, b"own\n"),
+        ("python3", b"own\n"),
+        ("./my '$(touch injected) venv/bin/python", b"brought\n"),
+    ],
+)
+def test_the_python_of_the_hosts_file_wins_unless_it_was_synchronized(
+    tmp_path: Path, made_with: str | None, used: bytes
+):
+    one = host(python="my '$(touch injected) venv/bin/python", workspace="ws")
+    brought = program(tmp_path / "ws" / SYNCED_PYTHON, "brought")
+    if made_with is not None:
+        brought.with_name(MADE_WITH).write_text(f"{made_with}\n")
+
+    before = python_used(tmp_path, one)
+    program(tmp_path / one.python, "own")
+
+    assert (before, python_used(tmp_path, one)) == (b"brought\n", used)
     assert not (tmp_path / "injected").exists()

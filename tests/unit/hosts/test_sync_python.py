@@ -9,7 +9,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from launcher.hosts.model import Host
 from launcher.hosts.sync import release_python
 from launcher.hosts.sync.tree import Entry
 
@@ -47,8 +46,7 @@ def python(tmp_path: Path) -> str:
 
 
 def test_the_release_is_in_front_of_what_is_set(tmp_path: Path, python: str):
-    host = Host(name="a", address="b", python=python)
-    folder = release(tmp_path / "ü ws", release_python.of_host(host, python))
+    folder = release(tmp_path / "ü ws", release_python.of_host(python, python))
 
     found = started(folder.parents[1] / "current/bin/python", "a b", "", PYTHONPATH="/opt/ros")
 
@@ -56,8 +54,7 @@ def test_the_release_is_in_front_of_what_is_set(tmp_path: Path, python: str):
 
 
 def test_a_process_of_a_release_that_starts_it_again_adds_nothing(tmp_path: Path, python: str):
-    host = Host(name="a", address="b", python=python)
-    folder = release(tmp_path / "ws", release_python.of_host(host, python))
+    folder = release(tmp_path / "ws", release_python.of_host(python, python))
 
     found = started(folder / "bin/python", PYTHONPATH=f"/x:{folder}/lib")
 
@@ -80,7 +77,7 @@ def test_that_of_an_environment_is_found_beside_the_releases(tmp_path: Path):
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(name=NAMES)
 def test_the_name_of_a_program_is_no_command(tmp_path: Path, name: str):
-    entry = release_python.of_host(Host(name="a", address="b", python=name), "/usr/bin/false")
+    entry = release_python.of_host(name, "/usr/bin/false")
     script = (entry.content or b"").decode()
     line = script.splitlines(keepends=True)
     place = script.index("exec ")

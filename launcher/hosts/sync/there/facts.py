@@ -19,6 +19,7 @@ def facts(workspace: Workspace) -> dict[str, Any]:
     return {
         "root": workspace.root,
         "python": sys.executable,
+        "word": sys.argv[1],
         "version": list(sys.version_info[:3]),
         "is_environment": _is_environment(),
         "has_venv": _has_venv(),
