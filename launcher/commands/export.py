@@ -46,7 +46,7 @@ The same launch file gives the same files. Functions and commands of the launch 
 
 {ABOUT_TARGET}""",
     options=(
-        option("-o, --out DIR", "folder for the files, ENGINE by default"),
+        option("-o, --out DIR", "folder for the files (default: the name of the engine)"),
         option("--hosts FILE", "the hosts file: which process runs where"),
         option("--strict", "write nothing if something cannot be exported"),
         option(

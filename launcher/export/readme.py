@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from launcher.export.kubernetes import runs_on, secret_of
 from launcher.export.model import NO_HOST
+from launcher.export.systemd import python_of
+from launcher.hosts.ssh import SYNCED_PYTHON
 
 if TYPE_CHECKING:
     from launcher.export.image import Image
@@ -108,10 +110,26 @@ def _systemd(system: System, python: str) -> Iterator[str]:
             f"systemctl stop {shlex.quote(target)}",
         ]
         yield _block(_title(host), lines, _where(system, host))
-    yield (
-        f"The launcher must be installed for `{python}` there, or for the `python` of the hosts "
-        "file, and so must the packages.\n"
-    )
+    yield f"{_needed(system, python)}\n"
+
+
+def _needed(system: System, python: str) -> str:
+    """What has to be there before the units are started."""
+    hosts = {one.host.name: python_of(one.host) for one in system.processes if one.host}
+    brought = [name for name, path in hosts.items() if path.endswith(SYNCED_PYTHON)]
+    others = [f"`{path}` on {name}" for name, path in hosts.items() if name not in brought]
+    if any(one.host is None for one in system.processes):
+        others.append(f"`{python}` on the machine without a name")
+    texts = []
+    if brought:
+        texts.append(
+            f"On {', '.join(brought)} the launcher and the packages are those that `launcher hosts "
+            "sync` brings: run it first. Another interpreter can be named by `python` in the hosts "
+            "file."
+        )
+    if others:
+        texts.append(f"The launcher and the packages must be installed for {', '.join(others)}.")
+    return " ".join(texts)
 
 
 def _units_of(process: Process) -> list[str]:
@@ -208,15 +226,20 @@ def _private(system: System, engine: str) -> Iterator[str]:
     names = ", ".join(f"`{name}`" for name in sorted({n for one in having for n in one.private}))
     text = f"The values of {names} are not written, since they may be secret."
     if engine == "kubernetes":
-        lines = [_secret_command(process) for process in having]
+        lines = list(_secret_commands(having))
     else:
         lines = sorted({_example_command(process, system, engine) for process in having})
     yield _block("Private variables", lines, f"{text} First set them:")
 
 
-def _secret_command(process: Process) -> str:
-    words = [f'--from-literal={name}="${name}"' for name in process.private]
-    return " ".join(["kubectl create secret generic", secret_of(process), *words])
+def _secret_commands(having: Sequence[Process]) -> Iterator[str]:
+    """By files: other users can read the words of a command, and so can the shell's history."""
+    for process in having:
+        path = f"{secret_of(process)}.env"
+        names = " ".join(f"{name}=" for name in process.private)
+        yield f"(umask 077 && printf '%s\\n' {names} >{path}) && editor {path}"
+        yield f"kubectl create secret generic {secret_of(process)} --from-env-file={path}"
+        yield f"rm {path}"
 
 
 def _example_command(process: Process, system: System, engine: str) -> str:

@@ -11,6 +11,8 @@ from launcher.export.command import Where, words_of
 from launcher.export.model import Output, Process, Scratch, System
 from launcher.export.system import gaps_of_each
 from launcher.hosts import unit
+from launcher.hosts.model import DEFAULT_PYTHON
+from launcher.hosts.ssh import SYNCED_PYTHON
 from launcher.model.spec import StopPolicy
 
 if TYPE_CHECKING:
@@ -142,7 +144,7 @@ class Systemd:
         return (host.user if host else None) or self._user or _ROOT
 
     def _command(self, process: Process) -> str:
-        python = _in_home(process.host.python if process.host else self._python)
+        python = _in_home(python_of(process.host) if process.host else self._python)
         runtime = "/run" if self._home is None else _RUN_OF_USER
         where = Where(
             python=python,
@@ -198,6 +200,13 @@ def unit_text(*sections: tuple[str, Sequence[tuple[str, str]]]) -> str:
 
 def _runtime_directory(process: Process) -> str:
     return f"launcher-{process.unit}"
+
+
+def python_of(host: Host) -> str:
+    """The interpreter that the hosts file names, else that which `hosts sync` brings."""
+    if host.python != DEFAULT_PYTHON:
+        return host.python
+    return f"{host.workspace.rstrip('/')}/{SYNCED_PYTHON}"
 
 
 def _in_home(python: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+import subprocess
 from collections.abc import Callable
 from typing import Any
 
@@ -67,6 +68,31 @@ def test_a_delayed_process_is_started_by_a_timer(exported: Export):
     assert lines_of(unit_of(system, "late.timer"), "OnActiveSec") == ["2500ms"]
     assert lines_of(unit_of(system, "late.timer"), "WantedBy") == ["demo.target"]
     assert lines_of(unit_of(system, "late.service"), "WantedBy") == []
+
+
+def test_a_host_without_a_python_uses_what_sync_brings(exported: Export):
+    host = Host(name="bot1", address="10.0.0.2", workspace="~/ws/")
+    system = exported("node('a')", host_of=lambda spec: host)
+    files = export("systemd", system, Settings()).files
+
+    (command,) = lines_of(files["bot1/a.service"], "ExecStart")
+    assert " ${HOME}/ws/current/bin/python -m launcher run " in command
+    assert (
+        "On bot1 the launcher and the packages are those that `launcher hosts sync` brings"
+        in (files["README.md"])
+    )
+
+
+def test_no_value_of_a_secret_is_on_a_command_line_of_the_readme(exported: Export, tmp_path):
+    system = exported("node('a')", host_of=lambda spec: BOT)
+    text = export("kubernetes", system, Settings()).files["README.md"]
+
+    (made,) = re.findall(r"^\(umask.*\)(?= &&)", text, re.MULTILINE)
+    subprocess.run(["sh", "-c", made], cwd=tmp_path, check=True)
+
+    (file,) = tmp_path.glob("*.env")
+    assert f"--from-env-file={file.name}\n" in text and "--from-literal" not in text
+    assert (file.read_text(), file.stat().st_mode & 0o777) == ("FLEET_TOKEN=\n", 0o600)
 
 
 def test_a_host_has_its_python_and_its_set_up(exported: Export):
