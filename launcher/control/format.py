@@ -15,6 +15,7 @@ _LEFT = (0, 1, 7)  # columns that are aligned to the left
 _LEFT_WITH_HOSTS = (0, 1, 2, 8)
 
 
+LOCAL = "local"  # the host of processes of this machine
 _COLOUR = re.compile(r"\x1b\[[0-9;:]*m")
 
 
@@ -141,7 +142,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",
         "command": " ".join(row["command"]),
-        "folder": shown_path(row["cwd"]) if row["cwd"] else "same as the launcher",
+        "folder": _folder(row),
         "restarts": f"{row['restarts']}; policy: {row['restart_policy']}",
         "stop": row["stop_policy"],
         "last exit": "-" if last is None else f"{last['text']}{asked}",
@@ -150,11 +151,21 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "threads": _or_dash(row["threads"]),
         "open files": _or_dash(row["fds"]),
         "shown": filters(row) or "everything",
-        "log": _or_dash(row["log_file"]),
+        "log": _or_dash(row["log_file"]) + (" (on this machine)" if _is_elsewhere(row) else ""),
     }
     lines = [row["name"], *(f"  {name:<11}{value}" for name, value in facts.items())]
     lines += [f"  env        {name}={value}" for name, value in row["environment_set"].items()]
     return lines + [f"  env        {name} is not set" for name in row["environment_unset"]]
+
+
+def _is_elsewhere(row: Mapping[str, Any]) -> bool:
+    return bool(row.get("host", LOCAL) != LOCAL)
+
+
+def _folder(row: Mapping[str, Any]) -> str:
+    if not row["cwd"]:
+        return f"the home on {row['host']}" if _is_elsewhere(row) else "same as the launcher"
+    return str(row["cwd"]) if _is_elsewhere(row) else shown_path(row["cwd"])
 
 
 def _or_dash(value: object) -> str:

@@ -79,8 +79,8 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
     spec, ros, logs = process.spec, process.spec.ros, control.log_dir
     return {
         **row(control, process),
-        "command": list(spec.argv),
-        "cwd": spec.cwd,
+        "command": list(process.words_there or spec.argv),
+        "cwd": spec.cwd if process.host is None else process.folder_there,
         "shell": spec.shell,
         "package": ros and ros.package,
         "executable": ros and ros.executable,

@@ -51,7 +51,8 @@ class Process:
 
     `number` counts from 0 in order of first start; it picks the colour. `filter` chooses the lines
     that are shown (None: all). `last_end` is its last exit, at `ended_wall_s`. `host` is where it
-    runs (None: on this machine); `is_abandoned`: that could not be reached at the end of the run.
+    runs (None: on this machine), `words_there` and `folder_there` what it runs there;
+    `is_abandoned`: that could not be reached at the end of the run.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -62,6 +63,8 @@ class Process:
         self.machine = ProcessMachine(spec.restart, spec.stop)
         self.child: Child | None = None
         self.host: RemoteHost | None = None
+        self.words_there: tuple[str, ...] = ()
+        self.folder_there: str | None = None
         self.is_abandoned = False
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
@@ -81,6 +84,11 @@ class Process:
     def host_name(self) -> str:
         """Empty for this machine."""
         return "" if self.host is None else self.host.name
+
+    @property
+    def command_line(self) -> str:
+        """As `spec.command_line`; on another host, without paths of this machine."""
+        return " ".join(self.words_there) or self.spec.command_line
 
     @property
     def is_awaited(self) -> bool:

@@ -195,7 +195,7 @@ class ProcessDriver:
     def _report_refusal(
         self, process: Process, number: int, what: str, at_s: float | None = None
     ) -> None:
-        self._log.report(process, messages.not_started(process.spec, number, what))
+        self._log.report(process, messages.not_started(process, number, what))
         reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
         self._log.note("not started", process, at_s, reason=reason)
 
@@ -258,7 +258,7 @@ class ProcessDriver:
         returncode = end.outcome.returncode
         if returncode is not None:
             by_user = process.machine.is_held
-            self._log.report(process, messages.ended(process.spec, pid, end, by_user=by_user))
+            self._log.report(process, messages.ended(process, pid, end, by_user=by_user))
             self._log.note(
                 "ended",
                 process,

@@ -8,9 +8,22 @@ from collections.abc import Mapping, Sequence
 
 from launcher.hosts import order_json
 from launcher.hosts.order import Order
-from launcher.hosts.references import Executable, Interpreter, SentFile, Word
+from launcher.hosts.references import (
+    Executable,
+    Inherited,
+    Interpreter,
+    Part,
+    SentFile,
+    SharedFile,
+    Word,
+)
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.hosts.model import Host
 
 ORDER_FILE = "order.json"  # of an order that the host has to resolve
+FILES = "<files>"  # stands for the folder on the host with the files that are sent
 
 
 def is_simple(order: Order) -> bool:
@@ -78,3 +91,37 @@ def files_of(order: Order) -> Mapping[str, bytes]:
     if is_plain(order) or is_simple(order):
         return order.files
     return {ORDER_FILE: json.dumps(order_json.encode(order)).encode()}
+
+
+# ---- for users
+
+
+def words_there(host: Host, order: Order) -> tuple[str, ...]:
+    """The command line on the host; what the host finds itself stands in `<...>`."""
+    if is_simple(order):
+        return as_words(order, python=host.python, folder=FILES)
+    words = tuple("".join(text_there(part, host) for part in word) for word in order.words)
+    return ("sh", "-c", " ".join(words)) if order.shell else words
+
+
+def text_there(part: Part, host: Host) -> str:
+    match part:
+        case str():
+            return part
+        case Executable():
+            return f"<{part.package}/{part.name}>"
+        case SharedFile():
+            return f"<share of {part.package}>" + (f"/{part.path}" if part.path else "")
+        case SentFile():
+            return f"{FILES}/{part.name}"
+        case Interpreter():
+            return host.python
+        case Inherited():
+            return f"<{part.variable}>"
+
+
+def folder_there(order: Order, host: Host) -> str | None:
+    """The working directory on the host; None: the home."""
+    if order.cwd_in_share is not None:
+        return text_there(order.cwd_in_share, host)
+    return order.cwd

@@ -6,23 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.hosts.model import LOCAL, Host
 from launcher.hosts.order import Order
-from launcher.hosts.order_words import as_words, is_simple
-from launcher.hosts.references import (
-    Executable,
-    Inherited,
-    Interpreter,
-    Part,
-    SentFile,
-    SharedFile,
-    Word,
-)
+from launcher.hosts.order_words import FILES, folder_there, text_there, words_there
+from launcher.hosts.references import Word
 from launcher.model.record import Record
 from launcher.render.command_line import changed_variables, shell_word
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-FILES = "<files>"  # the folder on the host with the files that are sent
 
 
 class Placed(Record):
@@ -37,30 +27,6 @@ class Placed(Record):
 
 
 HERE = Placed()
-
-
-def words_there(host: Host, order: Order) -> tuple[str, ...]:
-    """The command line on the host; what the host finds itself stands in `<...>`."""
-    if is_simple(order):
-        return as_words(order, python=host.python, folder=FILES)
-    words = tuple("".join(_text(part, host) for part in word) for word in order.words)
-    return ("sh", "-c", " ".join(words)) if order.shell else words
-
-
-def _text(part: Part, host: Host) -> str:
-    match part:
-        case str():
-            return part
-        case Executable():
-            return f"<{part.package}/{part.name}>"
-        case SharedFile():
-            return f"<share of {part.package}>" + (f"/{part.path}" if part.path else "")
-        case SentFile():
-            return f"{FILES}/{part.name}"
-        case Interpreter():
-            return host.python
-        case Inherited():
-            return f"<{part.variable}>"
 
 
 def command_there(host: Host, order: Order, given: Mapping[str, str]) -> str:
@@ -78,17 +44,11 @@ def _quoted(word: str) -> str:
     return word if "<" in word and " " not in word.replace("<share of ", "") else shell_word(word)
 
 
-def folder_there(order: Order, host: Host) -> str | None:
-    if order.cwd_in_share is not None:
-        return _text(order.cwd_in_share, host)
-    return order.cwd
-
-
 def values_there(order: Order, host: Host, given: Mapping[str, str]) -> dict[str, str]:
     """The variables that the launch file sets, with their values there."""
     words: dict[str, Word] = {**{n: (v,) for n, v in order.environment.items()}, **order.variables}
     return {
-        name: "".join(_text(part, host) for part in words[name])
+        name: "".join(text_there(part, host) for part in words[name])
         for name in sorted(given)
         if name in words
     }
@@ -121,7 +81,7 @@ def lines_there(
 
 def _with_marks(order: Order, text: str, host: Host) -> str:
     for mark, shared in order.marks.items():
-        text = text.replace(mark, _text(shared, host))
+        text = text.replace(mark, text_there(shared, host))
     return text
 
 

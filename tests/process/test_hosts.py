@@ -161,7 +161,21 @@ def test_what_follows_an_exit_there_follows(bench: HostsBench):
 def test_a_program_that_is_missing_there(bench: HostsBench):
     done = bench.run('ExecuteProcess(cmd=["./no-such-program"], name="bot1_a")')
     assert done.returncode == 1
-    assert b"process could not be started: No such file or directory" in done.stdout
+    lines = done.stdout.splitlines()
+    line = next(each for each in lines if b"could not be started: No" in each)
+    assert b"cmd './no-such-program'; if bot1 lacks it: python -m launcher hosts sync" in line
+
+
+def test_a_command_is_shown_as_it_is_there(bench: HostsBench):
+    with bench.launch('py("import time; time.sleep(1000)", name="bot1_a")') as run:
+        wait_until(lambda: is_running(run, "bot1_a"), "a running process")
+        info = run.ask_text("info", "bot1_a")
+        assert "command    python3 -c import time" in info
+        assert "folder     the home on bot1" in info
+        assert ".log (on this machine)" in info
+        os.kill(run.row("bot1_a")["pid"], signal.SIGKILL)
+        run.exit_code()
+        assert "cmd 'python3 -c import time" in run.screen
 
 
 def test_a_time_limit_stops_all_hosts(bench: HostsBench):

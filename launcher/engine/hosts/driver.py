@@ -25,6 +25,7 @@ from launcher.engine.machine import (
 )
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import LauncherError
+from launcher.hosts.order_words import folder_there, words_there
 from launcher.model.events import Outcome
 from launcher.model.record import replace
 from launcher.text import escape
@@ -82,6 +83,8 @@ class HostsDriver(ProcessDriver):
         except LauncherError as error:
             replica.refusal = (errno.EINVAL, error.message)
             return
+        process.words_there = words_there(host.host, order)
+        process.folder_there = folder_there(order, host.host)
         host.link.prepare(process.process_id, order)
 
     def advance(self, process: Process, event: MachineEvent) -> None:

@@ -5,6 +5,7 @@ Messages of ROS 2 (CONFORMANCE 1.16, 1.22, 1.23) are kept word for word: scripts
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 from collections.abc import Iterable
@@ -13,7 +14,7 @@ from launcher.engine.machine import Ended, Escalate, ProcessMachine, ProcessStat
 from launcher.engine.process import Process
 from launcher.model.events import Outcome, signal_name
 from launcher.model.record import Record
-from launcher.model.spec import ProcessSpec, RestartPolicy
+from launcher.model.spec import RestartPolicy
 from launcher.text import count
 
 LAST_LINES = 10  # of the process that failed first, in the summary
@@ -57,26 +58,29 @@ def stuck(name: str, pid: int, waited_s: float, how: str) -> Line:
     )
 
 
-def ended(spec: ProcessSpec, pid: int, end: Ended, *, by_user: bool = False) -> Line:
+def ended(process: Process, pid: int, end: Ended, *, by_user: bool = False) -> Line:
     """It exited: by itself, or because the launcher or (`by_user`) a user has stopped it."""
     code = end.outcome.returncode
     if code == 0:
         return Line("INFO", f"process has finished cleanly [pid {pid}]")
     detail = "" if code is None or code >= 0 else f" ({end.outcome})"
-    is_wanted = end.sent or code != -9 or spec.stop.steps[0][0] == signal.SIGKILL
+    is_wanted = end.sent or code != -9 or process.spec.stop.steps[0][0] == signal.SIGKILL
     if end.asked and (by_user or is_wanted):
         level = "INFO" if is_wanted else "WARNING"
         return Line(level, f"process was stopped [pid {pid}, {end.outcome}]")
     return Line(
         "ERROR",
-        f"process has died [pid {pid}, exit code {code}, cmd '{spec.command_line}'].{detail}",
+        f"process has died [pid {pid}, exit code {code}, cmd '{process.command_line}'].{detail}",
     )
 
 
-def not_started(spec: ProcessSpec, errno: int, what: str) -> Line:
+def not_started(process: Process, number: int, what: str) -> Line:
     """Spawning failed; `what` is the cause if it is not the program."""
-    reason = f"{what}: {os.strerror(errno)}" if what else os.strerror(errno)
-    return Line("ERROR", f"process could not be started: {reason}, cmd '{spec.command_line}'")
+    reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
+    text = f"process could not be started: {reason}, cmd '{process.command_line}'"
+    if process.host is not None and number == errno.ENOENT:
+        text += f"; if {process.host_name} lacks it: python -m launcher hosts sync"
+    return Line("ERROR", text)
 
 
 def start_cancelled() -> Line:
