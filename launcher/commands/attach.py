@@ -71,7 +71,7 @@ Ctrl-C stops the run on all hosts, as it does for `launch`; `detach` leaves it a
 def main(words: Sequence[str]) -> int:
     parsed = COMMAND.parse(words)
     options = run_options(parsed)
-    hosts = read(_hosts_file(options.hosts)).hosts
+    hosts = read(_hosts_file(options.hosts), with_secrets=False).hosts
     found = runs.find(list(hosts.values()))
     for warning in found.warnings:
         print(f"warning: {escape(warning)}", flush=True)
