@@ -206,6 +206,17 @@ def test_standard_input(lab: Lab, start: Start):
     assert run.wait() == 0
 
 
+def test_a_signal_that_is_lost_with_the_link_is_told(lab: Lab, robot: Robot, start: Start):
+    run = start(("counter", f"trap 'echo got' USR1; {COUNT}"))
+    run.wait_for(r"\] 3$")
+    robot.link_down()
+    assert lab.operator.launcher("kill", "counter", "-s", "USR1").returncode == 0
+    run.wait_for("counter-1: SIGUSR1 may not have arrived: the link was lost meanwhile")
+    robot.link_up()
+    run.wait_for("bot1 is reachable again")
+    assert run.interrupt() == 0, run.text
+
+
 def test_systemd_restarts_it_and_a_user_ends_it(lab: Lab, robot: Robot, start: Start, user: str):
     run = start(("counter", COUNT, SCREEN, "respawn=True", "respawn_delay=0.5"), user=user)
     run.wait_for(r"\] 3$")

@@ -16,6 +16,7 @@ from launcher.engine.hosts.systemd.journal_events import JournalEvents
 from launcher.engine.hosts.systemd.scripts import Scripts, read_properties
 from launcher.engine.hosts.systemd.sessions import Sessions
 from launcher.engine.hosts.systemd.shell import Answer, Request
+from launcher.engine.hosts.systemd.timers import Timers
 from launcher.engine.hosts.systemd.unit_process import UnitProcess
 from launcher.engine.machine import Command
 from launcher.hosts import unit
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from launcher.engine.hosts.link import LinkContext
     from launcher.engine.hosts.systemd.facts import Facts
     from launcher.engine.hosts.systemd.journal import Entry
-    from launcher.engine.posix.reactor import Timer
     from launcher.hosts.order import Order
 
 LOOK_S = 3.0  # between looks at the states of the units
@@ -63,11 +63,10 @@ class SystemdLink:
         self._calls: deque[Callable[[], None]] = deque()
         self._events = JournalEvents(self._host.name, self._listener, self._reactor, self._units)
         if self._attached is not None:
-            self._events.begin_s = float(
-                "inf"
-            )  # before the processes are adopted, only lines count
+            # Before the processes are adopted, only lines count.
+            self._events.begin_s = float("inf")
         self._tokens = itertools.count()
-        self._timers: dict[str, Timer] = {}
+        self._timers = Timers(self._reactor)
         self._orders: dict[int, Order] = {}
         self._written = 0  # how many of them the record there has
         self._leftovers: tuple[list[str], bool] | None = None
@@ -98,7 +97,7 @@ class SystemdLink:
 
     def command(self, process_id: int, command: Command) -> None:
         if self._attached is not None and command is Command.START:
-            self._after("adopt", 0, lambda: self._call(self._adopt))
+            self._timers.after("adopt", 0, lambda: self._call(self._adopt))
             return
         self._call(lambda: self._units[process_id].command(command))
 
@@ -134,8 +133,7 @@ class SystemdLink:
 
     def close(self) -> None:
         self._sessions.close()
-        for timer in self._timers.values():
-            timer.cancel()
+        self._timers.close()
         self._events.close()
         for one in self._units.values():
             one.close()
@@ -165,6 +163,7 @@ class SystemdLink:
             self._request,
             self._listener.event,
             self._when_marked,
+            functools.partial(self._listener.warn, self._host.name),
         )
         if self._attached is not None:
             return
@@ -178,7 +177,7 @@ class SystemdLink:
         if self.stop_after_s is not None and not self._has_watch:
             self._has_watch = True
             self._request(Request(self._scripts.watch(self.stop_after_s), self._check_answer))
-            self._every("beat", BEAT_S, self._send_beat)
+            self._timers.every("beat", BEAT_S, self._send_beat)
 
     def _write_manifest(self) -> None:
         document = manifest.encode(self._run, self._context.title, self._started, self._orders)
@@ -260,11 +259,11 @@ class SystemdLink:
     def changed(self, state: LinkState, reason: str) -> None:
         is_first = state is LinkState.READY and not self._journal_works
         if is_first:
-            self._every("look", LOOK_S, self._look)
+            self._timers.every("look", LOOK_S, self._look)
             if self._attached is None:
                 self._request(Request(self._scripts.prepare(), self._check_answer))
             self._request(Request(self._scripts.mark("first"), lasts=False))
-            self._after("readable", READABLE_S, self._check_readable)
+            self._timers.after("readable", READABLE_S, self._check_readable)
         for one in self._units.values():
             if state is LinkState.READY:
                 one.resume_timers()
@@ -357,32 +356,10 @@ class SystemdLink:
     def _finish_answered(self, at_once: bool, answer: Answer) -> None:
         left = [line for line in answer.text.splitlines() if line.startswith("launcher-")]
         self._leftovers = left, at_once and bool(left)
-        self._after("finish", FINISH_S, self._finished)
+        self._timers.after("finish", FINISH_S, self._finished)
 
     def _finished(self) -> None:
         if self._leftovers is not None:
             (left, killed), self._leftovers = self._leftovers, None
-            self._cancel("finish")
+            self._timers.cancel("finish")
             self._listener.finished(self._host.name, left, killed=killed)
-
-    # ---- timers
-
-    def _after(self, name: str, delay_s: float, callback: Callable[[], None]) -> None:
-        self._cancel(name)
-
-        def fire() -> None:
-            del self._timers[name]
-            callback()
-
-        self._timers[name] = self._reactor.call_later(delay_s, fire)
-
-    def _every(self, name: str, period_s: float, callback: Callable[[], None]) -> None:
-        def fire() -> None:
-            self._after(name, period_s, fire)
-            callback()
-
-        self._after(name, period_s, fire)
-
-    def _cancel(self, name: str) -> None:
-        if name in self._timers:
-            self._timers.pop(name).cancel()

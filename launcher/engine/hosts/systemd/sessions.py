@@ -17,6 +17,7 @@ from launcher.engine.hosts.systemd.channel import Channel
 from launcher.engine.hosts.systemd.clock import HostClock
 from launcher.engine.hosts.systemd.facts import hello, read_facts
 from launcher.engine.hosts.systemd.shell import START, Answer, Answers, Request
+from launcher.engine.hosts.systemd.timers import Timers
 from launcher.hosts.failures import failure, no_ssh
 from launcher.hosts.ssh import Connection, private_folder, quoted, ssh_environment
 
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from launcher.engine.hosts.link import LinkContext
     from launcher.engine.hosts.systemd.facts import Facts
     from launcher.engine.hosts.systemd.journal import Entry
-    from launcher.engine.posix.reactor import Timer
 
     class SessionsListener(Protocol):
         """Called back by the event loop, never from within a call of `Sessions`."""
@@ -74,7 +74,7 @@ class Sessions:
         self._answers = Answers(self._beat)
         self._heard_s = self._beat_s = self._reactor.now()
         self._queue: deque[Request] = deque()
-        self._timers: dict[str, Timer] = {}
+        self._timers = Timers(self._reactor)
         self._attempts = 0
         self._marks = 0
         self._has_met = False
@@ -90,7 +90,7 @@ class Sessions:
         """Connect; the listener hears of the outcome."""
         self._folder = private_folder()
         self._connection = Connection(self._context.host, self._folder)
-        self._soon("connect", 0.0, self._connect)
+        self._timers.after("connect", 0.0, self._connect)
 
     def _connect(self) -> None:
         self._answers = Answers(self._beat)
@@ -110,10 +110,10 @@ class Sessions:
         asked = Request(hello(self._context.host), self._said_hello, lasts=False)
         self._shell.write(START.encode() + self._answers.framed(asked))
         limit_s = ATTEMPT_S if self._has_met else CONNECT_S
-        self._soon("limit", limit_s, lambda: self._lose(f"no answer within {limit_s:g} s"))
+        self._timers.after("limit", limit_s, lambda: self._lose(f"no answer within {limit_s:g} s"))
 
     def _said_hello(self, answer: Answer) -> None:
-        self._cancel("limit")
+        self._timers.cancel("limit")
         try:
             facts = read_facts(answer.text)
         except (KeyError, ValueError):
@@ -130,7 +130,7 @@ class Sessions:
             if self._context.attached is None:
                 self.reader.cursor = facts.cursor
             self._follow()
-            self._soon("watch", 1.0, self._check_silence)
+            self._timers.after("watch", 1.0, self._check_silence)
             self._change(LinkState.READY, "")
         else:
             if not self._listener.met_again(facts):
@@ -151,11 +151,11 @@ class Sessions:
     def _catch_up(self) -> None:
         self._marks += 1
         self._send(Request(self._listener.mark(str(self._marks)), lasts=False))
-        self._soon("mark", CATCH_UP_S, self._caught_up)
-        self._soon("watch", 1.0, self._check_silence)
+        self._timers.after("mark", CATCH_UP_S, self._caught_up)
+        self._timers.after("watch", 1.0, self._check_silence)
 
     def _caught_up(self) -> None:
-        self._cancel("mark")
+        self._timers.cancel("mark")
         self._attempts = 0
         self._change(LinkState.READY, "")
         while self._queue and self._shell is not None:
@@ -203,7 +203,7 @@ class Sessions:
         if self.silent_s > SILENT_S or mute_s > MUTE_S:
             self._lose(f"silent for {max(self.silent_s, mute_s):.0f} s")
         else:
-            self._soon("watch", 1.0, self._check_silence)
+            self._timers.after("watch", 1.0, self._check_silence)
 
     def _lose(self, reason: str) -> None:
         waiting = self._answers.unanswered
@@ -212,10 +212,13 @@ class Sessions:
             self._change(LinkState.UNREACHABLE, reason)
             return
         self._queue.extendleft(reversed([one for one in waiting if one.lasts]))
+        for one in waiting:
+            if not one.lasts and one.on_loss is not None:
+                self._reactor.call_later(0, one.on_loss)
         self._change(LinkState.UNREACHABLE, reason)
         delay_s = AGAIN_S[min(self._attempts, len(AGAIN_S) - 1)]
         self._attempts += 1
-        self._soon("connect", delay_s, self._connect)
+        self._timers.after("connect", delay_s, self._connect)
 
     def _drop(self) -> None:
         for channel in (self._shell, self._journal):
@@ -226,7 +229,7 @@ class Sessions:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(self._connection.control_path)
         for name in ("limit", "mark", "watch", "follow"):
-            self._cancel(name)
+            self._timers.cancel(name)
 
     def _change(self, state: LinkState, reason: str) -> None:
         if state is not self.state:
@@ -263,7 +266,7 @@ class Sessions:
     def _journal_ended(self, returncode: int, errors: str) -> None:
         self._journal = None
         if self._shell is not None:
-            self._soon("follow", JOURNAL_AGAIN_S, self._follow)
+            self._timers.after("follow", JOURNAL_AGAIN_S, self._follow)
 
     def pause(self, paused: bool) -> None:
         """Do not read the journal, or go on."""
@@ -277,25 +280,10 @@ class Sessions:
         """End both sessions; idempotent."""
         if self._folder:
             self._drop()
-        for timer in self._timers.values():
-            timer.cancel()
-        self._timers.clear()
+        self._timers.close()
         if self._folder:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = ""
-
-    def _soon(self, name: str, delay_s: float, callback: object) -> None:
-        self._cancel(name)
-
-        def fire() -> None:
-            self._timers.pop(name, None)
-            callback()  # type: ignore[operator]
-
-        self._timers[name] = self._reactor.call_later(delay_s, fire)
-
-    def _cancel(self, name: str) -> None:
-        if name in self._timers:
-            self._timers.pop(name).cancel()
 
 
 def _own_words(message: str) -> str:

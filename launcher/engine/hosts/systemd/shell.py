@@ -41,11 +41,15 @@ class Answer(Record):
 
 
 class Request(Record):
-    """A script, which does no harm if it is run twice, and what gets its answer."""
+    """A script, which does no harm if it is run twice, and what gets its answer.
+
+    `on_loss` is called if it does not last, and the link was lost before the answer.
+    """
 
     script: str
     on_answer: OnAnswer | None = None
     lasts: bool = True  # whether it is of use after the link was lost
+    on_loss: Callable[[], None] | None = None
 
 
 class Answers:

@@ -8,6 +8,7 @@ the shell, counts once: each start has an invocation id.
 from __future__ import annotations
 
 import errno
+import functools
 import signal
 import uuid
 
@@ -28,7 +29,7 @@ from launcher.engine.machine import (
     SignalSent,
     SpawnError,
 )
-from launcher.model.events import Outcome
+from launcher.model.events import Outcome, signal_name
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -61,7 +62,9 @@ class UnitProcess:
         request: Callable[[Request], None],
         report: Callable[[int, MachineEvent, float, int, float | None], None],
         mark: Callable[[Callable[[], None]], None],
+        warn: Callable[[str], None],
     ) -> None:
+        self._warn = warn
         self._mark = mark
         self._recent = RecentOutput()
         self.process_id = process_id
@@ -104,7 +107,10 @@ class UnitProcess:
             self._is_held = True
             self._request(Request(self._scripts().hold(self.process_id)))
             self._after("_hold", self.order.stop.grace_s + 1.0, self._release)
-        self._send(signum)
+        name = signal_name(signum)
+        text = f"{self.order.name}: {name} may not have arrived: the link was lost meanwhile"
+        self._send(signum, functools.partial(self._warn, text))
+        # Before the answer, since the journal may tell the end of the process first.
         self._handle(SignalSent(signum, by_user=by_user), self._reactor.now())
 
     def _release(self) -> None:
@@ -176,8 +182,9 @@ class UnitProcess:
         if found.get("ActiveState") == "active" and found.get("NRestarts") == "0" and pid:
             self.noted_start(invocation, pid, now)
 
-    def _send(self, signum: int) -> None:
-        self._request(Request(self._scripts().signal(self.order.name, signum), lasts=False))
+    def _send(self, signum: int, on_loss: Callable[[], None] | None = None) -> None:
+        script = self._scripts().signal(self.order.name, signum)
+        self._request(Request(script, lasts=False, on_loss=on_loss))
 
     # ---- the journal
 
