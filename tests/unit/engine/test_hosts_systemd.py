@@ -12,6 +12,7 @@ from launcher.engine.hosts.systemd.clock import HostClock
 from launcher.engine.hosts.systemd.exits import outcome_of_record, outcome_of_unit
 from launcher.engine.hosts.systemd.journal import JournalReader, Line, Message, Note
 from launcher.engine.hosts.systemd.journal_events import BURST, Flood
+from launcher.engine.hosts.systemd.owners import Owners
 from launcher.engine.hosts.systemd.recent_output import MUCH, RecentOutput
 from launcher.engine.hosts.systemd.scripts import read_properties, written
 from launcher.engine.hosts.systemd.shell import Answer, Answers, Request
@@ -204,6 +205,18 @@ def test_much_output_may_have_more_behind_it():
     assert recent.may_be_behind
     recent.looked()
     assert not recent.may_be_behind
+
+
+def test_owners_of_output_are_forgotten_with_the_starts_after_the_next():
+    owners = Owners()
+    for start in range(1000):
+        owners.started(7, pid=100 + start % 3)
+        owners.add(f"stream{start}", 7)
+        owners.started(8, pid=5)  # the same again and again
+
+    assert [owners.get(f"stream{start}") for start in (997, 998, 999)] == [None, 7, 7]
+    assert (owners.get(100), owners.get(5)) == (7, 8)
+    assert len(owners) == 5
 
 
 def test_a_flood_is_told_once():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from launcher.engine.hosts.systemd import journal
 from launcher.engine.hosts.systemd.exits import outcome_of_record
 from launcher.engine.hosts.systemd.journal import Line, Message, Note
+from launcher.engine.hosts.systemd.owners import Owners
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -47,8 +48,7 @@ class JournalEvents:
         self.begin_s = float("-inf")
         self.by_unit: dict[str, int] = {}
         self.marks: dict[str, Callable[[], None]] = {}
-        self._by_pid: dict[int, int] = {}
-        self._by_stream: dict[str, int] = {}
+        self._owners = Owners()
         self._limbo: list[Line] = []
         self._timer: Timer | None = None
         self._flood = Flood()
@@ -77,10 +77,12 @@ class JournalEvents:
 
     def _owner(self, line: Line) -> int | None:
         """The process; None if it is unknown, or is not told yet."""
-        by_pid = self._by_pid.get(line.pid)
-        found = self.by_unit.get(line.unit, self._by_stream.get(line.stream_id, by_pid))
+        found = self.by_unit.get(line.unit)
+        if found is None:
+            by_stream = self._owners.get(line.stream_id)
+            found = self._owners.get(line.pid) if by_stream is None else by_stream
         if found is not None and line.stream_id:
-            self._by_stream[line.stream_id] = found
+            self._owners.add(line.stream_id, found)
         return found
 
     def _line(self, line: Line, at_s: float) -> None:
@@ -109,7 +111,7 @@ class JournalEvents:
     def _note(self, note: Note, at_s: float) -> None:
         match note.words:
             case ("start", number, invocation, pid) if one := self._numbered(number):
-                self._by_pid[int(pid)] = one.process_id
+                self._owners.started(one.process_id, int(pid))
                 one.noted_start(invocation, int(pid), at_s)
                 limbo, self._limbo = self._limbo, []
                 for line in limbo:

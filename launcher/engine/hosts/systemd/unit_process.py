@@ -11,6 +11,7 @@ import errno
 import functools
 import signal
 import uuid
+from collections import deque
 
 from launcher.engine.hosts.replica import ReportingMachine
 from launcher.engine.hosts.systemd.exits import outcome_of_unit
@@ -44,6 +45,7 @@ DRAIN_S = 0.05
 MARK_S = 30.0  # for a mark to come through the journal
 SUSPICIOUS = 2  # looks at the unit that contradict the journal, before they are believed
 _KILLED = -9
+_TOLD = 16  # invocations: only those of late may be told twice
 
 
 class UnitProcess:
@@ -75,8 +77,8 @@ class UnitProcess:
         self._report = report
         self.machine = ReportingMachine(order.restart, order.stop, self._handled)
         self.pid = -1
-        self._invocations: set[str] = set()  # whose start was handled
-        self._exits: set[str] = set()  # whose exit was handled
+        self._invocations: deque[str] = deque(maxlen=_TOLD)  # whose start was handled
+        self._exits: deque[str] = deque(maxlen=_TOLD)  # whose exit was handled
         self._invocation = ""
         self._pending: tuple[Outcome, float] | None = None
         self._is_starting = False  # a start is requested and not answered
@@ -200,7 +202,7 @@ class UnitProcess:
             self.noted_restart(at_s)
         elif not state.is_alive:
             self._by_itself(Command.USER_START, at_s)  # by another operator
-        self._invocations.add(invocation)
+        self._invocations.append(invocation)
         self._invocation, self.pid = invocation, pid
         self._handle(Command.STARTED, at_s)
 
@@ -209,7 +211,7 @@ class UnitProcess:
             return
         if invocation not in self._invocations:
             self.noted_start(invocation, 0, at_s)
-        self._exits.add(invocation)
+        self._exits.append(invocation)
         self._pending = outcome, at_s
         self._recent.ended()
         self._after("_drain", DRAIN_S, self._drain_output)
@@ -313,7 +315,7 @@ class UnitProcess:
         state = ProcessState.EXITED
         if _is_running(found):
             state = ProcessState.RUNNING
-            self._invocations.add(self._invocation)
+            self._invocations.append(self._invocation)
             self.pid = int(found["MainPID"])
         elif found.get("SubState") == "auto-restart":
             state = ProcessState.BACKOFF
