@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import shlex
 import signal
 import stat
 import subprocess
@@ -305,6 +306,26 @@ def test_sigterm_stops_the_processes_and_the_agent():
         assert recorder.exits()
         assert "SIGTERM" in recorder.states[-1][1]
         wait_until(lambda: is_gone(agent), "the agent ends")
+
+
+def test_an_agent_that_is_not_understood_stops_its_processes(tmp_path: Path):
+    flag = tmp_path / "damage"
+    code = (
+        "import os\n"
+        "while data := os.read(0, 65536):\n"
+        f"    os.write(1, bytes(60000) if os.path.exists({str(flag)!r}) else data)"
+    )
+    relayed = f'"$@" | {sys.executable} -c {shlex.quote(code)}'
+    with Recorder(host(), words=("sh", "-c", relayed, "sh", *AGENT)) as recorder:
+        recorder.ready().start(1, python(SLEEP))
+        recorder.until(lambda: recorder.text(), "it is up")
+        agent = agent_pid(recorder)
+        flag.touch()
+        recorder.until(lambda: recorder.link.state is LinkState.GONE, "it is gone")
+
+        assert recorder.states[-1][1].endswith("; it was told to stop its processes")
+    wait_until(lambda: is_gone(recorder.pid()), "it is stopped")
+    wait_until(lambda: is_gone(agent), "the agent ends")
 
 
 # ---- what cannot serve

@@ -169,7 +169,9 @@ class AgentLink:
         """The process that led to the agent has exited; what it had sent is still to be read."""
         process, self._process = self._process, None
         self._cancel("leave")
-        if self._channel.is_attached:
+        if self._state is LinkState.GONE:
+            self._channel.detach()
+        elif self._channel.is_attached:
             self._channel.read_rest()
         if self._is_closing or self._state is LinkState.GONE or process is None:
             return
@@ -349,8 +351,12 @@ class AgentLink:
             self._channel.detach()  # the process will say more
             self._later("leave", LEAVE_S, self._process.kill)
             return
-        self._refused(f"its agent was not understood: {reason}")
-        self._channel.detach()
+        # What it reports is not known any more, so what it runs has to end.
+        self._channel.send(Kind.FINISH, pack({"at_once": False}))
+        is_told = self._channel.is_flushed
+        fate = "it was told to stop its processes" if is_told else "its processes may live on there"
+        self._refused(f"its agent was not understood: {reason}; {fate}")
+        self._later("farewell", LEAVE_S, self._leave)
 
     def relieved(self) -> None:
         pass
