@@ -21,7 +21,6 @@ ALIVE_INTERVAL_S = 5
 ALIVE_COUNT = 6
 SYNCED_PYTHON = "current/bin/python"  # in the workspace of a host
 MADE_WITH = ".python"  # beside it: the interpreter with which `hosts sync` has made it
-READY = "launcher-ssh-ready"  # what `Connection.master` prints when it serves the socket
 _MAX_SOCKET = 107 - 17  # of the address of a Unix socket; ssh adds 17 characters for a while
 
 # Ours in any case: nobody can answer a question, and forwarding is of no use.
@@ -48,11 +47,11 @@ _DEFAULTS = (
 
 
 class Connection:
-    """The ways to one host. Its sessions share the connection of `master`, if that runs.
+    """The ways to one host. Its sessions share the connection of `leader`, while that runs.
 
-    `control_folder` is a private folder (`private_folder`) for the socket of the master; None: the
-    sessions use a master that the user's configuration names, if it runs. UsageError if the
-    folder's path is too long for a socket, or if an option cannot be given to ssh.
+    `control_folder` is a private folder (`private_folder`) for the socket of the leader; None: the
+    sessions use a connection that the user's configuration of ssh names, if it is open. UsageError
+    if the folder's path is too long for a socket, or if an option cannot be given to ssh.
     """
 
     def __init__(self, host: Host, control_folder: str | None) -> None:
@@ -65,13 +64,8 @@ class Connection:
         """`robot@10.0.0.2`."""
         return f"{self.host.user}@{self.host.address}" if self.host.user else self.host.address
 
-    def master(self) -> list[str]:
-        """A connection for the sessions to share. It prints `READY`, and ends with its input."""
-        command = f"echo {READY}; exec cat >/dev/null"
-        return self._ssh(["ControlMaster=yes"], [posix_shell(command)])
-
     def session(self, command: str) -> list[str]:
-        """Run a script of the POSIX shell there; without a master it connects on its own."""
+        """Run a script of the POSIX shell there; without a leader it connects on its own."""
         return self._ssh(["ControlMaster=no"], [posix_shell(command)])
 
     def leader(self, command: str) -> list[str]:
@@ -79,16 +73,8 @@ class Connection:
         return self._ssh(["ControlMaster=auto"], [posix_shell(command)])
 
     def alone(self, command: str) -> list[str]:
-        """As `session`, but never with a master, which may have lost its connection."""
+        """As `session`, but on a connection of its own: a shared one may be lost."""
         return self._ssh(["ControlMaster=no"], [posix_shell(command)], shared=False)
-
-    def python(self, words: Sequence[str]) -> list[str]:
-        """A session with the interpreter of the launcher there, after the host's setup files."""
-        return self.session(python_script(self.host, words))
-
-    def request(self, name: str) -> list[str]:
-        """Ask the master: `check`, `stop` (serve no new session) or `exit`."""
-        return [*self._base(["ControlMaster=no"]), "-O", name, "--", self.destination]
 
     def _ssh(
         self, options: Sequence[str], command: Sequence[str], *, shared: bool = True
@@ -164,7 +150,7 @@ def ssh_environment(base: Mapping[str, str]) -> dict[str, str]:
 
 
 def private_folder() -> str:
-    """Make a folder for sockets of masters that only this user can enter; the caller removes it."""
+    """Make a folder for sockets that only this user can enter; the caller removes it."""
     import tempfile
 
     runtime = os.environ.get("XDG_RUNTIME_DIR", "")

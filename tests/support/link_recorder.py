@@ -15,11 +15,12 @@ from launcher import proc
 from launcher.engine.hosts.agent_link import AgentLink
 from launcher.engine.hosts.link import LinkContext, LinkState
 from launcher.engine.hosts.replica import Replica
-from launcher.engine.hosts.transport import CommandTransport, SshTransport
+from launcher.engine.hosts.transport import SshTransport
 from launcher.engine.machine import Command, Exited, MachineEvent
 from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order
+from tests.support.command_transport import CommandTransport
 from tests.support.node_process import REPOSITORY
 
 DEADLINE_S = 60.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from launcher.hosts.failures import HostError, Problem, failure, last_line, no_ssh
+from launcher.hosts.failures import HostError, failure, no_ssh
 from launcher.hosts.model import Host
 from launcher.hosts.ssh import Connection, python_script, ssh_environment
 
@@ -46,22 +46,3 @@ class SshTransport:
 
     def absence(self, error: OSError) -> HostError:
         return no_ssh(self._host)
-
-
-class CommandTransport:
-    """By another command than ssh: `words` with the arguments of `launcher agent` behind."""
-
-    def __init__(self, host: Host, words: Sequence[str], environment: Mapping[str, str]) -> None:
-        self._host = host
-        self._words = tuple(words)
-        self.environment = environment
-
-    def words(self, arguments: Sequence[str], *, is_again: bool) -> Sequence[str]:
-        return (*self._words, *arguments)
-
-    def failure(self, stderr: str, returncode: int | None) -> HostError:
-        text = last_line(stderr) or f"exit code {returncode}"
-        return HostError(self._host, Problem.OTHER, text)
-
-    def absence(self, error: OSError) -> HostError:
-        return HostError(self._host, Problem.NO_SSH, f"{self._words[0]}: {error.strerror}")
