@@ -10,7 +10,7 @@ import signal
 from collections.abc import Mapping, Sequence
 
 from launcher.agent.forwarder import Forwarder
-from launcher.agent.log import AgentLog
+from launcher.agent.run_log import AgentRunLog
 from launcher.engine.cleanup import RUN_ID_VARIABLE, subreaper
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.hosts.replica import ReportingMachine
@@ -67,7 +67,7 @@ class Workload:
         self._orders: dict[int, Order] = {}
         self._resolved: dict[int, Resolved] = {}
         self._folder = folder
-        self._log = AgentLog(reporter.warn, self._samples)
+        self._log = AgentRunLog(reporter.warn, self._samples)
         self.forwarder = Forwarder(reactor, self._processes.values(), reporter.output)
         self._driver = ProcessDriver(reactor, self.forwarder, self._log, self)
         self._watchdog = WatchdogClient(reactor, self.run_id, reporter.warn)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from launcher.hosts.model import Host
-    from launcher.hosts.sync.fleet import Result
+    from launcher.hosts.sync.fleet_sync import Result
     from launcher.hosts.sync.host_sync import Options, Outcome
     from launcher.hosts.sync.packages import Brought
 
@@ -23,10 +23,10 @@ _MOST_CHANGES = 40  # lines of a dry run for a host
 
 
 def _sync(parsed: Parsed) -> int:
-    from launcher.hosts.sync.fleet import Fleet
+    from launcher.hosts.sync.fleet_sync import FleetSync
 
     hosts = _hosts(parsed)
-    fleet = Fleet(_options(parsed), _say)
+    fleet = FleetSync(_options(parsed), _say)
     if parsed.rollback:
         return _report(fleet.roll_back(hosts), dry_run=parsed.dry_run)
     brought = _brought(parsed)

@@ -15,7 +15,7 @@ import pytest
 from launcher import proc
 from launcher.errors import LauncherError
 from launcher.hosts.model import Host
-from launcher.hosts.sync.fleet import Fleet
+from launcher.hosts.sync.fleet_sync import FleetSync
 from launcher.hosts.sync.host_sync import Options, Outcome
 from launcher.hosts.sync.tree import Entry
 from launcher.model.record import replace
@@ -393,7 +393,7 @@ def test_hosts_fail_apart(tmp_path: Path):
     def words(host: Host, script: str) -> list[str]:
         return list(sites[host.name].words(host, script))
 
-    fleet = Fleet(Options(), lambda *_: None, words)
+    fleet = FleetSync(Options(), lambda *_: None, words)
     results = fleet.sync([bad.host, good.host], brought(a="1"))
 
     assert isinstance(results[0], LauncherError) and isinstance(results[1], Outcome)
@@ -419,7 +419,7 @@ def test_a_host_without_any_python_is_told(site: Site):
         return ["env", "-i", f"HOME={site.home}", "PATH=/nothing", "/bin/sh", "-c", script]
 
     host = replace(site.host, python="python9")
-    (error,) = Fleet(Options(), lambda *_: None, words).sync([host], brought(a="1"))
+    (error,) = FleetSync(Options(), lambda *_: None, words).sync([host], brought(a="1"))
 
     assert isinstance(error, LauncherError)
     assert "there is no Python 'python3', nor one that the hosts file names" in error.message

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.hosts.model import Host
-from launcher.hosts.sync.fleet import Fleet, Result
+from launcher.hosts.sync.fleet_sync import FleetSync, Result
 from launcher.hosts.sync.host_sync import Options, Outcome
 from launcher.hosts.sync.packages import Brought
 from launcher.hosts.sync.requirements import PinnedList
@@ -56,8 +56,8 @@ class Site:
         clean = ["env", "-i", f"HOME={self.home}", "PATH=/usr/bin:/bin", "LANG=C.UTF-8"]
         return [*clean, "sh", "-c", script]
 
-    def fleet(self, **options: Any) -> Fleet:
-        return Fleet(Options(**options), lambda _, text: self.messages.append(text), self.words)
+    def fleet(self, **options: Any) -> FleetSync:
+        return FleetSync(Options(**options), lambda _, text: self.messages.append(text), self.words)
 
     def sync(self, brought: Brought, **options: Any) -> Outcome:
         """Synchronize; the error is raised."""

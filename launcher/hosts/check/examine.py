@@ -11,8 +11,8 @@ from launcher.hosts.check.facts import Finding, Level, Needs, Survey
 from launcher.hosts.check.host_judges import SHM, check_member
 from launcher.hosts.check.needs import environment_of, log_folder
 from launcher.hosts.check.pair_judges import check_pairs
-from launcher.hosts.check.party import Party
 from launcher.hosts.check.probe import SETTINGS
+from launcher.hosts.check.probe_session import ProbeSession
 from launcher.hosts.check.survey import TIMEOUT_S, Question, survey
 from launcher.hosts.discovery import Wiring
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
@@ -40,7 +40,7 @@ def examine(
     timeout_s: float = TIMEOUT_S,
 ) -> Examination:
     """Ask all hosts of the file; UsageError for a discovery server on none of them."""
-    parties = [Party(LOCAL, None, "127.0.0.1", Needs())]
+    sessions = [ProbeSession(LOCAL, None, "127.0.0.1", Needs())]
     resolved: list[Host] = []
     own: dict[str, str] = {}
     for host in file.hosts.values():
@@ -51,10 +51,10 @@ def examine(
             resolved.append(host)
         except LauncherError:
             pass  # ssh says why it cannot be reached, or the network does
-        parties.append(Party(host.name, host, address, needs.get(host.name, Needs())))
+        sessions.append(ProbeSession(host.name, host, address, needs.get(host.name, Needs())))
     wiring = discovery.wire(found_discovery, resolved, known=file.hosts, domain=str(domain))
     question = _question(file, wiring, domain)
-    result = survey(parties, question, own, timeout_s)
+    result = survey(sessions, question, own, timeout_s)
     mode = found_discovery.mode
     findings = [one for member in result.members.values() for one in check_member(member)]
     findings += check_pairs(result, mode)

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.hosts.check.facts import Arrival, Survey
-from launcher.hosts.check.party import Party
+from launcher.hosts.check.probe_session import ProbeSession
 from launcher.hosts.model import LOCAL
 from launcher.model.record import Record
 
@@ -35,53 +35,53 @@ class Question(Record):
 
 
 def survey(
-    parties: Sequence[Party],
+    sessions: Sequence[ProbeSession],
     question: Question,
     own_addresses: Mapping[str, str],
     timeout_s: float = TIMEOUT_S,
 ) -> Survey:
-    """Ask all parties, this machine among them.
+    """Ask all hosts, this machine among them.
 
     `own_addresses` are those of this machine as each host sees it.
     """
-    surveyor = _Surveyor(parties, question, own_addresses, timeout_s)
+    surveyor = _Surveyor(sessions, question, own_addresses, timeout_s)
     try:
         surveyor.start()
         surveyor.run()
     finally:
         surveyor.close()
-    members = {party.name: party.member() for party in parties}
+    members = {session.name: session.member() for session in sessions}
     return Survey(members=members, arrived=frozenset(surveyor.arrived))
 
 
 class _Surveyor:
     def __init__(
         self,
-        parties: Sequence[Party],
+        sessions: Sequence[ProbeSession],
         question: Question,
         own_addresses: Mapping[str, str],
         timeout_s: float,
     ) -> None:
-        self._parties = parties
+        self._sessions = sessions
         self._question = question
         self._own_addresses = own_addresses
         self._timeout_s = timeout_s
         self._nonce = secrets.token_hex(8)
         self._selector = selectors.DefaultSelector()
-        self._started: list[Party] = []
-        self._ready: list[Party] = []
+        self._started: list[ProbeSession] = []
+        self._ready: list[ProbeSession] = []
         self._settled_s = 0.0  # when datagrams are no longer waited for
         self.arrived: set[Arrival] = set()
 
     def start(self) -> None:
         self._deadline_s = time.monotonic() + self._timeout_s
-        for party in self._parties:
-            party.start(self._request(party))
-            self._started.append(party)
-            self._selector.register(party.fd, selectors.EVENT_READ, party)
+        for session in self._sessions:
+            session.start(self._request(session))
+            self._started.append(session)
+            self._selector.register(session.fd, selectors.EVENT_READ, session)
 
-    def _request(self, party: Party) -> dict[str, Any]:
-        question, needs, name = self._question, party.needs, party.name
+    def _request(self, session: ProbeSession) -> dict[str, Any]:
+        question, needs, name = self._question, session.needs, session.name
         return {
             "name": name,
             "nonce": self._nonce,
@@ -101,7 +101,7 @@ class _Surveyor:
             for key, _ in self._selector.select(self._wait_s()):
                 self._take(key.data)
             if time.monotonic() >= self._deadline_s:
-                self._give_up(party for party in self._parties if party.facts is None)
+                self._give_up(session for session in self._sessions if session.facts is None)
 
     def _wait_s(self) -> float:
         now_s = time.monotonic()
@@ -112,28 +112,28 @@ class _Surveyor:
         now_s = time.monotonic()
         if now_s >= self._deadline_s + SETTLE_S:
             return True
-        if not all(party.is_done for party in self._parties):
+        if not all(session.is_done for session in self._sessions):
             return False
         return now_s >= self._settled_s or not self._missing()
 
-    def _give_up(self, parties: Iterable[Party]) -> None:
-        for party in parties:
-            if party.error is None:
-                self._selector.unregister(party.fd)
-                party.give_up(self._timeout_s)
+    def _give_up(self, sessions: Iterable[ProbeSession]) -> None:
+        for session in sessions:
+            if session.error is None:
+                self._selector.unregister(session.fd)
+                session.give_up(self._timeout_s)
 
-    def _take(self, party: Party) -> None:
-        for answer in party.take():
+    def _take(self, session: ProbeSession) -> None:
+        for answer in session.take():
             if "facts" in answer:
-                self._introduce(party)
+                self._introduce(session)
             elif "heard" in answer:
-                self._arrived(answer["kind"], answer["heard"], party)
-        if party.error is not None:
-            self._selector.unregister(party.fd)
+                self._arrived(answer["kind"], answer["heard"], session)
+        if session.error is not None:
+            self._selector.unregister(session.fd)
 
     # ---- who hears whom
 
-    def _introduce(self, new: Party) -> None:
+    def _introduce(self, new: ProbeSession) -> None:
         for other in self._ready:
             for sender, receiver in ((new, other), (other, new)):
                 assert receiver.facts is not None
@@ -145,17 +145,17 @@ class _Surveyor:
         self._ready.append(new)
         self._settled_s = time.monotonic() + SETTLE_S
 
-    def _address(self, receiver: Party, sender: Party) -> str:
+    def _address(self, receiver: ProbeSession, sender: ProbeSession) -> str:
         """Of the receiver, as the sender sees it."""
         if receiver.name == LOCAL:
             return self._own_addresses.get(sender.name, receiver.address)
         return receiver.address
 
-    def _arrived(self, kind: str, sender: str, receiver: Party) -> None:
+    def _arrived(self, kind: str, sender: str, receiver: ProbeSession) -> None:
         self.arrived.add(Arrival(kind=kind, sender=sender, receiver=receiver.name))
         if not self._missing_between(sender, receiver):
-            party = next(one for one in self._parties if one.name == sender)
-            party.ask(enough=receiver.name)
+            session = next(one for one in self._sessions if one.name == sender)
+            session.ask(enough=receiver.name)
 
     def _missing(self) -> bool:
         return any(
@@ -165,7 +165,7 @@ class _Surveyor:
             if sender is not receiver
         )
 
-    def _missing_between(self, sender: str, receiver: Party) -> bool:
+    def _missing_between(self, sender: str, receiver: ProbeSession) -> bool:
         assert receiver.facts is not None
         return any(
             Arrival(kind=kind, sender=sender, receiver=receiver.name) not in self.arrived
@@ -174,5 +174,5 @@ class _Surveyor:
 
     def close(self) -> None:
         self._selector.close()
-        for party in self._started:
-            party.close()
+        for session in self._started:
+            session.close()

@@ -17,7 +17,7 @@ from launcher.hosts.ssh import host_python
 from launcher.hosts.sync import natives, release_python, requirements, wheels
 from launcher.hosts.sync.natives import Native
 from launcher.hosts.sync.requirements import PinnedList
-from launcher.hosts.sync.session import Session, blocks_of
+from launcher.hosts.sync.sync_session import SyncSession, blocks_of
 from launcher.hosts.sync.tree import Release
 from launcher.model.record import Record
 
@@ -56,7 +56,7 @@ class HostSync:
     def __init__(
         self,
         host: Host,
-        session: Session,
+        session: SyncSession,
         options: Options,
         say: Callable[[str], None],
         begin: float,

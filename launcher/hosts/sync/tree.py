@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from launcher.errors import LauncherError, SeveralErrors
-from launcher.hosts.sync.there import wire
+from launcher.hosts.sync.on_host import wire
 from launcher.model.record import Record
 from launcher.text import escape
 

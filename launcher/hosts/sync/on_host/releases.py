@@ -8,7 +8,7 @@ import os
 import re
 import subprocess
 
-from launcher.hosts.sync.there.store import (
+from launcher.hosts.sync.on_host.store import (
     FULL,
     RECORD,
     Refusal,

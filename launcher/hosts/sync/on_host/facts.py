@@ -6,8 +6,8 @@ import os
 import platform
 import sys
 
-from launcher.hosts.sync.there import releases
-from launcher.hosts.sync.there.store import Workspace
+from launcher.hosts.sync.on_host import releases
+from launcher.hosts.sync.on_host.store import Workspace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from launcher.engine.logs.messages import Line
 
 
-class AgentLog(RunLog):
+class AgentRunLog(RunLog):
     """A RunLog without files: warnings go to `warn`, samples of processes to `samples`."""
 
     def __init__(

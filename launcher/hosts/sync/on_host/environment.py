@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 
-from launcher.hosts.sync.there.store import Refusal, Workspace, disk_errors, remove_folder
+from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors, remove_folder
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

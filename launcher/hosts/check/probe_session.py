@@ -1,4 +1,4 @@
-"""A probe that runs on a host or on this machine, from the side of the check."""
+"""A probe on a host or on this machine, and what is said to it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def remote_command(host: Host) -> list[str]:
     return Connection(host, None).session(script)
 
 
-class Party:
+class ProbeSession:
     """Its output is read by `take`, line by line."""
 
     def __init__(self, name: str, host: Host | None, address: str, needs: Needs) -> None:

@@ -1,4 +1,4 @@
-"""Answers the requests of `launcher.hosts.sync.session`, one after the other."""
+"""Answers the requests of `launcher.hosts.sync.sync_session`, one after the other."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import os
 import signal
 import sys
 
-from launcher.hosts.sync.there import environment, facts, releases, wire
-from launcher.hosts.sync.there.store import Refusal, Workspace, disk_errors
+from launcher.hosts.sync.on_host import environment, facts, releases, wire
+from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

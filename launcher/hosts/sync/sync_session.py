@@ -1,4 +1,4 @@
-"""The operator's side of a session with the program in `there/`."""
+"""The operator's side of a session with the program in `on_host/`."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from launcher.errors import LauncherError
 from launcher.hosts.failures import HostError, Problem, failure, last_line
 from launcher.hosts.model import DEFAULT_PYTHON, Host
 from launcher.hosts.ssh import host_python, in_home, quoted
-from launcher.hosts.sync.there import MODULES, wire
+from launcher.hosts.sync.on_host import MODULES, wire
 
 OLDEST_PYTHON = (3, 10)
 _NO_PYTHON = f"there is no Python '{DEFAULT_PYTHON}', nor one that the hosts file names"
-_PACKAGE = "launcher.hosts.sync.there"
+_PACKAGE = "launcher.hosts.sync.on_host"
 _TOO_OLD = "launcher-sync: Python is too old: "
 _START = f"""\
 import sys
@@ -63,7 +63,7 @@ def _required(path: str) -> str:
     return f"test -r {quoted([place])} || {{ echo {missing} >&2; exit 1; }}; "
 
 
-class Session:
+class SyncSession:
     """Requests to one host. HostError from everything but `close`."""
 
     def __init__(self, host: Host, words: Sequence[str], env: dict[str, str]) -> None:

@@ -16,7 +16,7 @@ from launcher.hosts.ssh import Connection, ssh_environment
 from launcher.hosts.sync.host_sync import HostSync, Options, Outcome
 from launcher.hosts.sync.natives import natives
 from launcher.hosts.sync.packages import Brought
-from launcher.hosts.sync.session import Session, script
+from launcher.hosts.sync.sync_session import SyncSession, script
 from launcher.hosts.sync.tree import Release
 
 _MOST_AT_ONCE = 32
@@ -24,7 +24,7 @@ _MOST_AT_ONCE = 32
 Result = Outcome | LauncherError
 
 
-class Fleet:
+class FleetSync:
     """`words` makes the command that runs a script on a host: by ssh, unless a test says so."""
 
     def __init__(
@@ -36,7 +36,7 @@ class Fleet:
         self._options = options
         self._say = say
         self._words = words or _by_ssh
-        self._sessions: set[Session] = set()
+        self._sessions: set[SyncSession] = set()
         self._guard = threading.Lock()
         self._is_stopped = False
 
@@ -78,12 +78,12 @@ class Fleet:
                 self._sessions.discard(session)
             session.close()
 
-    def _opened(self, host: Host) -> Session:
+    def _opened(self, host: Host) -> SyncSession:
         words = self._words(host, script(host))
         with self._guard:
             if self._is_stopped:
                 raise LauncherError("interrupted")
-            session = Session(host, words, ssh_environment(os.environ))
+            session = SyncSession(host, words, ssh_environment(os.environ))
             self._sessions.add(session)
         return session
 
