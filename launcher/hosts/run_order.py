@@ -25,7 +25,7 @@ def main(path: str, folder: str | None = None) -> NoReturn:
     try:
         with open(path, encoding="utf-8") as file:
             order = order_json.decode(json.load(file))
-        _enter_workspace()
+        enter_workspace()
         found = resolve(order, folder or os.path.dirname(os.path.abspath(path)), os.environ)
         if found.cwd is not None:
             os.chdir(found.cwd)
@@ -38,7 +38,7 @@ def main(path: str, folder: str | None = None) -> NoReturn:
     raise SystemExit(ExitCode.PROCESS_FAILED)
 
 
-def _enter_workspace() -> None:
+def enter_workspace() -> None:
     """Make visible what `hosts sync` has brought, or the workspace of the folder; UsageError."""
     add_wheels_to_ament_path()
     workspace = current()

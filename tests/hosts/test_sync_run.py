@@ -114,6 +114,7 @@ def test_the_check_uses_what_was_brought(
     assert "fleet_nodes" in before.stdout
     assert before.returncode == 1
     assert "fleet_nodes" not in after.stdout, after.stdout
+    assert "another state" not in after.stdout, after.stdout
 
 
 @pytest.mark.thorough

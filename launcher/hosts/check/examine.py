@@ -74,10 +74,6 @@ def _question(file: HostsFile, wiring: Wiring, domain: int) -> Question:
         domain=domain,
         environments=environments,
         folders=folders,
-        workspaces={
-            LOCAL: os.getcwd(),
-            **{host.name: host.workspace for host in file.hosts.values()},
-        },
         server_ports={server.host: server.port for server in wiring.servers},
     )
 

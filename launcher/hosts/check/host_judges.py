@@ -106,6 +106,9 @@ def _packages(member: Member) -> Iterator[Finding]:
     assert member.facts is not None
     missing = member.facts["missing"]
     gone = missing["packages"]
+    if member.facts["unchecked"] and member.needs.count:
+        text = f"its launcher cannot look for the packages of the plan: {member.facts['unchecked']}"
+        yield problem("packages", member, text, sync_command(member))
     texts = [f"package {name}" for name in gone]
     texts += [f"{name} of {pkg}" for pkg, name in missing["executables"] if pkg not in gone]
     texts += [f"message package {name}" for name in missing["interfaces"] if name not in gone]

@@ -55,6 +55,10 @@ def _versions(survey: Survey) -> Iterator[Finding]:
     for member in survey.reached:
         facts = member.facts or {}
         if facts["version"] in (None, ours.get("version")):
+            if facts["version"] is not None and facts["code"] != ours.get("code"):
+                text = "its launcher is another state of the same version: a run may fail there"
+                advice = f"{sync_command(member)} brings that of this machine"
+                yield _finding("launcher", [member.name], text, advice)
             continue
         text = f"launcher {facts['version']} is installed, and {ours.get('version')} runs here"
         level = Level.NOTE

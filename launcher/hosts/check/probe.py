@@ -315,34 +315,37 @@ def max_sessions() -> int:
 
 
 def software(request: dict[str, Any]) -> dict[str, Any]:
-    workspace = os.path.join(os.path.expanduser("~"), os.path.expanduser(request["workspace"]))
-    with contextlib.suppress(OSError):
-        os.chdir(workspace)
-    version, protocol = launcher_versions()
+    version, protocol, code = launcher_versions()
     missing: dict[str, Any] = {"packages": [], "executables": [], "interfaces": []}
+    unchecked = ""
     if version is not None:
-        with contextlib.suppress(Exception):  # of another version
+        try:
             missing = missing_there(request)
+        except Exception as error:  # of another version
+            unchecked = f"{type(error).__name__}: {error}"
     return {
         "version": version,
         "protocol": protocol,
+        "code": code,
         "missing": missing,
+        "unchecked": unchecked,
         "rclpy": package_version("rclpy"),
         "middlewares": middlewares(),
     }
 
 
-def launcher_versions() -> tuple[str | None, int | None]:
-    """Of the launcher, and of the protocol of its agent."""
+def launcher_versions() -> tuple[str | None, int | None, str | None]:
+    """Of the launcher, of the protocol of its agent, and which code it is."""
     version = None
     try:
         import launcher
 
         version = str(launcher.__version__)
+        from launcher.hosts.identity import code_id
         from launcher.hosts.protocol import PROTOCOL
     except Exception:
-        return version, None
-    return version, PROTOCOL
+        return version, None, None
+    return version, PROTOCOL, code_id()
 
 
 def prefixes() -> Iterator[str]:
@@ -354,14 +357,11 @@ def prefixes() -> Iterator[str]:
 
 def missing_there(request: dict[str, Any]) -> dict[str, Any]:
     """As the launcher there finds them when it starts processes."""
-    from launcher import packages, workspace
+    from launcher import packages
     from launcher.errors import LauncherError
+    from launcher.hosts.run_order import enter_workspace
 
-    current = workspace.current()
-    if current is not None:
-        from launcher.workspace import activation
-
-        activation.activate(current)
+    enter_workspace()
     missing: dict[str, Any] = {"packages": [], "executables": [], "interfaces": []}
     for name in request["packages"]:
         try:

@@ -30,7 +30,6 @@ class Question(Record):
     domain: int
     environments: Mapping[str, Mapping[str, str]]
     folders: Mapping[str, Sequence[str]]
-    workspaces: Mapping[str, str]
     server_ports: Mapping[str, int] = {}
 
 
@@ -88,7 +87,6 @@ class _Surveyor:
             "domain": question.domain,
             "environment": dict(question.environments.get(name, {})),
             "folders": list(question.folders.get(name, ())),
-            "workspace": question.workspaces.get(name, "."),
             "server_port": question.server_ports.get(name),
             "packages": needs.packages,
             "executables": needs.executables,

@@ -13,6 +13,7 @@ from launcher.hosts.check.host_judges import check_member
 from launcher.hosts.check.pair_judges import check_pairs
 from launcher.hosts.failures import HostError, Problem
 from launcher.hosts.model import LOCAL, DiscoveryMode, Host, HostEngine
+from launcher.model.record import replace
 
 GB = 1024**3
 
@@ -42,6 +43,8 @@ def member(name: str, *, engine: HostEngine = HostEngine.AUTO, **changes: Any) -
         "lingers": False,
         "version": launcher.__version__,
         "protocol": 1,
+        "code": "0a1b",
+        "unchecked": "",
         "missing": {"packages": [], "executables": [], "interfaces": []},
         "rclpy": "7.1.6",
         "middlewares": ["rmw_fastrtps_cpp"],
@@ -65,6 +68,23 @@ def only(findings: list[Finding]) -> Finding:
     (finding,) = findings
     assert finding.advice and finding.text[-1] != "."
     return finding
+
+
+@pytest.mark.parametrize("code", ["another", None])
+def test_another_state_of_the_same_version_is_a_problem(code: str | None):
+    found = only(check_pairs(survey(member(LOCAL), member("a"), member("b", code=code)), None))
+
+    assert (found.check, found.level, found.hosts) == ("launcher", Level.PROBLEM, ("b",))
+    assert "hosts sync" in found.advice
+
+
+def test_packages_that_cannot_be_looked_for_are_a_problem():
+    one = replace(member("a", unchecked="ImportError: x"), needs=Needs(packages=("p",)))
+
+    found = only(check_member(one))
+
+    assert (found.check, found.level) == ("packages", Level.PROBLEM)
+    assert "ImportError: x" in found.text
 
 
 def survey(*members: Member, lost: tuple[tuple[str, str, str], ...] = ()) -> Survey:
