@@ -108,7 +108,8 @@ def _hosts_file(given: str | None) -> str:
 
 def _chosen(found: Sequence[FoundRun], wanted: str | None, is_partial: bool) -> FoundRun:
     """UsageError if it is not clear which, LauncherError if there is none."""
-    fitting = [one for one in found if wanted is None or one.run.startswith(wanted)]
+    short = None if wanted is None else wanted.rpartition("-")[2]  # as `runs` shows it, too
+    fitting = [one for one in found if short is None or one.run.startswith(short)]
     if len(fitting) == 1:
         return fitting[0]
     if not found:

@@ -13,8 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
-from launcher.control.format import filters, unreachable
-from launcher.text import shown_path
+from launcher.control.format import filters, folder, log_file, unreachable
 
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
@@ -56,12 +55,14 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "name", Text(one["name"], "bold")
     if "host" in one:
         yield "host", one["host"]
+    if one.get("unit"):
+        yield "unit", one["unit"]
     yield "state", state(one)
     yield "pid", _text(one["pid"])
     yield "up", _text(one["uptime_s"], duration)
     yield "nodes", list(one["node_names"]) or "-"
     yield "command", shlex.join(one["command"])
-    yield "folder", shown_path(one["cwd"]) if one["cwd"] else "same as the launcher"
+    yield "folder", folder(one)
     yield "restarts", f"{one['restarts']}; policy: {one['restart_policy']}"
     yield "stop", one["stop_policy"]
     last = one["last_exit"]
@@ -73,7 +74,7 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "threads", _text(one["threads"])
     yield "open files", _text(one["fds"])
     yield "shown", filters(one) or "all"
-    yield "log", _text(one["log_file"])
+    yield "log", log_file(one)
     unset = [f"{name} is not set" for name in one["environment_unset"]]
     yield (
         "environment",

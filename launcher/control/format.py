@@ -137,12 +137,13 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
     asked = " (requested)" if last is not None and last["asked"] else ""
     facts = {
         **({"host": row["host"]} if "host" in row else {}),
+        **({"unit": row["unit"]} if row.get("unit") else {}),
         "state": _with_reachability(f"{row['state']}{', paused' if row['paused'] else ''}", row),
         "pid": _or_dash(row["pid"]),
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",
         "command": " ".join(row["command"]),
-        "folder": _folder(row),
+        "folder": folder(row),
         "restarts": f"{row['restarts']}; policy: {row['restart_policy']}",
         "stop": row["stop_policy"],
         "last exit": "-" if last is None else f"{last['text']}{asked}",
@@ -151,7 +152,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "threads": _or_dash(row["threads"]),
         "open files": _or_dash(row["fds"]),
         "shown": filters(row) or "everything",
-        "log": _or_dash(row["log_file"]) + (" (on this machine)" if _is_elsewhere(row) else ""),
+        "log": log_file(row),
     }
     lines = [row["name"], *(f"  {name:<11}{value}" for name, value in facts.items())]
     lines += [f"  env        {name}={value}" for name, value in row["environment_set"].items()]
@@ -162,7 +163,14 @@ def _is_elsewhere(row: Mapping[str, Any]) -> bool:
     return bool(row.get("host", LOCAL) != LOCAL)
 
 
-def _folder(row: Mapping[str, Any]) -> str:
+def log_file(row: Mapping[str, Any]) -> str:
+    """The log file of a process in `info`, which is here in any case."""
+    text = _or_dash(row["log_file"])
+    return f"{text} (on this machine)" if row["log_file"] and _is_elsewhere(row) else text
+
+
+def folder(row: Mapping[str, Any]) -> str:
+    """The working directory of a process in `info`."""
     if not row["cwd"]:
         return f"the home on {row['host']}" if _is_elsewhere(row) else "same as the launcher"
     return str(row["cwd"]) if _is_elsewhere(row) else shown_path(row["cwd"])

@@ -47,10 +47,15 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
 
 
 def _place(process: Process) -> dict[str, Any]:
-    """Only in runs with a hosts file: the host, and since when its rows are not current."""
-    silent_s = None if process.host is None else process.host.unreachable_s
+    """Only in runs with a hosts file: the host, the unit there, and since when its rows are not
+    current.
+    """
+    host = process.host
+    silent_s = None if host is None else host.unreachable_s
+    is_placed = host is not None and bool(process.words_there)
     return {
         "host": process.host_name or "local",
+        "unit": (host.link.unit(process.process_id) or None) if host and is_placed else None,
         "unreachable_s": None if silent_s is None else round(silent_s, 1),
     }
 

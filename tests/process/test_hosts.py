@@ -172,6 +172,10 @@ def test_a_command_is_shown_as_it_is_there(bench: HostsBench):
         info = run.ask_text("info", "bot1_a")
         assert "command    python3 -c import time" in info
         assert "folder     the home on bot1" in info
+        (found,) = json.loads(run.shell("runs", "--json").stdout)["runs"]
+        unit = run.row("bot1_a")["unit"]
+        assert unit.startswith(f"launcher-{found['id'].rpartition('-')[2]}-")
+        assert f"unit       {unit}" in info
         assert ".log (on this machine)" in info
         os.kill(run.row("bot1_a")["pid"], signal.SIGKILL)
         run.exit_code()

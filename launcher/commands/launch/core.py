@@ -142,7 +142,8 @@ def supervising(
     from launcher.engine.supervisor import Supervisor
 
     environment = dict(os.environ)
-    run_id = f"{os.getpid()}-{os.urandom(6).hex()}"
+    attached = None if hosts is None else hosts.attached
+    run_id = f"{os.getpid()}-{os.urandom(4).hex() if attached is None else attached.run}"
     with Reactor() as reactor:
         plain = not passes_colour(1, environment)
         screen = StdoutWriter(reactor, colour=wants_colour(1, environment), plain=plain)

@@ -68,6 +68,9 @@ class AgentLink:
         policy = self._host.on_link_loss
         return DEFAULT_STOP_AFTER_S if policy is None else policy.stop_after_s
 
+    def unit(self, process_id: int) -> str:
+        return ""
+
     def open(self) -> None:
         self._later("connect", CONNECT_S, self._connect_too_late)
         self._later("start", 0, self._start)

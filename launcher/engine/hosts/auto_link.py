@@ -50,6 +50,9 @@ class AutoLink:
     def stop_after_s(self) -> float | None:
         return self._link.stop_after_s
 
+    def unit(self, process_id: int) -> str:
+        return self._link.unit(process_id)
+
     def open(self) -> None:
         self._link.open()
 

@@ -122,6 +122,9 @@ class LoopbackLink:
         policy = self.host.on_link_loss
         return None if policy is None else policy.stop_after_s
 
+    def unit(self, process_id: int) -> str:
+        return f"launcher-{self.context.run_id.rpartition('-')[2]}-{process_id}.service"
+
     def open(self) -> None:
         if self.host.name.startswith(SILENT):
             return

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import functools
-import hashlib
 import itertools
 import time
 from collections import deque
@@ -37,9 +35,8 @@ READABLE_S = 15.0  # for the first record to come through the journal
 
 
 def short_id(run_id: str) -> str:
-    """The id of a run in the names of its units: six letters and digits."""
-    digest = hashlib.sha256(run_id.encode()).digest()
-    return base64.b32encode(digest)[:6].decode().lower()
+    """The id of a run in the names of its units: without the pid of the launcher."""
+    return run_id.rpartition("-")[2]
 
 
 class SystemdLink:
@@ -87,6 +84,9 @@ class SystemdLink:
     def stop_after_s(self) -> float | None:
         policy = self._host.on_link_loss
         return None if policy is None else policy.stop_after_s
+
+    def unit(self, process_id: int) -> str:
+        return unit.unit_name(self._run, self._orders[process_id].name)
 
     def open(self) -> None:
         self._sessions.open()

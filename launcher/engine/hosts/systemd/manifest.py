@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from launcher.hosts.order import Order
 
 VERSION = 1
-RUN_ID = "[a-z2-7]{6}"
+RUN_ID = "[a-z0-9]{6,8}"
 _LATEST = 1e11  # a time that can be shown
 
 
